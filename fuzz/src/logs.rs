@@ -13,7 +13,7 @@ pub fn read_log(bytes: &[u8]) {
     let grouped = RequestedRoles { group: Some("load".into()), ..RequestedRoles::default() };
     for flags in [RequestedRoles::default(), numbered, grouped] {
         for (skip_s, far_required) in [(0.0, true), (0.1, false)] {
-            let options = ReadOptions { skip_s, far_required, paths: Vec::new() };
+            let options = ReadOptions { skip_s, far_required, ..ReadOptions::default() };
             let twice = [("a", bytes), ("b", bytes)];
             for logs in [&twice[..1], &twice[..]] {
                 match read_bytes(logs, &flags, &options) {

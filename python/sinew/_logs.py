@@ -47,10 +47,12 @@ def _content(log: Log) -> tuple[str, bytes]:
 
 
 def _columns(table: Any) -> list[tuple[str, Any]]:
+    index: list[tuple[str, Any]] = []
     if isinstance(table, Mapping):
         names = list(table)
     elif isinstance(table, DataFrame):
         names = list(table.columns)
+        index = _index(table, names)
     else:
         raise TypeError(
             "a log must be a path, a data frame or a mapping of columns, "
@@ -59,15 +61,46 @@ def _columns(table: Any) -> list[tuple[str, Any]]:
     for name in names:
         if not isinstance(name, str):
             raise TypeError(f"names of columns must be text, but one is {name!r}")
-    return [(name, _column(table[name])) for name in names]
+    return index + [(name, _column(table[name])) for name in names]
+
+
+def _index(table: Any, names: list[Any]) -> list[tuple[str, Any]]:
+    """The index of a pandas data frame where it holds times, or has a name, which a mere count of rows has not."""
+    index = getattr(table, "index", None)
+    if index is None or not hasattr(index, "dtype"):
+        return []
+    name = getattr(index, "name", None)
+    values = _column(index)
+    holds_times = isinstance(values, list) and getattr(index, "inferred_type", "").startswith(("date", "time"))
+    if holds_times and not isinstance(name, str):
+        name = "time"
+    if not isinstance(name, str) or name in names:
+        return []
+    return [(name, values)]
 
 
 def _column(values: Any) -> Any:
     array = np.asarray(values)
+    if array.dtype.kind == "M":
+        return ["" if np.isnat(stamp) else str(stamp) for stamp in array]
+    if array.dtype.kind == "m":
+        # A unit of their own, so that no other is taken from the name of the column.
+        return ["" if np.isnat(span) else f"{span.astype('timedelta64[ns]').astype(np.int64)} ns" for span in array]
     if array.dtype.kind == "O" or array.dtype.kind in "UT":
-        labels = array.tolist()
-        if all(isinstance(label, str) for label in np.atleast_1d(array).tolist()):
-            return labels
+        labels = np.atleast_1d(array).tolist()
+        if all(isinstance(label, str) for label in labels):
+            return array.tolist()
+        # Stamps with a zone, dates, clock times and durations of Python and pandas, missing ones among them.
+        if any(hasattr(label, "isoformat") or hasattr(label, "total_seconds") for label in labels):
+            return [_time_text(label) for label in labels]
         # Columns of data frames with missing values are objects.
         return np.array([np.nan if value is None else value for value in np.atleast_1d(array)], dtype=float)
     return array
+
+
+def _time_text(value: Any) -> str:
+    if value is None or value != value:
+        return ""
+    if hasattr(value, "total_seconds"):
+        return f"{value.total_seconds()!r} s"
+    return str(value.isoformat())

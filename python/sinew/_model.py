@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -187,16 +187,38 @@ class Model:
             raise ValueError("a report belongs to a model of sinew.identify or Model.adapt, this one was read from a file")
         write_whole(path, text)
 
-    def evaluate(self, logs: Logs, *, skip_s: float = 0.0) -> Evaluation:
-        """Scores on logs that hold the far end; `skip_s` seconds at the start of every trial are not scored."""
-        found = _object(self._native.evaluate(native_logs(logs), skip_s))
+    def evaluate(
+        self,
+        logs: Logs,
+        *,
+        skip_s: float = 0.0,
+        rename: Mapping[str, str] | None = None,
+        units: Mapping[str, str] | None = None,
+        rate_hz: float | None = None,
+    ) -> Evaluation:
+        """Scores on logs that hold the far end; `skip_s` seconds at the start of every trial are not scored.
+
+        `rename`, `units`, `rate_hz`: as of :func:`identify`.
+        """
+        columns = column_keywords(rename, units, rate_hz)
+        found = _object(self._native.evaluate(native_logs(logs), columns, skip_s))
         seen = frozenset(log["log"] for log in found["logs"] if log.pop("in_training"))
         scores = {log.pop("log"): Scores(**log) for log in found["logs"]}
         return Evaluation(Scores(**found["overall"]), scores, seen, found["far"], found["far_unit"])
 
-    def predict(self, logs: Logs) -> Predictions:
-        """Predicts every sample of logs, causally, as a predictor in real time does; the far end need not be there."""
-        found: dict[str, Any] = self._native.predict(native_logs(logs))
+    def predict(
+        self,
+        logs: Logs,
+        *,
+        rename: Mapping[str, str] | None = None,
+        units: Mapping[str, str] | None = None,
+        rate_hz: float | None = None,
+    ) -> Predictions:
+        """Predicts every sample of logs, causally, as a predictor in real time does; the far end need not be there.
+
+        `rename`, `units`, `rate_hz`: as of :func:`identify`.
+        """
+        found: dict[str, Any] = self._native.predict(native_logs(logs), column_keywords(rename, units, rate_hz))
         names = {name: np.asarray(found.pop(f"{name}_names"), dtype=np.str_) for name in ("log", "trial")}
         labels = {name: names[name][found.pop(f"{name}_index")] for name in names}
         return Predictions(**labels, **found)
@@ -210,12 +232,19 @@ class Model:
         logs: Logs,
         *,
         skip_s: float = 0.0,
+        rename: Mapping[str, str] | None = None,
+        units: Mapping[str, str] | None = None,
+        rate_hz: float | None = None,
         seed: int = 1,
         threads: int | None = None,
         progress: Progress | None = None,
     ) -> Model:
-        """Refits the model to a short calibration of another specimen, with this model as prior."""
-        return Model(self._native.adapt(native_logs(logs), skip_s, seed, threads, progress))
+        """Refits the model to a short calibration of another specimen, with this model as prior.
+
+        `rename`, `units`, `rate_hz`: as of :func:`identify`.
+        """
+        columns = column_keywords(rename, units, rate_hz)
+        return Model(self._native.adapt(native_logs(logs), columns, skip_s, seed, threads, progress))
 
     def __repr__(self) -> str:
         origin = self.provenance
@@ -256,6 +285,9 @@ def identify(
     trial: str | None = None,
     group: str | None = None,
     ignore: Iterable[str] = (),
+    rename: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    rate_hz: float | None = None,
     skip_s: float = 0.0,
     models: Iterable[str] = (),
     keep: Iterable[str] | None = (),
@@ -272,7 +304,11 @@ def identify(
     torques, positions or strokes, displacement of the far end, slow quantities. Roles that are not given are found by
     names with units such as `tension_in_n`, `position_in_m`, `tension_out_n`, `time_s`. `time`: seconds. `trial`: label at
     whose changes states are reset. `group`: condition by whose values folds are formed. `ignore`: columns to exclude,
-    whatever role their names imply. `skip_s`: seconds at the start of every trial that are neither fitted nor scored.
+    whatever role their names imply. `rename`: names in the logs and the names to read them under. `units`: units of columns,
+    whatever their names say; names that differ in their unit alone are one column, whose numbers are converted. `rate_hz`:
+    samples per second of logs without a column of time, which are refused otherwise; the time of a data frame may be its
+    index, and may be numbers, `datetime64`, `timedelta64` or text such as `2026-03-01 12:00:00.005`. `skip_s`: seconds
+    at the start of every trial that are neither fitted nor scored.
     `models`: names of candidates, all by default. `keep`: names of logs that are kept although they do harm to the
     prediction of the others, `None` for all. The same `seed` gives the same bits whatever the `threads`, by default all
     that are there, shared by all calls. `progress(stage, share)` is called while it runs.
@@ -291,8 +327,17 @@ def identify(
         "ignore": names(ignore, "ignore"),
     }
     kept = None if keep is None else names(keep, "keep")
-    found = _sinew.identify(native_logs(logs), roles, skip_s, names(models, "models"), kept, seed, threads, progress)
+    columns = column_keywords(rename, units, rate_hz)
+    wanted = names(models, "models")
+    found = _sinew.identify(native_logs(logs), roles, columns, skip_s, wanted, kept, seed, threads, progress)
     return Model(found)
+
+
+def column_keywords(
+    rename: Mapping[str, str] | None, units: Mapping[str, str] | None, rate_hz: float | None
+) -> dict[str, Any]:
+    """What logs do not say of their columns, as the native part takes it."""
+    return {"rename": list((rename or {}).items()), "units": list((units or {}).items()), "rate_hz": rate_hz}
 
 
 def demo_logs(seed: int = 1) -> dict[str, str]:

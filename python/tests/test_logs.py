@@ -74,3 +74,63 @@ def test_adapting_starts_from_the_old_model(model: sinew.Model, log_files: list[
     report = adapted.identification
     assert report is not None and "transfer" in [candidate["name"] for candidate in report["candidates"]]
     assert adapted.inputs == model.inputs
+
+
+def stamps(seconds: Any) -> Any:
+    return np.datetime64("2026-03-01T12:00:00.000000000") + (np.round(seconds * 1e9)).astype("timedelta64[ns]")
+
+
+#: The same time in every form in which data frames have it.
+TIMES: dict[str, Callable[[Any], Any]] = {
+    "datetime64": stamps,
+    "timedelta64": lambda seconds: (np.round(seconds * 1e9)).astype("timedelta64[ns]"),
+    "pandas with a zone": lambda seconds: pandas.Series(
+        pandas.DatetimeIndex(stamps(seconds)).tz_localize("Europe/Berlin")
+    ),
+    "pandas durations": lambda seconds: pandas.to_timedelta(seconds, unit="s"),
+    "polars": lambda seconds: polars.Series(stamps(seconds)),
+    "Python": lambda seconds: [stamp.to_pydatetime() for stamp in pandas.DatetimeIndex(stamps(seconds))],
+    "text": lambda seconds: [str(stamp).replace("T", " ") for stamp in stamps(seconds)],
+    "durations as text": lambda seconds: [f"{second:.4f} sec" for second in seconds],
+}
+
+
+@pytest.mark.parametrize("form", TIMES)
+@pytest.mark.parametrize("name", ["time_s", "Zeit", "timestamp"])
+def test_every_form_of_time_is_read(form: str, name: str, model: sinew.Model, log_files: list[Path]) -> None:
+    columns = {key: column[:500] for key, column in columns_of(log_files[0]).items()}
+    expected = model.predict(columns)
+    seconds = columns.pop("time_s")
+    found = model.predict({name: TIMES[form](seconds)} | columns)
+    assert np.abs(found.time_s - expected.time_s).max() < 1e-6
+    assert np.abs(found.mean - expected.mean).max() < 1e-6 * np.abs(expected.mean).max()
+
+
+def test_the_index_of_a_data_frame_may_be_its_time(model: sinew.Model, log_files: list[Path]) -> None:
+    columns = {key: column[:500] for key, column in columns_of(log_files[0]).items()}
+    expected = model.predict(columns)
+    seconds = columns.pop("time_s")
+    durations = pandas.to_timedelta(seconds, unit="s")
+    for index in (pandas.DatetimeIndex(stamps(seconds)), durations, pandas.Index(seconds, name="t_s")):
+        found = model.predict(pandas.DataFrame(columns, index=index))
+        assert np.abs(found.mean - expected.mean).max() < 1e-6 * np.abs(expected.mean).max()
+
+
+def test_without_a_time_the_remedy_is_named_and_a_rate_is_one(model: sinew.Model, log_files: list[Path]) -> None:
+    columns = {key: column[:500] for key, column in columns_of(log_files[0]).items()}
+    expected = model.predict(columns)
+    del columns["time_s"]
+    with pytest.raises(ValueError, match="rate_hz="):
+        sinew.identify(columns, far="tension_out_n", models=["linear"])
+    found = model.predict(pandas.DataFrame(columns), rate_hz=100.0)
+    assert np.abs(found.mean - expected.mean).max() < 1e-6 * np.abs(expected.mean).max()
+
+
+def test_columns_are_renamed_and_converted(model: sinew.Model, log_files: list[Path]) -> None:
+    columns = {key: column[:500] for key, column in columns_of(log_files[0]).items()}
+    expected = model.predict(columns)
+    other = dict(columns)
+    other["LC_prox"] = other.pop("tension_in_n") / 1e3
+    other["position_in_mm"] = 1e3 * other.pop("position_in_m")
+    found = model.predict(other, rename={"LC_prox": "tension_in_n"}, units={"tension_in_n": "kN"})
+    assert np.abs(found.mean - expected.mean).max() < 1e-6 * np.abs(expected.mean).max()

@@ -152,6 +152,52 @@ pub enum Error {
         /// The cell, shortened if long.
         value: String,
     },
+    /// Neither a number nor a stamp in a column of stamps.
+    #[error("{file}, line {line}, column `{column}`: expected a time as in the first row, found `{value}`")]
+    NotATime {
+        /// The log.
+        file: String,
+        /// Line or row, counted from 1.
+        line: usize,
+        /// The column.
+        column: String,
+        /// The cell, shortened if long.
+        value: String,
+    },
+    /// No column of time, and no sampling rate.
+    #[error(
+        "{file}: expected a time column, no name or content has the form of one: name it (--time COL; in Python time=), \
+         or state the sampling rate (--rate HZ; in Python rate_hz=); the columns are {}", list(.columns)
+    )]
+    NoTime {
+        /// The log.
+        file: String,
+        /// The columns of the log.
+        columns: Vec<String>,
+    },
+    /// Time whose unit is not stated and cannot be told.
+    #[error(
+        "{file}, column `{column}`: expected a unit of time, none is stated and {interval} from sample to sample is unusual \
+         for seconds: state it (--units {column}=ms, or s where it is; in Python units=)"
+    )]
+    UnitOfTime {
+        /// The log.
+        file: String,
+        /// The column.
+        column: String,
+        /// Median step of its numbers.
+        interval: f64,
+    },
+    /// A unit that is not known.
+    #[error("column `{column}`: expected a unit, one of {}, found `{unit}`", .known.join(", "))]
+    UnknownUnit {
+        /// The column.
+        column: String,
+        /// The unit asked for.
+        unit: String,
+        /// Those that are known for it.
+        known: Vec<String>,
+    },
     /// A number of which the decimal mark cannot be told from a thousands separator.
     #[error(
         "{file}, line {line}, column `{column}`: expected a number, found `{value}`, whose mark separates thousands or \

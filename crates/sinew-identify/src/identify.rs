@@ -6,12 +6,14 @@ use crate::conditioning::ConditionedLogs;
 use crate::log::Dataset;
 use crate::report::build::report;
 use crate::report::{Evidence, IdentificationReport};
+use crate::select::agreement::report_shift;
 use crate::select::candidates::{candidates, not_compared};
 use crate::select::choice::{Choice, selection_rmse};
 use crate::select::cross_validation::cross_validate_all;
 use crate::select::folds::Folds;
 pub use crate::select::influence::Keep;
 use crate::select::influence::{check_keep, exclude_foreign_logs};
+use crate::select::trend::report_trend;
 use crate::training::fit;
 use sinew::predictor::Model;
 
@@ -60,7 +62,9 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
 
     progress("measuring the influence of each log", 0.05);
     let not_compared = if options.models.is_empty() { not_compared(&logs) } else { Vec::new() };
-    let (logs, influence) = exclude_foreign_logs(logs, &options.keep)?; // 2. Influence.
+    let (mut logs, influence) = exclude_foreign_logs(logs, &options.keep)?; // 2. Influence.
+    report_shift(&mut logs);
+    report_trend(&mut logs);
     let folds = Folds::of(&logs.data); // 3. Folds.
 
     let stage = |done: f64| progress("cross-validating the candidates", 0.1 + 0.7 * done);

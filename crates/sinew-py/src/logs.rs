@@ -7,7 +7,8 @@ use pyo3::types::PyBytes;
 use sinew_identify::Error;
 use sinew_identify::evaluate::roles_of;
 use sinew_identify::log::{
-    Dataset, ReadOptions, RequestedRoles, read_bytes, read_bytes_with_roles, read_dataset, read_with_roles,
+    ColumnOptions, Dataset, ReadOptions, RequestedRoles, read_bytes, read_bytes_with_roles, read_dataset,
+    read_with_roles,
 };
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -21,8 +22,13 @@ pub(crate) enum Logs {
 
 impl Logs {
     /// Reads logs whose columns are found by request and by name.
-    pub(crate) fn read(self, roles: &RequestedRoles, skip_s: f64) -> Result<Dataset, Error> {
-        self.read_by(skip_s, true, |paths, o| match paths {
+    pub(crate) fn read(
+        self,
+        roles: &RequestedRoles,
+        skip_s: f64,
+        columns: ColumnOptions,
+    ) -> Result<Dataset, Error> {
+        self.read_by(skip_s, true, columns, |paths, o| match paths {
             None => read_dataset(roles, o),
             Some(contents) => read_bytes(contents, roles, o),
         })
@@ -34,9 +40,10 @@ impl Logs {
         model: &sinew::predictor::Model,
         skip_s: f64,
         far_required: bool,
+        columns: ColumnOptions,
     ) -> Result<Dataset, Error> {
         let roles = roles_of(model);
-        self.read_by(skip_s, far_required, |contents, o| match contents {
+        self.read_by(skip_s, far_required, columns, |contents, o| match contents {
             None => read_with_roles(&roles, o),
             Some(contents) => read_bytes_with_roles(contents, &roles, o),
         })
@@ -46,16 +53,32 @@ impl Logs {
         self,
         skip_s: f64,
         far_required: bool,
+        columns: ColumnOptions,
         read: impl FnOnce(Option<&[(&str, &[u8])]>, &ReadOptions) -> Result<Dataset, Error>,
     ) -> Result<Dataset, Error> {
         match self {
-            Self::Files(paths) => read(None, &ReadOptions { skip_s, far_required, paths }),
+            Self::Files(paths) => read(None, &ReadOptions { skip_s, far_required, paths, columns }),
             Self::Contents(contents) => {
                 let borrowed: Vec<(&str, &[u8])> =
                     contents.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())).collect();
-                read(Some(&borrowed), &ReadOptions { skip_s, far_required, paths: Vec::new() })
+                read(Some(&borrowed), &ReadOptions { skip_s, far_required, paths: Vec::new(), columns })
             }
         }
+    }
+}
+
+/// What the logs do not say of their columns.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct ColumnKeywords {
+    rename: Vec<(String, String)>,
+    units: Vec<(String, String)>,
+    rate_hz: Option<f64>,
+}
+
+impl From<ColumnKeywords> for ColumnOptions {
+    fn from(ColumnKeywords { rename, units, rate_hz }: ColumnKeywords) -> Self {
+        Self { rename, units, rate_hz }
     }
 }
 

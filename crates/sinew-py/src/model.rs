@@ -1,7 +1,7 @@
 //! Identified models: their fit, their scores, their predictions.
 
 use crate::failure::Failure;
-use crate::logs::Logs;
+use crate::logs::{ColumnKeywords, Logs};
 use crate::long_call::{self, Progress};
 use crate::predictor::{Columns, Predictor};
 use numpy::PyArray1;
@@ -29,12 +29,13 @@ impl From<Identification> for Model {
 
 /// Identifies a model from logs.
 #[pyfunction]
-#[pyo3(signature = (logs, roles, skip_s, models, keep, seed, threads, progress))]
+#[pyo3(signature = (logs, roles, columns, skip_s, models, keep, seed, threads, progress))]
 #[expect(clippy::too_many_arguments, reason = "positional here, keywords in the Python face")]
 pub(crate) fn identify(
     py: Python<'_>,
     logs: Logs,
     roles: Roles,
+    columns: ColumnKeywords,
     skip_s: f64,
     models: Vec<String>,
     keep: Option<Vec<String>>,
@@ -49,7 +50,7 @@ pub(crate) fn identify(
     };
     long_call::run(py, progress, threads, move |progress| {
         progress.tell("reading logs", 0.0);
-        let data = logs.read(&roles.into(), skip_s)?;
+        let data = logs.read(&roles.into(), skip_s, columns.into())?;
         let options = Options { seed, models, keep };
         Ok(identify_logs(&data, &options, &|stage, done| progress.tell(stage, done))?.into())
     })
@@ -131,19 +132,25 @@ impl Model {
     }
 
     /// Scores on logs that hold the far end, as JSON.
-    fn evaluate(&self, py: Python<'_>, logs: Logs, skip_s: f64) -> PyResult<String> {
+    fn evaluate(&self, py: Python<'_>, logs: Logs, columns: ColumnKeywords, skip_s: f64) -> PyResult<String> {
         let model = self.model.clone();
         long_call::run(py, None, None, move |_| {
-            let data = logs.read_for(&model, skip_s, true)?;
+            let data = logs.read_for(&model, skip_s, true, columns.into())?;
             Ok(serde_json::to_string(&evaluate(&model, &data)?)?)
         })
     }
 
     /// Predictions of every sample of logs, as columns.
-    fn predict<'py>(&self, py: Python<'py>, logs: Logs) -> PyResult<Bound<'py, PyDict>> {
+    fn predict<'py>(
+        &self,
+        py: Python<'py>,
+        logs: Logs,
+        columns: ColumnKeywords,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let options = columns.into();
         let model = self.model.clone();
         let (data, columns) = long_call::run(py, None, None, move |_| {
-            let data = logs.read_for(&model, 0.0, false)?;
+            let data = logs.read_for(&model, 0.0, false, options)?;
             let mut columns = Columns::default();
             for prediction in predict(&model, &data)?.iter().flatten() {
                 columns.push(prediction);
@@ -156,11 +163,12 @@ impl Model {
     }
 
     /// Adapts the model to another specimen.
-    #[pyo3(signature = (logs, skip_s, seed, threads, progress))]
+    #[pyo3(signature = (logs, columns, skip_s, seed, threads, progress))]
     fn adapt(
         &self,
         py: Python<'_>,
         logs: Logs,
+        columns: ColumnKeywords,
         skip_s: f64,
         seed: u64,
         threads: Option<usize>,
@@ -168,7 +176,7 @@ impl Model {
     ) -> PyResult<Self> {
         let model = self.model.clone();
         long_call::run(py, progress, threads, move |progress: &Progress| {
-            let data = logs.read_for(&model, skip_s, true)?;
+            let data = logs.read_for(&model, skip_s, true, columns.into())?;
             let options = Options { seed, models: Vec::new(), keep: Keep::Judged };
             Ok(adapt(&model, &data, &options, &|stage, done| progress.tell(stage, done))?.into())
         })

@@ -2,6 +2,7 @@
 
 use super::values::number;
 use clap::Args;
+use sinew_identify::log::ColumnOptions;
 use std::path::PathBuf;
 
 const SKIP: &str = "a finite number of seconds >= 0";
@@ -12,7 +13,8 @@ const SKIP: &str = "a finite number of seconds >= 0";
 /// one row per sample: signals of the near side (the motor's) and the signal of the far end to be predicted.
 /// Roles that no flag sets are inferred from column names with unit suffixes: tension_in_n, position_in_m,
 /// tension_out_n, anchor_m, time_s, trial. A column whose name implies a motion but which takes only two or three
-/// values is a label and gets no role. Every column is listed with its role and the reason before the fit; --dry-run
+/// values is a label and gets no role. Time is found by its name in several languages, by stamps such as
+/// 2026-03-01T12:00:00.005, or by a unit of time in a row of units; without a time column --rate states the sampling. Every column is listed with its role and the reason before the fit; --dry-run
 /// stops there. One of --effort, --motion, --anchor, --given replaces all inputs that names imply: name every input
 /// then.
 ///
@@ -28,6 +30,8 @@ pub(crate) struct IdentifyArguments {
     pub(crate) logs: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) roles: RoleArguments,
+    #[command(flatten)]
+    pub(crate) columns: ColumnArguments,
     /// Seconds at the start of every trial that are neither fitted nor scored
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = number(SKIP, |s| s >= 0.0))]
     pub(crate) skip: f64,
@@ -45,6 +49,38 @@ pub(crate) struct IdentifyArguments {
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) write: WriteArguments,
+}
+
+/// What the files do not say of their columns.
+#[derive(Debug, Args)]
+pub(crate) struct ColumnArguments {
+    /// Columns that have another name in some logs: OLD in the file is read as NEW
+    #[arg(long, value_name = "OLD=NEW,..", value_delimiter = ',', value_parser = pair)]
+    pub(crate) rename: Vec<(String, String)>,
+    /// Units of columns, whatever their names say: N, mm, ms and so on; numbers in another unit than the first log's or the
+    /// model's are converted
+    #[arg(long, value_name = "COL=UNIT,..", value_delimiter = ',', value_parser = pair)]
+    pub(crate) units: Vec<(String, String)>,
+    /// Samples per second of logs without a time column
+    #[arg(long, value_name = "HZ", value_parser = number("a finite number > 0", |hz| hz > 0.0))]
+    pub(crate) rate: Option<f64>,
+}
+
+impl ColumnArguments {
+    /// As the reader takes them.
+    pub(crate) fn options(&self) -> ColumnOptions {
+        ColumnOptions { rename: self.rename.clone(), units: self.units.clone(), rate_hz: self.rate }
+    }
+}
+
+/// `COL=VALUE`; a name may hold an equals sign, a value does not.
+fn pair(text: &str) -> Result<(String, String), String> {
+    match text.rsplit_once('=').map(|(name, value)| (name.trim(), value.trim())) {
+        Some((name, value)) if !name.is_empty() && !value.is_empty() => {
+            Ok((name.to_owned(), value.to_owned()))
+        }
+        _ => Err("expected a column, an equals sign and what it is, such as force=N".to_owned()),
+    }
 }
 
 /// Columns by role.
@@ -65,7 +101,7 @@ pub(crate) struct RoleArguments {
     /// Slowly varying quantities: a joint angle, the bend of the sheath; replaces all inputs taken by name
     #[arg(long, value_name = "COL,..", value_delimiter = ',')]
     pub(crate) given: Vec<String>,
-    /// Time; the suffixes _s, _ms and _us denote its unit
+    /// Time: numbers, stamps or durations; the suffixes _s, _ms and _us denote its unit
     #[arg(long, value_name = "COL")]
     pub(crate) time: Option<String>,
     /// Trial label: model states are reset where it changes
@@ -98,6 +134,8 @@ pub(crate) struct EvaluateArguments {
     /// Logs that contain the far-end signal
     #[arg(required = true, value_name = "LOG")]
     pub(crate) logs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) columns: ColumnArguments,
     /// Seconds at the start of every trial that are not scored
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = number(SKIP, |s| s >= 0.0))]
     pub(crate) skip: f64,
@@ -114,6 +152,8 @@ pub(crate) struct PredictArguments {
     /// Logs of the near side
     #[arg(required = true, value_name = "LOG")]
     pub(crate) logs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) columns: ColumnArguments,
     /// File to write
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) out: PathBuf,
@@ -131,6 +171,8 @@ pub(crate) struct AdaptArguments {
     /// Short logs of the new specimen
     #[arg(required = true, value_name = "LOG")]
     pub(crate) logs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) columns: ColumnArguments,
     /// Seconds at the start of every trial that are neither fitted nor scored
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = number(SKIP, |s| s >= 0.0))]
     pub(crate) skip: f64,

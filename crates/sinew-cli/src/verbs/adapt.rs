@@ -21,7 +21,12 @@ pub(crate) fn run(arguments: &AdaptArguments, general: &General) -> Result<Answe
         general.no_clobber,
     )?;
     let old = read_model(&arguments.model)?;
-    let options = ReadOptions { skip_s: arguments.skip, far_required: true, paths: arguments.logs.clone() };
+    let options = ReadOptions {
+        skip_s: arguments.skip,
+        far_required: true,
+        paths: arguments.logs.clone(),
+        columns: arguments.columns.options(),
+    };
     let data = read_for(&old, &options)?;
     if !general.json {
         print(&(account(&data) + "\n"))?;

@@ -27,7 +27,7 @@ pub(crate) fn run(arguments: &DemoArguments, general: &General) -> Result<Answer
     let Some((held_out, training)) = bytes.split_last() else {
         return Err(Error::NoSimulatedLog);
     };
-    let reading = ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() };
+    let reading = ReadOptions { far_required: true, ..ReadOptions::default() };
     let data = read_bytes(training, &RequestedRoles::default(), &reading)?;
     let options = Options { seed: arguments.write.seed, ..Options::default() };
     let identification = identify(&data, &options, &|stage, done| progress.show(stage, done))?;

@@ -12,7 +12,12 @@ use sinew_identify::log::ReadOptions;
 
 pub(crate) fn run(arguments: &EvaluateArguments, general: &General) -> Result<Answer, Error> {
     let model = read_model(&arguments.model)?;
-    let options = ReadOptions { skip_s: arguments.skip, far_required: true, paths: arguments.logs.clone() };
+    let options = ReadOptions {
+        skip_s: arguments.skip,
+        far_required: true,
+        paths: arguments.logs.clone(),
+        columns: arguments.columns.options(),
+    };
     let data = read_for(&model, &options)?;
     let evaluation = evaluate(&model, &data)?;
     if general.json {

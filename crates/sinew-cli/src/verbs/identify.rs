@@ -21,7 +21,12 @@ pub(crate) fn run(arguments: &IdentifyArguments, general: &General) -> Result<An
     }
     let progress = Progress::new();
     progress.show("reading logs", 0.0);
-    let reading = ReadOptions { skip_s: arguments.skip, far_required: true, paths: arguments.logs.clone() };
+    let reading = ReadOptions {
+        skip_s: arguments.skip,
+        far_required: true,
+        paths: arguments.logs.clone(),
+        columns: arguments.columns.options(),
+    };
     let data = read_dataset(&role_flags(&arguments.roles), &reading)?;
     let models =
         if arguments.model.iter().any(|m| m == "auto") { Vec::new() } else { arguments.model.clone() };

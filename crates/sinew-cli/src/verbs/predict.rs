@@ -16,7 +16,12 @@ pub(crate) fn run(arguments: &PredictArguments, general: &General) -> Result<Ans
     let inputs = arguments.logs.iter().chain([&arguments.model]);
     refuse_overwrite(inputs, std::slice::from_ref(&arguments.out), general.no_clobber)?;
     let model = read_model(&arguments.model)?;
-    let options = ReadOptions { skip_s: 0.0, far_required: false, paths: arguments.logs.clone() };
+    let options = ReadOptions {
+        skip_s: 0.0,
+        far_required: false,
+        paths: arguments.logs.clone(),
+        columns: arguments.columns.options(),
+    };
     let data = read_for(&model, &options)?;
     let predictions = predict(&model, &data)?;
     let text = csv_text(&data, &predictions)?;

@@ -8,20 +8,16 @@ use super::one_log::{ReadLog, read_log};
 use super::open::OpenLog;
 use super::roles::{Columns, one_column};
 use super::signal_checks::check_signals;
-use super::types::{Dataset, LogInfo, Roles, Sequence};
+use super::types::{Dataset, LogInfo, ReadOptions, Roles, Sequence};
 use crate::Error;
 
 /// Reads all logs and puts them together.
-pub(super) fn assemble(
-    roles: Roles,
-    logs: Vec<OpenLog>,
-    skip_s: f64,
-    far_required: bool,
-) -> Result<Dataset, Error> {
+pub(super) fn assemble(roles: Roles, logs: Vec<OpenLog>, options: &ReadOptions) -> Result<Dataset, Error> {
     refuse_large(&roles, &logs)?;
+    let far_required = options.far_required;
     let mut read = Vec::with_capacity(logs.len());
     for log in logs {
-        read.push(read_log(&roles, log, skip_s)?);
+        read.push(read_log(&roles, log, options)?);
     }
     let mut sequences = Vec::new();
     let mut infos = Vec::new();
@@ -53,14 +49,17 @@ fn duration(sequence: &Sequence) -> f64 {
 }
 
 fn info(log: &ReadLog) -> LogInfo {
-    LogInfo {
+    let mut info = LogInfo {
         name: log.file.clone(),
         samples: 0,
         trials: log.cut.trials,
         duration_s: 0.0,
         interval_s: log.cut.interval_s,
         findings: log.cut.findings.clone(),
-    }
+        defects: Vec::new(),
+    };
+    log.defects.iter().for_each(|defect| info.add(defect.clone()));
+    info
 }
 
 /// Refuses logs whose wanted columns would not fit into memory.

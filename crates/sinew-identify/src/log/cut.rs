@@ -3,7 +3,7 @@
 use super::occurrences::Occurrences;
 use super::table::{ColumnLayout, Table};
 use super::times::{Times, separating};
-use super::types::Sequence;
+use super::types::{ReadOptions, Sequence};
 use crate::Error;
 
 /// What was cut from one log.
@@ -21,9 +21,14 @@ pub(super) struct CutLog {
 }
 
 /// Cuts a table whose time is scaled to seconds.
-pub(super) fn cut(file: &str, table: &Table, layout: ColumnLayout, skip_s: f64) -> Result<CutLog, Error> {
-    let times = Times::new(file, table, layout)?;
-    let mut cutter = Cutter::new(table, layout, skip_s, times.gap_s);
+pub(super) fn cut(
+    file: &str,
+    table: &Table,
+    layout: ColumnLayout,
+    options: &ReadOptions,
+) -> Result<CutLog, Error> {
+    let times = Times::new(file, table, layout, options.columns.rate_hz)?;
+    let mut cutter = Cutter::new(table, layout, options.skip_s, times.gap_s);
     for row in 0..table.lines.len() {
         cutter.row(row, times.at(row));
     }

@@ -1,6 +1,7 @@
 //! The role that a column name implies, and the nearest name to one that no column has.
 
 use super::types::Role;
+use super::units::{is_time, plain, split_unit};
 use strsim::levenshtein;
 
 /// Names with a canonical form, without their unit suffix and in lower case with underscores.
@@ -14,6 +15,7 @@ use strsim::levenshtein;
 /// | anchor | `anchor`, `angle_joint`, `joint_angle`, `position_joint`, `joint_position`| `anchor_m`        |
 /// | given  | `sheath`, `bend`, `sheath_bend`, `sheath_angle`, `bend_angle`             | `sheath_deg`      |
 /// | time   | `time`, `timestamp`, `t` (with a unit of time or none)                    | `t_s`             |
+/// | time   | `zeit`, `tid`, `elapsed`, `seconds`, `X_Value`, `..._time`, where none of the above | `Zeit [ms]` |
 /// | trial  | `trial`, `trial_id`, `episode`                                            | `trial`           |
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Meaning {
@@ -23,6 +25,8 @@ pub(super) enum Meaning {
     Input(Role),
     /// Time.
     Time,
+    /// Time, where no column is called by a name of [`Meaning::Time`].
+    TimeLike,
     /// Trial label.
     Trial,
 }
@@ -34,38 +38,45 @@ const FAR: [&str; 3] = ["out", "far", "distal"];
 const ANCHORS: [&str; 5] = ["anchor", "angle_joint", "joint_angle", "position_joint", "joint_position"];
 const GIVENS: [&str; 5] = ["sheath", "bend", "sheath_bend", "sheath_angle", "bend_angle"];
 const TIMES: [&str; 4] = ["time", "timestamp", "time_stamp", "t"];
+/// Time in other languages and programs; words of a stopwatch.
+const TIMES_LIKE: [&str; 29] = [
+    "zeit",
+    "zeitstempel",
+    "uhrzeit",
+    "tid",
+    "tidsstempel",
+    "tijd",
+    "temps",
+    "tiempo",
+    "tempo",
+    "cas",
+    "czas",
+    "aika",
+    "ido",
+    "zaman",
+    "vreme",
+    "время",
+    "时间",
+    "時間",
+    "시간",
+    "elapsed",
+    "clock",
+    "datetime",
+    "date_time",
+    "stamp",
+    "ts",
+    "tstamp",
+    "timestamps",
+    "x_value",
+    "index_level_0",
+];
 const TRIALS: [&str; 3] = ["trial", "trial_id", "episode"];
-
-/// Units of time with their length in seconds.
-const TIME_UNITS: [(&str, f64); 14] = [
-    ("s", 1.0),
-    ("sec", 1.0),
-    ("secs", 1.0),
-    ("second", 1.0),
-    ("seconds", 1.0),
-    ("ms", 1e-3),
-    ("msec", 1e-3),
-    ("millis", 1e-3),
-    ("us", 1e-6),
-    ("usec", 1e-6),
-    ("micros", 1e-6),
-    ("ns", 1e-9),
-    ("nsec", 1e-9),
-    ("min", 60.0),
-];
-const OTHER_UNITS: [&str; 26] = [
-    "n", "kn", "mn", "nm", "mnm", "nmm", "ncm", "kg", "g", "m", "mm", "cm", "um", "rad", "mrad", "deg",
-    "degree", "degrees", "rev", "turns", "counts", "ticks", "v", "a", "ma", "percent",
-];
-
-/// Units with capital letters.
-const CAPITAL_UNITS: [&str; 9] = ["N", "kN", "mN", "Nm", "mNm", "Nmm", "Ncm", "V", "A"];
 
 /// What a column is by its name alone.
 pub(super) fn meaning(column: &str) -> Option<Meaning> {
     let plain = plain(column);
     let (base, unit) = split_unit(&plain);
-    let time_unit = unit.is_none_or(|u| TIME_UNITS.iter().any(|(name, _)| *name == u));
+    let time_unit = unit.is_none_or(is_time);
     // A capital T alone is as likely a tension or a temperature.
     if TIMES.contains(&base) && time_unit && column != "T" {
         return Some(Meaning::Time);
@@ -82,6 +93,26 @@ pub(super) fn meaning(column: &str) -> Option<Meaning> {
     if base == "stroke" {
         return Some(Meaning::Input(Role::Motion));
     }
+    sided_meaning(base).or_else(|| time_like(&plain, column).then_some(Meaning::TimeLike))
+}
+
+/// Whether a name is one of [`TIMES_LIKE`], a unit of time alone, or speaks of time at its start or end.
+fn time_like(plain: &str, column: &str) -> bool {
+    let (base, unit) = split_unit(plain);
+    let speaks = |base: &str| {
+        TIMES_LIKE.contains(&base)
+            || ["time", "elapsed", "timestamp"].iter().any(|word| {
+                base.strip_prefix(word).is_some_and(|rest| rest.starts_with('_'))
+                    || base.strip_suffix(word).is_some_and(|rest| rest.ends_with('_'))
+            })
+    };
+    // One letter is a quantity, `MS` no unit, and `min` as often a minimum.
+    let unit_alone = plain.len() > 1 && plain != "min" && is_time(plain) && column != column.to_uppercase();
+    unit_alone || unit.is_none_or(is_time) && speaks(base)
+}
+
+/// The meaning of a quantity with its side.
+fn sided_meaning(base: &str) -> Option<Meaning> {
     let (quantity, side) = sided(base)?;
     match (EFFORTS.contains(&quantity), MOTIONS.contains(&quantity)) {
         (true, _) if FAR.contains(&side) => Some(Meaning::Far),
@@ -96,55 +127,6 @@ fn sided(base: &str) -> Option<(&str, &str)> {
     let (first, last) = base.split_once('_')?;
     let is_side = |word: &str| NEAR.contains(&word) || FAR.contains(&word);
     if is_side(last) { Some((first, last)) } else { is_side(first).then_some((last, first)) }
-}
-
-/// Lower case, with one underscore for whatever is neither letter nor digit: `T in (N)` is `t_in_n`.
-fn plain(column: &str) -> String {
-    let mut plain = String::with_capacity(column.len());
-    for c in column.trim().chars() {
-        if c.is_alphanumeric() {
-            plain.extend(c.to_lowercase());
-        } else if !plain.ends_with('_') {
-            plain.push('_');
-        }
-    }
-    plain.trim_matches('_').to_owned()
-}
-
-fn split_unit(plain: &str) -> (&str, Option<&str>) {
-    match plain.rsplit_once('_') {
-        Some((base, unit)) if is_plain_unit(unit) => (base, Some(unit)),
-        _ => (plain, None),
-    }
-}
-
-fn is_plain_unit(word: &str) -> bool {
-    OTHER_UNITS.contains(&word) || TIME_UNITS.iter().any(|(name, _)| *name == word)
-}
-
-/// The unit in a name, as it is written in text, or an empty string: that of its last word which is a unit, so that
-/// `tension_n_filtered` has one. The first word is the quantity.
-#[must_use]
-pub fn unit_of(column: &str) -> String {
-    let plain = plain(column);
-    let unit = plain.split('_').skip(1).filter(|word| is_plain_unit(word)).last().unwrap_or_default();
-    let written = CAPITAL_UNITS.iter().find(|name| name.eq_ignore_ascii_case(unit));
-    written.map_or_else(|| unit.to_owned(), |name| (*name).to_owned())
-}
-
-/// Whether a cell of a units row could be a unit: short, or empty, or in brackets.
-pub(super) fn is_unit(cell: &str) -> bool {
-    let plain = plain(cell);
-    plain.is_empty() || is_plain_unit(&plain) || cell.starts_with(['[', '('])
-}
-
-/// Seconds per unit of a time column, from its name or from its cell in a units row.
-pub(super) fn time_scale(column: &str, unit: &str) -> f64 {
-    let plain_name = plain(column);
-    let plain_unit = plain(unit);
-    let of = |word: &str| TIME_UNITS.iter().find(|(name, _)| *name == word).map(|&(_, scale)| scale);
-    let by_name = plain_name.rsplit_once('_').and_then(|(_, word)| of(word));
-    by_name.or_else(|| of(&plain_unit)).unwrap_or(1.0)
 }
 
 /// The column nearest to `wanted`, if one is near enough to have been meant.
@@ -191,6 +173,16 @@ mod tests {
             ("stroke_ref_mm", None),
             ("p_out_rad", None),
             ("freq_hz", None),
+            ("Zeit [s]", Some(Meaning::TimeLike)),
+            ("tid", Some(Meaning::TimeLike)),
+            ("elapsed_ms", Some(Meaning::TimeLike)),
+            ("elapsed time (s)", Some(Meaning::TimeLike)),
+            ("sim_time", Some(Meaning::TimeLike)),
+            ("Seconds", Some(Meaning::TimeLike)),
+            ("X_Value", Some(Meaning::TimeLike)),
+            ("timer_n", None),
+            ("lifetime", None),
+            ("min", None),
         ] {
             assert_eq!(meaning(name), expected, "{name}");
         }
@@ -203,13 +195,5 @@ mod tests {
         assert_eq!(nearest("T_ouf_N", &columns), Some("T_out_N"));
         assert_eq!(nearest("Tin_N", &columns), Some("T_in_N"));
         assert_eq!(nearest("temperature", &columns), None);
-    }
-
-    #[test]
-    fn time_is_scaled_by_its_suffix_or_its_unit() {
-        assert!((time_scale("t_ms", "") - 1e-3).abs() < 1e-18);
-        assert!((time_scale("time (us)", "") - 1e-6).abs() < 1e-18);
-        assert!((time_scale("time", "[ms]") - 1e-3).abs() < 1e-18);
-        assert!((time_scale("time", "") - 1.0).abs() < 1e-18);
     }
 }

@@ -1,12 +1,13 @@
 //! One log: read, scaled to seconds, cut into sequences, checked for spikes.
 
+use super::clock::Clock;
 use super::conditions::LogConstants;
 use super::cut::{self, CutLog};
 use super::occurrences::{Occurrences, counted};
 use super::open::OpenLog;
+use super::spikes;
 use super::table::{ColumnLayout, Table, Wanted};
-use super::types::{Roles, Sequence};
-use super::{names, spikes};
+use super::types::{Defect, ReadOptions, Roles, Sequence};
 use crate::Error;
 
 /// One log, read and cut.
@@ -17,12 +18,14 @@ pub(super) struct ReadLog {
     pub(super) cut: CutLog,
     /// What is constant within its trials.
     pub(super) constants: LogConstants,
+    /// Defects of its time.
+    pub(super) defects: Vec<Defect>,
 }
 
 /// Reads one log.
-pub(super) fn read_log(roles: &Roles, log: OpenLog, skip_s: f64) -> Result<ReadLog, Error> {
+pub(super) fn read_log(roles: &Roles, mut log: OpenLog, options: &ReadOptions) -> Result<ReadLog, Error> {
     let file = log.file.clone();
-    let columns = log.columns().to_vec();
+    let columns = log.names.clone();
     let at = |name: &String| columns.iter().position(|c| c == name);
     let far = roles.far.as_ref().and_then(at);
     let time = roles.time.as_ref().and_then(at);
@@ -41,11 +44,15 @@ pub(super) fn read_log(roles: &Roles, log: OpenLog, skip_s: f64) -> Result<ReadL
     let candidates = (0..columns.len())
         .filter(|&c| Some(c) != far && Some(c) != time && (Some(c) != trial || trial == group))
         .collect();
-    let wanted = Wanted { numbers, trial, group, candidates };
-    let scale = time.map_or(1.0, |c| names::time_scale(&columns[c], log.unit(c)));
+    let factors: Vec<f64> = numbers.iter().map(|&c| log.factors[c]).collect();
+    let clock = time.map(|c| Clock::of(&log, c));
+    let wanted = Wanted { numbers, stamped: time.filter(|&c| log.is_stamped(c)), trial, group, candidates };
+    let named = std::mem::take(&mut log.findings);
     let mut table = log.read(&wanted)?;
+    convert(&mut table, &factors);
     group_within_trials(&file, roles, &table)?;
     let mut findings = std::mem::take(&mut table.findings);
+    findings.extend(named);
     for (name, lacking) in
         [(&roles.far, far.is_none()), (&roles.trial, trial.is_none()), (&roles.group, group.is_none())]
     {
@@ -53,9 +60,12 @@ pub(super) fn read_log(roles: &Roles, log: OpenLog, skip_s: f64) -> Result<ReadL
             findings.push(format!("there is no column `{name}`"));
         }
     }
-    rescale(&mut table, layout, scale, &mut findings);
+    let mut defects = Vec::new();
+    if let (Some(k), Some(clock)) = (layout.time, &clock) {
+        clock.to_seconds(&file, &mut table.numbers[k], &mut findings, &mut defects)?;
+    }
     missing_cells(&table, &wanted, &columns, layout, &mut findings);
-    let mut cut = cut::cut(&file, &table, layout, skip_s)?;
+    let mut cut = cut::cut(&file, &table, layout, options)?;
     // Frees the table: a long log is not held twice.
     table.numbers = Vec::new();
     findings.append(&mut cut.findings);
@@ -65,15 +75,15 @@ pub(super) fn read_log(roles: &Roles, log: OpenLog, skip_s: f64) -> Result<ReadL
         columns: table.constants.into_iter().map(|(c, runs)| (columns[c].clone(), runs)).collect(),
         first_rows: cut.first_rows.clone(),
     };
-    Ok(ReadLog { file, cut, constants })
+    Ok(ReadLog { file, cut, constants, defects })
 }
 
-/// Time to seconds.
-#[expect(clippy::float_cmp, reason = "1.0 is the literal of a table of units, not a result")]
-fn rescale(table: &mut Table, layout: ColumnLayout, scale: f64, findings: &mut Vec<String>) {
-    if let Some(k) = layout.time.filter(|_| scale != 1.0) {
-        table.numbers[k].iter_mut().for_each(|t| *t *= scale);
-        findings.push(format!("time was multiplied by {scale} to have seconds"));
+/// Numbers to the units of the other logs.
+fn convert(table: &mut Table, factors: &[f64]) {
+    for (numbers, factor) in table.numbers.iter_mut().zip(factors) {
+        if factor.to_bits() != 1.0_f64.to_bits() {
+            numbers.iter_mut().for_each(|x| *x *= factor);
+        }
     }
 }
 

@@ -6,6 +6,7 @@ use super::binary::{ArrayLog, is_mat5};
 use super::memory_limit::MEMORY_LIMIT_BYTES;
 use super::table::{Table, Wanted};
 use super::text::TextLog;
+use super::units::{is_known, unit_of};
 use crate::Error;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -14,6 +15,14 @@ use std::path::{Path, PathBuf};
 pub(super) struct OpenLog {
     /// Its unique name.
     pub(super) file: String,
+    /// The name of every column, under which it is read: `[columns]`.
+    pub(super) names: Vec<String>,
+    /// Its unit, or an empty text: `[columns]`.
+    pub(super) units: Vec<String>,
+    /// What its numbers are multiplied with to have the unit of the other logs: `[columns]`.
+    pub(super) factors: Vec<f64>,
+    /// What was done to names and units, in words.
+    pub(super) findings: Vec<String>,
     content: Content,
 }
 
@@ -129,7 +138,7 @@ impl OpenLog {
             Kind::Mat73 => mat73(&file, whole(&file, path)?)?,
             Kind::Parquet => parquet_file(&file, path)?,
         };
-        Ok(Self { file, content })
+        Ok(Self::new(file, content))
     }
 
     fn from_bytes(file: String, bytes: &[u8]) -> Result<Self, Error> {
@@ -139,24 +148,37 @@ impl OpenLog {
             Kind::Mat73 => mat73(&file, bytes.to_vec())?,
             Kind::Parquet => parquet_bytes(&file, bytes)?,
         };
-        Ok(Self { file, content })
+        Ok(Self::new(file, content))
     }
 
-    /// Column names.
-    pub(super) fn columns(&self) -> &[String] {
-        match &self.content {
+    fn new(file: String, content: Content) -> Self {
+        let names = match &content {
             Content::Text(log) => log.columns(),
             Content::Arrays(log) => log.columns(),
             #[cfg(feature = "parquet")]
             Content::Parquet(log) => log.columns(),
-        }
+        };
+        let names = names.to_vec();
+        let row = |column: usize| match &content {
+            Content::Text(log) => log.unit(column).trim_matches(['[', ']', '(', ')', ' ']),
+            _ => "",
+        };
+        let unit = |(column, name): (usize, &String)| match (row(column), unit_of(name)) {
+            (row, by_name) if row.is_empty() || !is_known(row) && !by_name.is_empty() => by_name,
+            (row, _) => row.to_owned(),
+        };
+        let units = names.iter().enumerate().map(unit).collect();
+        let factors = vec![1.0; names.len()];
+        Self { file, names, units, factors, findings: Vec::new(), content }
     }
 
-    /// Unit of a column from a units row, or an empty string.
-    pub(super) fn unit(&self, column: usize) -> &str {
+    /// Whether the cells of a column state time by themselves.
+    pub(super) fn is_stamped(&self, column: usize) -> bool {
         match &self.content {
-            Content::Text(log) => log.unit(column),
-            _ => "",
+            Content::Text(log) => log.is_stamped(column),
+            Content::Arrays(_) => false,
+            #[cfg(feature = "parquet")]
+            Content::Parquet(log) => log.is_stamped(column),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::assemble::{assemble, complete};
 use super::names::{Meaning, meaning};
+use super::naming;
 use super::open::{OpenLog, open_bytes, open_paths};
 use super::roles::{self, Columns};
 use super::types::{Dataset, ReadOptions, RequestedRoles, Roles};
@@ -60,15 +61,25 @@ fn with_flags(
     open: &dyn Fn() -> Result<Vec<OpenLog>, Error>,
 ) -> Result<Dataset, Error> {
     check_skip(options.skip_s)?;
+    check_rate(options.columns.rate_hz)?;
     let mut labels: Vec<Label> = Vec::new();
     loop {
-        let logs = open()?;
+        let mut logs = open()?;
         let mut wanted = flags.clone();
+        naming::name(&mut logs, &options.columns, &asked_for(flags))?;
         wanted.ignore.extend(labels.iter().map(|label| label.column.clone()));
+        if options.columns.rate_hz.is_some() {
+            wanted.time = None;
+        } else if wanted.time.is_none() {
+            wanted.time = roles::time_of(&columns(&logs), &asked_for(&wanted))?;
+        }
+        if let Some(time) = &wanted.time {
+            naming::same_time(&mut logs, time);
+        }
         let found = columns(&logs);
-        let roles = roles::find(&wanted, &found, options.far_required)?;
-        let named = uses::named(&found, |log, column| logs[log].unit(column));
-        let mut dataset = assemble(roles, logs, options.skip_s, options.far_required)?;
+        let roles = roles::find(&wanted, &found, options.far_required, options.columns.rate_hz.is_some())?;
+        let named = uses::named(&logs);
+        let mut dataset = assemble(roles, logs, options)?;
         let new = uses::labels(flags, &dataset);
         if new.is_empty() {
             one_group_is_none(flags, &dataset)?;
@@ -90,15 +101,29 @@ fn one_group_is_none(flags: &RequestedRoles, dataset: &Dataset) -> Result<(), Er
     }
 }
 
-fn with_roles(roles: &Roles, options: &ReadOptions, logs: Vec<OpenLog>) -> Result<Dataset, Error> {
+fn with_roles(roles: &Roles, options: &ReadOptions, mut logs: Vec<OpenLog>) -> Result<Dataset, Error> {
     check_skip(options.skip_s)?;
-    let columns = columns(&logs);
-    if columns.is_empty() {
-        return Err(Error::NoLogs);
-    }
+    check_rate(options.columns.rate_hz)?;
     let mut roles = roles.clone();
+    naming::name(&mut logs, &options.columns, &columns_of(&roles))?;
+    if options.columns.rate_hz.is_some() {
+        roles.time = None;
+    } else {
+        let time = match &roles.time {
+            Some(time) => Some(time.clone()),
+            None => roles::time_of(&columns(&logs), &columns_of(&roles))?,
+        };
+        if let Some(time) = &time {
+            naming::same_time(&mut logs, time);
+        }
+        roles.time = time;
+    }
+    let columns = columns(&logs);
+    let Some(first) = columns.first() else { return Err(Error::NoLogs) };
+    if roles.time.is_none() && options.columns.rate_hz.is_none() {
+        return Err(Error::NoTime { file: first.file.into(), columns: first.names.to_vec() });
+    }
     if options.far_required && roles.far.is_none() {
-        let first = &columns[0];
         return Err(Error::NoFar {
             file: first.file.into(),
             candidates: Vec::new(),
@@ -114,11 +139,34 @@ fn with_roles(roles: &Roles, options: &ReadOptions, logs: Vec<OpenLog>) -> Resul
     let found = columns.iter().flat_map(|log| log.names).find(named).cloned();
     roles.trial = roles.trial.filter(has).or(found);
     roles.group = roles.group.filter(has);
-    assemble(roles, logs, options.skip_s, options.far_required)
+    assemble(roles, logs, options)
 }
 
 fn columns(logs: &[OpenLog]) -> Vec<Columns<'_>> {
-    logs.iter().map(|log| Columns { file: &log.file, names: log.columns() }).collect()
+    logs.iter().map(|log| Columns { file: &log.file, names: &log.names, timed: naming::timed(log) }).collect()
+}
+
+/// Every column that is asked for by name.
+fn asked_for(flags: &RequestedRoles) -> Vec<String> {
+    let RequestedRoles { far, effort, motion, anchor, given, time, trial, group, ignore } = flags;
+    let single = [far, anchor, time, trial, group].into_iter().flatten();
+    single.chain(effort).chain(motion).chain(given).chain(ignore).cloned().collect()
+}
+
+/// Every column that a model reads.
+fn columns_of(roles: &Roles) -> Vec<String> {
+    let inputs = roles.inputs.iter().map(|input| &input.column);
+    inputs.chain([&roles.far, &roles.time, &roles.trial].into_iter().flatten()).cloned().collect()
+}
+
+fn check_rate(rate_hz: Option<f64>) -> Result<(), Error> {
+    match rate_hz {
+        Some(got) if !(got.is_finite() && got > 0.0) => {
+            let (name, expected) = ("rate", "a finite number of samples per second > 0");
+            Err(sinew::Error::OutOfDomain { name, expected, got }.into())
+        }
+        _ => Ok(()),
+    }
 }
 
 fn check_skip(skip_s: f64) -> Result<(), Error> {

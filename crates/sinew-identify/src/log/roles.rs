@@ -11,13 +11,16 @@ pub(super) struct Columns<'a> {
     pub(super) file: &'a str,
     /// Its columns.
     pub(super) names: &'a [String],
+    /// Whether a column is time by its cells or by a unit: `[columns]`.
+    pub(super) timed: Vec<bool>,
 }
 
-/// Finds the roles in logs that should all have the same columns.
+/// Finds the roles in logs that should all have the same columns; time is as requested, or `is_counted`.
 pub(super) fn find(
     requested: &RequestedRoles,
     logs: &[Columns<'_>],
     far_required: bool,
+    is_counted: bool,
 ) -> Result<Roles, Error> {
     let Some(first) = logs.first() else { return Err(Error::NoLogs) };
     refuse_two_roles(requested)?;
@@ -38,16 +41,12 @@ pub(super) fn find(
         Some(far) => Some(far.clone()),
         None => one_far(named(|m| m == Meaning::Far), first, far_required)?,
     };
-    let time = match &requested.time {
-        Some(time) => Some(time.clone()),
-        None => at_most_one(named(|m| m == Meaning::Time), first, ColumnRole::Time)?,
-    };
     let trial = match &requested.trial {
         Some(trial) => Some(trial.clone()),
         None => at_most_one(named(|m| m == Meaning::Trial), first, ColumnRole::Trial)?,
     };
     let inputs = if given_inputs.is_empty() { named_inputs(&named) } else { given_inputs };
-    let roles = Roles { far, inputs, time, trial, group: requested.group.clone() };
+    let roles = Roles { far, inputs, time: requested.time.clone(), trial, group: requested.group.clone() };
     present(&roles, logs, far_required)?;
     for column in &requested.ignore {
         known(column, logs)?;
@@ -55,7 +54,35 @@ pub(super) fn find(
     if roles.inputs.is_empty() {
         return Err(Error::NoInputs { file: first.file.into(), columns: first.names.to_vec() });
     }
+    if roles.time.is_none() && !is_counted {
+        return Err(Error::NoTime { file: first.file.into(), columns: first.names.to_vec() });
+    }
     Ok(roles)
+}
+
+/// The time column of logs, of the columns that are not `taken`: by its name, without one by what it holds, and then by a
+/// name that is at least like one. Days may call it differently: the name is that of the first log.
+///
+/// # Errors
+/// [`Error::Ambiguous`] where one log has two.
+pub(super) fn time_of(logs: &[Columns<'_>], taken: &[String]) -> Result<Option<String>, Error> {
+    let means = |name: &String, wanted: Meaning| meaning(name) == Some(wanted);
+    let by_name = |wanted: Meaning| move |log: &Columns<'_>, c: usize| means(&log.names[c], wanted);
+    let (named, like) = (by_name(Meaning::Time), by_name(Meaning::TimeLike));
+    let held = |log: &Columns<'_>, c: usize| log.timed[c];
+    let tiers: [&dyn Fn(&Columns<'_>, usize) -> bool; 3] = [&named, &held, &like];
+    for tier in tiers {
+        let mut found = None;
+        for log in logs {
+            let fits = (0..log.names.len()).filter(|&c| !taken.contains(&log.names[c]) && tier(log, c));
+            let time = at_most_one(fits.map(|c| log.names[c].clone()).collect(), log, ColumnRole::Time)?;
+            found = found.or(time);
+        }
+        if found.is_some() {
+            return Ok(found);
+        }
+    }
+    Ok(None)
 }
 
 fn requested_inputs(requested: &RequestedRoles) -> Vec<Input> {

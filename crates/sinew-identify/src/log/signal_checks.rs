@@ -1,6 +1,8 @@
 //! Signals that identify nothing: refused, or reported where something is left.
 
+use super::durations::report_durations;
 use super::likeness::report_likeness;
+use super::plateaus::report_plateaus;
 use super::types::{Dataset, Role, Sequence};
 use crate::Error;
 
@@ -27,7 +29,9 @@ pub(super) fn check_signals(dataset: &mut Dataset, far_required: bool) -> Result
         check_far(dataset, &place)?;
     }
     check_inputs(dataset, &place)?;
+    report_plateaus(dataset);
     if far_required {
+        report_durations(dataset);
         report_likeness(dataset);
     }
     Ok(())

@@ -8,6 +8,8 @@ use std::collections::HashMap;
 pub(super) struct Wanted {
     /// Columns that must be numbers.
     pub(super) numbers: Vec<usize>,
+    /// The one of them whose cells are stamps of time.
+    pub(super) stamped: Option<usize>,
     /// The trial column.
     pub(super) trial: Option<usize>,
     /// The group column.

@@ -29,10 +29,19 @@ pub(super) struct Times<'a> {
 
 impl<'a> Times<'a> {
     /// Checks the time column.
-    pub(super) fn new(file: &str, table: &'a Table, layout: ColumnLayout) -> Result<Self, Error> {
+    pub(super) fn new(
+        file: &str,
+        table: &'a Table,
+        layout: ColumnLayout,
+        rate_hz: Option<f64>,
+    ) -> Result<Self, Error> {
         let Some(column) = layout.time else {
-            let one = 1.0;
-            return Ok(Self { time: None, interval_s: one, slow_s: one, fast_s: one, gap_s: f64::INFINITY });
+            let Some(rate_hz) = rate_hz else {
+                return Err(Error::NoTime { file: file.to_owned(), columns: Vec::new() });
+            };
+            let interval_s = rate_hz.recip();
+            let [slow_s, fast_s] = [interval_s; 2];
+            return Ok(Self { time: None, interval_s, slow_s, fast_s, gap_s: f64::INFINITY });
         };
         let time = table.numbers[column].as_slice();
         let mut steps = forward_steps(file, table, time)?;
@@ -45,13 +54,16 @@ impl<'a> Times<'a> {
 
     /// Time of a row, s.
     pub(super) fn at(&self, row: usize) -> f64 {
-        self.time.map_or(row as f64, |time| time[row])
+        self.time.map_or(row as f64 * self.interval_s, |time| time[row])
     }
 
     /// What is irregular, in words.
     pub(super) fn findings(&self) -> Vec<String> {
         if self.time.is_none() {
-            return vec!["there is no time column: samples are counted instead, one per second".into()];
+            return vec![format!(
+                "time is counted as requested, {:.3} ms from sample to sample",
+                1e3 * self.interval_s
+            )];
         }
         if self.slow_s > 1.5 * self.fast_s {
             return vec![format!(

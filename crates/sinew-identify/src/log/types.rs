@@ -37,7 +37,7 @@ pub struct ColumnUse {
     pub column: String,
     /// Its role; `None` where it is left.
     pub role: Option<crate::ColumnRole>,
-    /// Its unit by a units row or by the end of its name; empty where neither states one.
+    /// Its unit, as requested, by a units row or by the end of its name; empty where none states one.
     pub unit: String,
     /// Why it has this role, or none.
     pub reason: String,
@@ -50,7 +50,7 @@ pub struct Roles {
     pub far: Option<String>,
     /// The inputs, in the order effort, motion, anchor, given.
     pub inputs: Vec<Input>,
-    /// The time column; `None` means the sample index, which the reader reports.
+    /// The time column; `None` where time is counted at [`ColumnOptions::rate_hz`].
     pub time: Option<String>,
     /// The trial column.
     pub trial: Option<String>,
@@ -95,6 +95,48 @@ pub struct Condition {
     pub values: Vec<String>,
 }
 
+/// What is wrong with a log or one of its channels, beyond what was repaired.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DefectKind {
+    /// A channel stands at a bound while the others move on.
+    Clipped,
+    /// A channel stands still and then jumps while the others move.
+    Frozen,
+    /// Time is in another unit or of another clock.
+    Clock,
+    /// Too short.
+    Short,
+    /// Two channels are shifted against each other in time.
+    Shifted,
+    /// A channel has another gain, offset or sign than in the other logs.
+    Gain,
+    /// The logs contradict each other.
+    Contradiction,
+    /// A property changes from log to log in one direction.
+    Trend,
+}
+
+/// A defect of a log, which makes a model of it doubtful.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Defect {
+    /// What it is.
+    pub kind: DefectKind,
+    /// The channel; empty where it concerns all.
+    pub column: String,
+    /// The first line, or row of a binary file, from 1; `None` where it concerns the whole log.
+    pub line: Option<usize>,
+    /// What was found, where, and what it does to the result; without a full stop.
+    pub sentence: String,
+}
+
+impl Defect {
+    /// A defect of a whole log.
+    pub(crate) fn of_log(kind: DefectKind, column: &str, sentence: String) -> Self {
+        Self { kind, column: column.to_owned(), line: None, sentence }
+    }
+}
+
 /// What the reader found and did in one log, for the report.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct LogInfo {
@@ -108,8 +150,20 @@ pub struct LogInfo {
     pub duration_s: f64,
     /// Median sampling interval, s.
     pub interval_s: f64,
-    /// Findings in plain words: gaps, spikes, repeated rows, irregular sampling, duplicated logs.
+    /// Findings in plain words: gaps, spikes, repeated rows, irregular sampling, duplicated logs; the sentence of every
+    /// defect.
     pub findings: Vec<String>,
+    /// Defects that make a model of this log doubtful.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub defects: Vec<Defect>,
+}
+
+impl LogInfo {
+    /// Adds a defect, and its sentence to the findings.
+    pub(crate) fn add(&mut self, defect: Defect) {
+        self.findings.push(defect.sentence.clone());
+        self.defects.push(defect);
+    }
 }
 
 /// Every log, checked and cut into sequences.
@@ -127,8 +181,28 @@ pub struct Dataset {
     pub sequences: Vec<Sequence>,
 }
 
+/// What the files do not say of their columns.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ColumnOptions {
+    /// Names in the files and the names to read them under: a column that other days call otherwise.
+    pub rename: Vec<(String, String)>,
+    /// Columns and their units, whatever names and rows of units say.
+    pub units: Vec<(String, String)>,
+    /// Samples per second, Hz, above zero: time is counted, and no column of time is read.
+    pub rate_hz: Option<f64>,
+}
+
+impl Dataset {
+    /// The unit of a column, as [`ColumnUse::unit`] or by its name; empty where neither states one.
+    #[must_use]
+    pub fn unit(&self, column: &str) -> String {
+        let stated = self.columns.iter().find(|used| used.column == column).map(|used| used.unit.clone());
+        stated.filter(|unit| !unit.is_empty()).unwrap_or_else(|| super::units::unit_of(column))
+    }
+}
+
 /// How to read.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct ReadOptions {
     /// Seconds at the start of every trial that are neither fitted nor scored.
     pub skip_s: f64,
@@ -136,4 +210,6 @@ pub struct ReadOptions {
     pub far_required: bool,
     /// Paths of the logs.
     pub paths: Vec<PathBuf>,
+    /// What the files do not say of their columns.
+    pub columns: ColumnOptions,
 }

@@ -1,7 +1,7 @@
 //! The account of the columns: which has which role, in which unit, and why; labels among the motions by name.
 
-use super::names::unit_of;
-use super::roles::Columns;
+use super::names::{Meaning, meaning};
+use super::open::OpenLog;
 use super::types::{ColumnUse, Dataset, RequestedRoles, Role};
 use crate::ColumnRole;
 
@@ -20,16 +20,14 @@ pub(super) struct Named {
     unit: String,
 }
 
-/// Every column of all logs; `unit` is the cell of a units row by log and column.
-pub(super) fn named<'a>(logs: &[Columns<'_>], unit: impl Fn(usize, usize) -> &'a str) -> Vec<Named> {
+/// Every column of all logs.
+pub(super) fn named(logs: &[OpenLog]) -> Vec<Named> {
     let mut all: Vec<Named> = Vec::new();
-    for (k, log) in logs.iter().enumerate() {
-        for (c, column) in log.names.iter().enumerate() {
-            if all.iter().all(|known| known.column != *column) {
-                let row = unit(k, c).trim_matches(['[', ']', '(', ')', ' ']);
-                let unit = if row.is_empty() { unit_of(column) } else { row.to_owned() };
-                all.push(Named { column: column.clone(), unit });
-            }
+    for (column, unit) in logs.iter().flat_map(|log| log.names.iter().zip(&log.units)) {
+        match all.iter_mut().find(|known| known.column == *column) {
+            None => all.push(Named { column: column.clone(), unit: unit.clone() }),
+            Some(known) if known.unit.is_empty() => known.unit.clone_from(unit),
+            Some(_) => {}
         }
     }
     all
@@ -73,6 +71,7 @@ pub(super) fn uses(
         let role = role(column, dataset);
         let reason = match role {
             Some(_) if is_requested(column, requested) => "as requested".to_owned(),
+            Some(ColumnRole::Time) if !implies_time(column) => "by what it holds".to_owned(),
             Some(_) => "by its name".to_owned(),
             None => reason_left(column, requested, labels, dataset),
         };
@@ -82,6 +81,10 @@ pub(super) fn uses(
     // The order of the columns in a file changes nothing.
     uses.sort_by(|a, b| (a.role.is_none(), a.role, &a.column).cmp(&(b.role.is_none(), b.role, &b.column)));
     uses
+}
+
+fn implies_time(column: &str) -> bool {
+    matches!(meaning(column), Some(Meaning::Time | Meaning::TimeLike))
 }
 
 fn role(column: &str, dataset: &Dataset) -> Option<ColumnRole> {

@@ -2,6 +2,7 @@
 
 use super::evidence::Evidence;
 use super::types::{Grade, IdentificationReport};
+use crate::log::DefectKind;
 use crate::select::candidates::{CONSTANT, LINEAR};
 use crate::select::cross_validation::CrossValidation;
 use sinew::metrics::Comparison;
@@ -71,6 +72,7 @@ impl Assessment {
         if MANY_LEFT_OUT * left_out > logs {
             reasons.push(format!("{left_out} of {logs} logs were left out as foreign"));
         }
+        reasons.extend(defects(report));
         if !evidence.folds.grouped {
             reasons.push("one log does not show the change between days".to_owned());
         }
@@ -83,6 +85,41 @@ impl Assessment {
             (false, false) => Grade::UseWithCare,
         };
         Self { grade, reasons, constant: constant_rmse, linear: linear_rmse }
+    }
+}
+
+/// Defects of the logs that were fitted, kind by kind.
+fn defects(report: &IdentificationReport) -> Vec<String> {
+    let mut reasons: Vec<String> = Vec::new();
+    for (log, defect) in report.logs.iter().flat_map(|log| log.defects.iter().map(move |d| (log, d))) {
+        let channel =
+            if defect.column.is_empty() { String::new() } else { format!("`{}` of ", defect.column) };
+        let (what, name) = (in_words(defect.kind), log.name.as_str());
+        let reason = format!("{channel}{name} {what}");
+        if !reasons.contains(&reason) {
+            reasons.push(reason);
+        }
+    }
+    let more = reasons.len().saturating_sub(SHOWN);
+    reasons.truncate(SHOWN);
+    reasons.extend((more > 0).then(|| format!("{more} more channels or logs are damaged")));
+    reasons
+}
+
+/// Defects that are named one by one in the reasons.
+const SHOWN: usize = 3;
+
+/// Completes the name of a channel or a log.
+fn in_words(kind: DefectKind) -> &'static str {
+    match kind {
+        DefectKind::Clipped => "is clipped",
+        DefectKind::Frozen => "is frozen for a stretch",
+        DefectKind::Clock => "is of another unit or clock",
+        DefectKind::Short => "is too short",
+        DefectKind::Shifted => "is shifted in time",
+        DefectKind::Gain => "has another gain, offset or sign than the other logs",
+        DefectKind::Contradiction => "contradicts another log",
+        DefectKind::Trend => "changes from log to log",
     }
 }
 

@@ -14,6 +14,9 @@ const FEWEST_REVERSALS: usize = 4;
 /// Fewest samples that count.
 const FEWEST_SAMPLES: usize = 300;
 
+/// Fewest samples of a stroke, in the median of a log, with which the dead band after a reversal is seen.
+const FEWEST_OF_STROKE: usize = 10;
+
 /// Ratio of the 90 % to the 10 % quantile below which strokes have one length, or one speed.
 const ONE: f64 = 1.2;
 
@@ -21,6 +24,7 @@ const ONE: f64 = 1.2;
 struct Stroke {
     length: f64,
     duration_s: f64,
+    samples: usize,
 }
 
 /// What the logs do not show, in sentences without a full stop; empty for rich logs.
@@ -44,6 +48,7 @@ pub(super) fn limits(logs: &ConditionedLogs, model: &Model) -> Vec<String> {
             "`{name}` reverses {reversals} times in all logs, expected {FEWEST_REVERSALS} and more"
         ));
     }
+    limits.extend(coarse(logs, input, range, name));
     if samples < FEWEST_SAMPLES {
         limits.push(format!("{samples} samples count, expected {FEWEST_SAMPLES} and more"));
     }
@@ -62,10 +67,39 @@ pub(super) fn limits(logs: &ConditionedLogs, model: &Model) -> Vec<String> {
     limits
 }
 
+/// The log that is sampled too rarely for its reversals, if there is one: the one of the fewest samples in a stroke.
+fn coarse(logs: &ConditionedLogs, input: usize, range: f64, name: &str) -> Option<String> {
+    let of_log = |log: usize| -> Option<(usize, usize)> {
+        let runs = logs.runs.iter().filter(|run| run.log == log);
+        let found = runs.map(|run| strokes(run, input, REVERSAL * range));
+        // The first and the last stroke are cut off.
+        let whole = found.flat_map(|run| {
+            run.get(1..run.len().saturating_sub(1))
+                .unwrap_or_default()
+                .iter()
+                .map(|s| s.samples)
+                .collect::<Vec<_>>()
+        });
+        let mut samples: Vec<usize> = whole.collect();
+        samples.sort_unstable();
+        let median = *samples.get(samples.len() / 2)?;
+        (samples.len() >= 3 && median < FEWEST_OF_STROKE).then_some((median, log))
+    };
+    let (median, log) = (0..logs.data.logs.len()).filter_map(of_log).min()?;
+    let info = &logs.data.logs[log];
+    Some(format!(
+        "`{name}` of {} reverses every {median} samples, at {:.3} Hz: the rate is too low for the reversals, expected \
+         {FEWEST_OF_STROKE} samples and more in a stroke",
+        info.name,
+        info.interval_s.recip()
+    ))
+}
+
 /// The strokes of one run between reversals of more than `threshold`.
 fn strokes(run: &Run, input: usize, threshold: f64) -> Vec<Stroke> {
     let mut strokes = Vec::new();
     let (mut time, mut started, mut turned) = (0.0, 0.0, 0.0);
+    let (mut started_row, mut turned_row) = (0, 0);
     let (mut from, mut extreme, mut direction) = (f64::NAN, f64::NAN, 0.0);
     for row in 0..run.len() {
         let u = run.row(row)[input];
@@ -74,18 +108,23 @@ fn strokes(run: &Run, input: usize, threshold: f64) -> Vec<Stroke> {
             (from, extreme) = (u, u);
         }
         if (u - extreme) * direction >= 0.0 && direction != 0.0 {
-            (extreme, turned) = (u, time);
+            (extreme, turned, turned_row) = (u, time, row);
         } else if (u - extreme).abs() > threshold {
             if direction != 0.0 {
-                strokes.push(Stroke { length: (extreme - from).abs(), duration_s: turned - started });
-                (from, started) = (extreme, turned);
+                strokes.push(Stroke {
+                    length: (extreme - from).abs(),
+                    duration_s: turned - started,
+                    samples: turned_row - started_row,
+                });
+                (from, started, started_row) = (extreme, turned, turned_row);
             }
             direction = (u - extreme).signum();
-            (extreme, turned) = (u, time);
+            (extreme, turned, turned_row) = (u, time, row);
         }
     }
     if direction != 0.0 {
-        strokes.push(Stroke { length: (extreme - from).abs(), duration_s: turned - started });
+        let samples = turned_row - started_row;
+        strokes.push(Stroke { length: (extreme - from).abs(), duration_s: turned - started, samples });
     }
     strokes
 }

@@ -20,6 +20,10 @@ pub(super) fn warnings(
     for row in report.influence.iter().filter(|row| row.dropped) {
         warnings.push(format!("{} was left out. {}", row.log, row.remark));
     }
+    for log in &report.logs {
+        let sentences = log.defects.iter().map(|defect| format!("{}: {}.", log.name, defect.sentence));
+        warnings.extend(sentences);
+    }
     let Some(chosen) = report.candidates.iter().find(|c| c.chosen) else { return warnings };
     if chosen.coverage95 < LEAST_COVERAGE {
         warnings.push(format!(

@@ -146,6 +146,27 @@ pub(crate) fn influence_recipe(logs: &ConditionedLogs) -> Recipe {
     Recipe { rows: 1500, steps: 25, hidden: 4, networks: 4, ..hybrid.recipe }
 }
 
+/// The recipe by which logs and channels are compared: a regression on plays and low-pass filters, which is fitted in
+/// milliseconds, extrapolates, and takes a lag for no shift.
+pub(crate) fn comparison_recipe(logs: &ConditionedLogs) -> Recipe {
+    let roles = RoleIndices::of(&logs.data);
+    let separate = SignalSet::separate(logs, &roles);
+    let family = Family::new(logs, &separate, "", PhysicsPrior::Learned);
+    let mut recipe = Recipe { rows: 4000, ..family.linear().recipe };
+    if let Some(features) = &mut recipe.features {
+        features.radii = vec![0.02, 0.05, 0.1, 0.2, 0.35];
+        features.taus = family.slow().to_vec();
+    }
+    recipe
+}
+
+/// The recipe of a clamp cell alone.
+pub(crate) fn cell_recipe(logs: &ConditionedLogs) -> Recipe {
+    let roles = RoleIndices::of(&logs.data);
+    let separate = SignalSet::separate(logs, &roles);
+    Family::new(logs, &separate, "", PhysicsPrior::Matched).cell_alone("", &RIGID, "").recipe
+}
+
 /// Candidates on one set of signals.
 struct Family<'a> {
     signals: &'a SignalSet,

@@ -197,7 +197,7 @@ mod tests {
                 text.push('\n');
             }
         }
-        let options = ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() };
+        let options = ReadOptions { far_required: true, ..ReadOptions::default() };
         read_bytes(&[("log.csv", text.as_bytes())], &RequestedRoles::default(), &options).unwrap()
     }
 

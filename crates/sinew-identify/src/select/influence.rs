@@ -1,6 +1,8 @@
 //! The influence check: does a log spoil the prediction of all others?
 
+use super::agreement::{Verdict, explanation, judge, report_contradiction, report_explained};
 use super::candidates::influence_recipe;
+use super::hypotheses::Explanation;
 use crate::Error;
 use crate::conditioning::ConditionedLogs;
 use crate::estimation::rmse;
@@ -75,8 +77,8 @@ pub struct InfluenceRow {
 ///
 /// A log that is unlike the others is predicted worse than they are and biases the fit for all of them; a log that merely
 /// covers another condition does not: without it the others are predicted no better. A log that alone has its value of a given quantity, such as
-/// a sheath's bend, is kept: the recording and the condition cannot be told apart. With three logs or fewer nothing is
-/// excluded or reported.
+/// a sheath's bend, is kept: the recording and the condition cannot be told apart. Of three logs the odd one is left out
+/// where the two others agree; otherwise those that contradict each other are reported, as of two.
 ///
 /// # Errors
 /// [`Error::UnknownLog`] for a log to keep that is not there.
@@ -114,8 +116,84 @@ pub(crate) fn exclude_foreign_logs(
             _ => String::new(),
         },
     });
-    let rows = rows.collect();
-    Ok((logs.retain(&keep), rows))
+    let mut rows: Vec<InfluenceRow> = rows.collect();
+    let kept: Vec<usize> = (0..count).filter(|&k| keep[k]).collect();
+    for (k, row) in rows.iter_mut().enumerate().filter(|(_, row)| row.dropped) {
+        explain_row(&logs, k, &kept, row);
+    }
+    let logs = logs.retain(&keep);
+    Ok(settle_three(logs, rows, keep_asked))
+}
+
+/// Adds to the remark of a log that was left out which channel would explain it.
+fn explain_row(logs: &ConditionedLogs, k: usize, kept: &[usize], row: &mut InfluenceRow) {
+    if let Some(explained) = explanation(logs, k, kept).filter(Explanation::is_convincing) {
+        row.remark += &format!(" What explains it best: {}.", explained.words());
+    }
+}
+
+/// Leaves out the odd one of three logs, and reports those of two or three that contradict each other.
+fn settle_three(
+    mut logs: ConditionedLogs,
+    mut rows: Vec<InfluenceRow>,
+    keep_asked: &Keep,
+) -> (ConditionedLogs, Vec<InfluenceRow>) {
+    // Names of logs that are gone by now were checked before.
+    let reasons = |logs: &ConditionedLogs| -> Vec<Option<String>> {
+        let present = |name: &String| logs.data.logs.iter().any(|log| log.name == *name);
+        let keep = match keep_asked {
+            Keep::Logs(names) => Keep::Logs(names.iter().filter(|name| present(name)).cloned().collect()),
+            other => other.clone(),
+        };
+        reasons_to_keep(&logs.data, &keep).unwrap_or_default()
+    };
+    // Where each log has its own value of a given quantity, their difference is what one expects.
+    let alone =
+        |logs: &ConditionedLogs, k: usize| givens(&logs.data).any(|given| alone_in(&logs.data, k, given));
+    if (0..logs.data.logs.len()).any(|k| alone(&logs, k)) {
+        return (logs, rows);
+    }
+    match judge(&logs) {
+        Verdict::Odd(odd, ratio) if reasons(&logs).get(odd).is_some_and(Option::is_none) => {
+            let sound: Vec<usize> = (0..3).filter(|&k| k != odd).collect();
+            let values = influences(&logs.runs, &influence_recipe(&logs), &[true; 3]);
+            let mut new: Vec<InfluenceRow> = (0..3)
+                .map(|k| InfluenceRow {
+                    log: logs.data.logs[k].name.clone(),
+                    influence: values[k].influence,
+                    deviation: values[k].deviation,
+                    dropped: k == odd,
+                    remark: String::new(),
+                })
+                .collect();
+            new[odd].remark = format!(
+                "The two other logs predict each other, and it {ratio:.1} times worse: the odd one of three. It was left out; find                  out what was different that day, or keep it with --keep."
+            );
+            explain_row(&logs, odd, &sound, &mut new[odd]);
+            if rows.is_empty() {
+                rows = new;
+            } else if let (Some(row), Some(found)) =
+                (rows.iter_mut().find(|row| row.log == new[odd].log), new.get(odd))
+            {
+                *row = found.clone();
+            }
+            let keep: Vec<bool> = (0..3).map(|k| k != odd).collect();
+            (logs.retain(&keep), rows)
+        }
+        Verdict::Odd(odd, _) => {
+            let other = usize::from(odd == 0);
+            report_contradiction(&mut logs, (odd, other));
+            (logs, rows)
+        }
+        Verdict::Undecidable(i, j) => {
+            report_contradiction(&mut logs, (i, j));
+            (logs, rows)
+        }
+        Verdict::Agree => {
+            report_explained(&mut logs);
+            (logs, rows)
+        }
+    }
 }
 
 /// Why a log stays that is like a foreign one.

@@ -155,7 +155,7 @@ fn a_short_calibration_reaches_another_specimen() {
     let other = |n, phase| csv(&cable(n, phase, [0.5, 0.8], 0.02));
     let read = |texts: &[&str]| {
         let logs: Vec<(&str, &[u8])> = texts.iter().map(|text| ("other.csv", text.as_bytes())).collect();
-        let options = ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() };
+        let options = ReadOptions { far_required: true, ..ReadOptions::default() };
         read_bytes_with_roles(&logs, &roles_of(&old), &options).unwrap()
     };
     let test = other(1500, 2.0);
@@ -178,7 +178,7 @@ fn the_same_specimen_needs_no_adaptation() {
     let old = identified(&data, &["hybrid"]).model;
     let again: Vec<String> = [0.3, 1.3, 2.3].map(|phase| csv(&cable(500, phase, BAND, 0.02))).to_vec();
     let logs: Vec<(&str, &[u8])> = again.iter().map(|text| ("same.csv", text.as_bytes())).collect();
-    let options = ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() };
+    let options = ReadOptions { far_required: true, ..ReadOptions::default() };
     let calibration = read_bytes_with_roles(&logs, &roles_of(&old), &options).unwrap();
     let new = adapt(&old, &calibration, &Options { seed: 1, ..Options::default() }, &|_, _| {}).unwrap();
     let error = |model| evaluate(model, &calibration).unwrap().overall.rmse.unwrap();

@@ -24,7 +24,7 @@ fn findings(logs: &[String], effort: &[&str]) -> Vec<Vec<String>> {
         names.iter().zip(logs).map(|(name, text)| (name.as_str(), text.as_bytes())).collect();
     let effort = effort.iter().map(|name| (*name).to_owned()).collect();
     let roles = RequestedRoles { effort, far: Some("tension_out_n".to_owned()), ..RequestedRoles::default() };
-    let options = ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() };
+    let options = ReadOptions { far_required: true, ..ReadOptions::default() };
     let dataset = read_bytes(&bytes, &roles, &options).unwrap();
     dataset.logs.into_iter().map(|log| log.findings).collect()
 }

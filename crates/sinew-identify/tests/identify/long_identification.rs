@@ -34,7 +34,7 @@ fn read(logs: &[(String, String)]) -> Vec<(&str, &[u8])> {
 }
 
 fn options() -> ReadOptions {
-    ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() }
+    ReadOptions { far_required: true, ..ReadOptions::default() }
 }
 
 /// Logs of a specimen, one per day.

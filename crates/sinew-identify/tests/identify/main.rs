@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 mod bad_logs;
+mod broken_logs;
 mod cable;
 mod classical_coverage;
 mod classical_laws;
@@ -12,6 +13,7 @@ mod common;
 mod exported_logs;
 mod identification;
 mod likeness;
+mod long_broken_logs;
 mod long_identification;
 mod mat5_logs;
 mod moving_masses;

@@ -169,15 +169,6 @@ fn a_last_line_that_was_cut_off_is_dropped_and_told() {
     assert_eq!(dataset.logs[0].findings, ["line 62, the last, is cut off and was dropped"]);
 }
 
-#[test]
-fn without_a_time_column_samples_are_counted() {
-    let samples = samples(60, 0.3);
-    let dataset = read(&csv(&samples).replace("t_s", "n"), &plain()).unwrap();
-    assert_eq!(dataset.roles.time, None);
-    assert_eq!(dataset.sequences[0].time_s[..3], [0.0, 1.0, 2.0]);
-    assert!(dataset.logs[0].findings[0].contains("no time column"));
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 

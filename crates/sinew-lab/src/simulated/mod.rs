@@ -260,7 +260,7 @@ mod tests {
         use sinew_identify::log::{ReadOptions, RequestedRoles, read_bytes};
         let text = simulated_log(&short(1));
         let logs = [("simulated_day_1.csv", text.as_bytes())];
-        let options = ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() };
+        let options = ReadOptions { far_required: true, ..ReadOptions::default() };
         let data = read_bytes(&logs, &RequestedRoles::default(), &options).unwrap();
         let inputs: Vec<&str> = data.roles.inputs.iter().map(|input| input.column.as_str()).collect();
         assert_eq!(inputs, ["tension_in_n", "position_in_m", "anchor_m"]);

@@ -20,7 +20,7 @@ fn specimen(seed: u64, rewrite: impl Fn(&str) -> String) -> (CableColumns, Vec<C
         .map(|(name, text)| (name, text.lines().map(&rewrite).collect()))
         .collect();
     let logs: Vec<(&str, &[u8])> = texts.iter().map(|(n, t)| (n.as_str(), t.as_bytes())).collect();
-    let options = ReadOptions { skip_s: 0.0, far_required: true, paths: vec![] };
+    let options = ReadOptions { far_required: true, ..ReadOptions::default() };
     cable_logs(&read_bytes(&logs, &RequestedRoles::default(), &options).unwrap()).unwrap()
 }
 

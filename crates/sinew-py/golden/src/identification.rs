@@ -22,8 +22,11 @@ pub(crate) struct Identify {
 impl Identify {
     pub(crate) fn answer(&self) -> Answer {
         let roles = RequestedRoles { far: Some(self.far.clone()), ..RequestedRoles::default() };
-        let options =
-            |paths: &[PathBuf]| ReadOptions { skip_s: 0.0, far_required: true, paths: paths.to_vec() };
+        let options = |paths: &[PathBuf]| ReadOptions {
+            far_required: true,
+            paths: paths.to_vec(),
+            ..ReadOptions::default()
+        };
         let data = read_dataset(&roles, &options(&self.logs))?;
         let choice = Options { seed: self.seed, models: self.models.clone(), keep: Keep::Judged };
         let found = identify(&data, &choice, &|_, _| {})?;

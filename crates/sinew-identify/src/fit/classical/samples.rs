@@ -82,9 +82,10 @@ pub(super) fn gather(data: &Dataset) -> Result<(Samples, Samples, Signals), Stri
     }
     all.find_sliding(REVERSAL * drive_range);
     let effort_name = chosen.effort.map(name).unwrap_or_default();
+    let far_name = data.roles.far.as_deref().unwrap_or("");
     let effort_unit = chosen.effort.map_or_else(String::new, |_| unit_of(&effort_name));
-    let far_unit = unit_of(data.roles.far.as_deref().unwrap_or(""));
-    let effort_is_like_far = effort_unit == far_unit;
+    let far_unit = unit_of(far_name);
+    let effort_is_like_far = is_like_far(data, chosen.effort.map(|_| effort_name.as_str()));
     let signals = Signals {
         far_unit,
         near_name: name(chosen.near),
@@ -169,6 +170,11 @@ pub(super) fn range(mut values: Vec<f64>, edge: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let at = |q: f64| values[(q * (values.len() - 1) as f64).round() as usize];
     at(1.0 - edge) - at(edge)
+}
+
+/// Whether an effort measures what the far side does: the same unit, or none stated of either.
+fn is_like_far(data: &Dataset, effort: Option<&str>) -> bool {
+    effort.is_some_and(|effort| data.unit(effort) == data.unit(data.roles.far.as_deref().unwrap_or("")))
 }
 
 /// The unit in a column's name, or words in its place.

@@ -5,6 +5,7 @@ use super::parquet_bounds;
 use crate::Error;
 use crate::log::table::{Table, TableBuilder, Wanted};
 use bytes::Bytes;
+use parquet::basic::{LogicalType, TimeUnit};
 use parquet::errors::ParquetError;
 use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
 use parquet::record::{Field, Row};
@@ -54,6 +55,19 @@ impl ParquetLog {
     /// Column names.
     pub(in crate::log) fn columns(&self) -> &[String] {
         &self.columns
+    }
+
+    /// Whether a column is declared as stamps of time, which are read in seconds.
+    pub(in crate::log) fn is_stamped(&self, column: usize) -> bool {
+        self.timestamp_unit(column).is_some()
+    }
+
+    fn timestamp_unit(&self, column: usize) -> Option<TimeUnit> {
+        let schema = self.reader.metadata().file_metadata().schema_descr().root_schema();
+        match schema.get_fields().get(column)?.get_basic_info().logical_type_ref()? {
+            LogicalType::Timestamp(stamp) => Some(stamp.unit),
+            _ => None,
+        }
     }
 
     /// Number of rows.
@@ -114,8 +128,11 @@ impl ParquetLog {
     }
 
     fn number(&self, field: &Field, column: usize, line: usize) -> Result<f64, Error> {
+        // The reader has no type of its own for stamps in nanoseconds.
+        let nanoseconds =
+            matches!(field, Field::Long(_)) && self.timestamp_unit(column) == Some(TimeUnit::NANOS);
         let (file, column) = (self.file.clone(), self.columns[column].clone());
-        match numeric(field) {
+        match numeric(field).map(|value| if nanoseconds { value * 1e-9 } else { value }) {
             Some(value) if value.is_infinite() => {
                 Err(Error::NotFinite { file, line, column, value: value.to_string() })
             }

@@ -24,6 +24,7 @@ pub(super) fn detect(file: &str, head: &[u8], whole: bool) -> Result<Dialect, Er
         terminator,
         skip_bytes,
         data_line: 0,
+        first_row: Vec::new(),
         columns: Vec::new(),
         units: Vec::new(),
         findings: Vec::new(),

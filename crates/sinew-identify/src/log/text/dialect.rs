@@ -15,6 +15,8 @@ pub(in crate::log) struct Dialect {
     pub(super) skip_bytes: usize,
     /// The first line that holds data, from 1.
     pub(super) data_line: usize,
+    /// The cells of that line.
+    pub(super) first_row: Vec<String>,
     /// Column names.
     pub(super) columns: Vec<String>,
     /// Units row, if there is one: as many entries as columns.

@@ -3,8 +3,8 @@
 use super::cell::{Cell, Delimiter, missing, parse, split, text};
 use super::dialect::{DELIMITERS, Dialect, HeadLine, drop_trailing_empty, malformed};
 use crate::Error;
-use crate::log::names::is_unit;
 use crate::log::occurrences::counted;
+use crate::log::units::is_unit_cell;
 use std::ops::Range;
 
 /// Fields of a line as text.
@@ -44,6 +44,7 @@ pub(super) fn find_header(
         return Err(malformed(file, Some(line), "numbers below the header", "no number at all"));
     };
     dialect.data_line = content[first_data].number;
+    dialect.first_row = names(content[first_data].bytes, dialect.delimiter);
     let above = &content[..first_data];
     match above.len() {
         0 => commented_header(dialect, comments, width),
@@ -127,7 +128,7 @@ fn commented_header(dialect: &mut Dialect, comments: &[HeadLine<'_>], width: usi
             dialect.columns = (1..=width).map(|i| format!("col{i}")).collect();
             dialect.findings.push(format!("there is no header: the columns are named col1 to col{width}"));
         }
-        [.., first, second] if second.iter().all(|name| is_unit(name)) => {
+        [.., first, second] if second.iter().all(|name| is_unit_cell(name)) => {
             dialect.columns = first.clone();
             dialect.units = second.clone();
         }

@@ -10,5 +10,6 @@ mod dialect;
 mod header;
 mod lines;
 mod read;
+mod stamp;
 
 pub(super) use read::TextLog;

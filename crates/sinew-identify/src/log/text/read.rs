@@ -1,9 +1,10 @@
 //! A text table, streamed: only the wanted columns are stored.
 
-use super::cell::{Cell, parse, split};
+use super::cell::{Cell, missing, parse, split};
 use super::detect::detect;
 use super::dialect::{Dialect, drop_trailing_empty, is_comment};
 use super::lines::{Line, Lines, MAX_LINE_BYTES};
+use super::stamp::nanoseconds;
 use crate::Error;
 use crate::log::memory_limit::{MEMORY_LIMIT_BYTES, bytes_per_row};
 use crate::log::occurrences::counted;
@@ -61,6 +62,11 @@ impl TextLog {
         self.dialect.units.get(column).map_or("", String::as_str)
     }
 
+    /// Whether the first cell of a column states time by itself: a stamp, a clock, a duration with its unit.
+    pub(in crate::log) fn is_stamped(&self, column: usize) -> bool {
+        self.dialect.first_row.get(column).is_some_and(|cell| nanoseconds(cell.as_bytes()).is_some())
+    }
+
     /// Estimated number of rows.
     pub(in crate::log) fn rows(&self) -> u64 {
         (self.bytes as f64 / self.dialect.bytes_per_row.max(2.0)) as u64
@@ -100,6 +106,24 @@ impl Row<'_> {
         self.fields.get(column).and_then(|r| self.bytes.get(r.clone())).unwrap_or_default()
     }
 
+    /// Seconds since the first stamp, which becomes `origin`.
+    fn seconds(&self, column: usize, origin: &mut Option<i64>) -> Result<f64, Error> {
+        let cell = self.cell(column);
+        if missing(cell) {
+            return Ok(f64::NAN);
+        }
+        let Some(now) = nanoseconds(cell) else {
+            return Err(Error::NotATime {
+                file: self.file.to_owned(),
+                line: self.line,
+                column: self.dialect.columns[column].clone(),
+                value: String::from_utf8_lossy(cell).chars().take(60).collect(),
+            });
+        };
+        let origin = *origin.get_or_insert(now);
+        Ok(now.saturating_sub(origin) as f64 / 1e9)
+    }
+
     fn number(&self, column: usize) -> Result<f64, Error> {
         let cell = self.cell(column);
         let place = || {
@@ -132,6 +156,7 @@ fn stream(file: &str, reader: impl BufRead, dialect: &Dialect, wanted: &Wanted) 
     let mut fields = Vec::new();
     let mut findings = dialect.findings.clone();
     let mut comments = 0;
+    let mut origin = None;
     let width = dialect.columns.len();
     let most_rows = MEMORY_LIMIT_BYTES as usize / bytes_per_row(wanted.numbers.len());
     loop {
@@ -170,7 +195,7 @@ fn stream(file: &str, reader: impl BufRead, dialect: &Dialect, wanted: &Wanted) 
             });
         }
         let row = Row { file, line: number, bytes, fields: &fields, dialect };
-        store(&row, wanted, &mut builder)?;
+        store(&row, wanted, &mut origin, &mut builder)?;
     }
     if comments > 0 {
         findings.push(format!("skipped {} among the data", counted(comments, "comment line")));
@@ -178,7 +203,12 @@ fn stream(file: &str, reader: impl BufRead, dialect: &Dialect, wanted: &Wanted) 
     Ok(builder.finish(findings))
 }
 
-fn store(row: &Row<'_>, wanted: &Wanted, builder: &mut TableBuilder) -> Result<(), Error> {
+fn store(
+    row: &Row<'_>,
+    wanted: &Wanted,
+    origin: &mut Option<i64>,
+    builder: &mut TableBuilder,
+) -> Result<(), Error> {
     builder.begin(row.line);
     if let Some(column) = wanted.trial {
         builder.trial(row.cell(column));
@@ -187,7 +217,8 @@ fn store(row: &Row<'_>, wanted: &Wanted, builder: &mut TableBuilder) -> Result<(
         builder.group(row.cell(column));
     }
     for (k, &column) in wanted.numbers.iter().enumerate() {
-        builder.number(k, row.number(column)?);
+        let stamped = wanted.stamped == Some(column);
+        builder.number(k, if stamped { row.seconds(column, origin)? } else { row.number(column)? });
     }
     builder.candidates(|column| Cow::Borrowed(row.cell(column)));
     Ok(())

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 pub(crate) mod axes;
+pub(crate) mod benches;
 pub(crate) mod families;
 
 use sinew_identify::Error;
@@ -48,7 +49,7 @@ pub(crate) fn read_all(logs: &[(&str, &str)], flags: &RequestedRoles) -> Result<
 
 /// The options of `identify`.
 pub(crate) fn options() -> ReadOptions {
-    ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new() }
+    ReadOptions { far_required: true, ..ReadOptions::default() }
 }
 
 /// The message of the error that reading `text` must give.

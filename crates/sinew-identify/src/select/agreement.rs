@@ -1,0 +1,162 @@
+//! Do the logs that are fitted agree with each other, and where one does not, which channel explains it?
+
+use super::candidates::comparison_recipe;
+use super::hypotheses::{Explanation, explain};
+use crate::conditioning::ConditionedLogs;
+use crate::estimation::rmse;
+use crate::fit::run::Run;
+use crate::fit::statistics::mean_and_deviation;
+use crate::log::{Defect, DefectKind};
+use crate::training::fit;
+use rayon::prelude::*;
+
+/// Error of one log's model on another, over the standard deviation of its far side, from which the two contradict each
+/// other.
+const CONTRADICTS: f64 = 0.3;
+
+/// How many times larger it is than that of the pair that agrees, for the third log to be the odd one.
+const ODD: f64 = 2.5;
+
+/// Error on a log, over the standard deviation of its far side, from which an explanation is looked for.
+const UNEXPLAINED: f64 = 0.1;
+
+/// The logs of a set of two or three, judged by their pairs.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Verdict {
+    /// No pair contradicts each other.
+    Agree,
+    /// Two agree, and both contradict this one; how many times worse.
+    Odd(usize, f64),
+    /// Two contradict each other, and nothing says which is right.
+    Undecidable(usize, usize),
+}
+
+/// Judges two or three logs by how well a model of each predicts the others.
+///
+/// ```text
+/// d_ij = sqrt(e_ij e_ji),   e_ij = RMSE on log j of a model fitted to log i / standard deviation of the far side of j
+/// odd k:        both d_ki > 0.3 and > 2.5 d_ij of the other two
+/// undecidable:  otherwise the largest d_ij > 0.3
+/// ```
+pub(crate) fn judge(logs: &ConditionedLogs) -> Verdict {
+    let count = logs.data.logs.len();
+    if !(2..=3).contains(&count) {
+        return Verdict::Agree;
+    }
+    let recipe = comparison_recipe(logs);
+    let errors: Vec<Option<Vec<f64>>> = (0..count)
+        .into_par_iter()
+        .map(|i| {
+            let estimator = fit(&recipe, &of_log(&logs.runs, i), 0)?;
+            Some(
+                (0..count)
+                    .map(|j| relative(rmse(&estimator, &of_log(&logs.runs, j)), &logs.runs, j))
+                    .collect(),
+            )
+        })
+        .collect();
+    let distance = |i: usize, j: usize| -> f64 {
+        let (Some(a), Some(b)) = (&errors[i], &errors[j]) else { return 0.0 };
+        (a[j] * b[i]).sqrt()
+    };
+    if count == 2 {
+        return if distance(0, 1) > CONTRADICTS { Verdict::Undecidable(0, 1) } else { Verdict::Agree };
+    }
+    let pairs = [(0, 1), (0, 2), (1, 2)];
+    for (odd, (i, j)) in [2, 1, 0].into_iter().zip(pairs) {
+        let (near, far) = (distance(i, j), distance(odd, i).min(distance(odd, j)));
+        if far > CONTRADICTS && far > ODD * near {
+            return Verdict::Odd(odd, far / near.max(1e-300));
+        }
+    }
+    let worst = pairs.into_iter().max_by(|a, b| distance(a.0, a.1).total_cmp(&distance(b.0, b.1)));
+    match worst.filter(|(i, j)| distance(*i, *j) > CONTRADICTS) {
+        Some((i, j)) => Verdict::Undecidable(i, j),
+        None => Verdict::Agree,
+    }
+}
+
+/// What a wrong channel would explain of log `k`, by a model of the logs `sound`; `None` where that predicts it.
+pub(crate) fn explanation(logs: &ConditionedLogs, k: usize, sound: &[usize]) -> Option<Explanation> {
+    let training: Vec<&Run> = logs.runs.iter().filter(|run| sound.contains(&run.log)).collect();
+    let estimator = fit(&comparison_recipe(logs), &training, 0)?;
+    if relative(rmse(&estimator, &of_log(&logs.runs, k)), &logs.runs, k) < UNEXPLAINED {
+        return None;
+    }
+    explain(&estimator, &logs.data, &of_log(&logs.runs, k), logs.data.logs[k].interval_s)
+}
+
+/// Adds a defect to every log that the others predict badly, and which a gain, offset or shift of one channel explains.
+/// The log whose error falls most is named first, and its like only where they remain without it.
+pub(crate) fn report_explained(logs: &mut ConditionedLogs) {
+    let count = logs.data.logs.len();
+    let mut sound: Vec<usize> = (0..count).collect();
+    // Of two logs none can be called right.
+    while sound.len() > 2 {
+        let found: Vec<Option<Explanation>> = sound
+            .par_iter()
+            .map(|&k| {
+                let others: Vec<usize> = sound.iter().copied().filter(|&i| i != k).collect();
+                explanation(logs, k, &others).filter(Explanation::is_convincing)
+            })
+            .collect();
+        let best = found
+            .into_iter()
+            .zip(&sound)
+            .filter_map(|(explanation, &k)| explanation.map(|e| (k, e)))
+            .max_by(|(_, a), (_, b)| a.improvement().total_cmp(&b.improvement()));
+        let Some((k, explanation)) = best else { return };
+        logs.data.logs[k].add(explanation.defect());
+        sound.retain(|&i| i != k);
+    }
+}
+
+/// The two logs that contradict each other, as a defect of each.
+pub(crate) fn report_contradiction(logs: &mut ConditionedLogs, (i, j): (usize, usize)) {
+    let count = logs.data.logs.len();
+    for (k, other) in [(i, j), (j, i)] {
+        let name = logs.data.logs[other].name.clone();
+        let explained = explanation(logs, k, &[other]).filter(Explanation::is_convincing);
+        let what =
+            explained.map_or_else(String::new, |e| format!(" (either {}, or the reverse there)", e.words()));
+        let remedy = if count == 2 { "a third log" } else { "a fourth log" };
+        let sentence = format!(
+            "contradicts {name}: a model of one does not predict the other{what}; {count} logs cannot say which is wrong, and the \
+             model is a mean of both; {remedy} decides, or leave one out"
+        );
+        logs.data.logs[k].add(Defect::of_log(DefectKind::Contradiction, "", sentence));
+    }
+}
+
+fn of_log(runs: &[Run], log: usize) -> Vec<&Run> {
+    runs.iter().filter(|run| run.log == log).collect()
+}
+
+/// An error over the standard deviation of the far side of a log.
+fn relative(error: f64, runs: &[Run], log: usize) -> f64 {
+    let counted = |run: &Run| -> Vec<f64> {
+        run.far.iter().zip(&run.weight).filter(|(_, w)| **w > 0.0).map(|(y, _)| *y).collect()
+    };
+    let far: Vec<f64> = of_log(runs, log).into_iter().flat_map(counted).collect();
+    error / mean_and_deviation(&far).1.max(1e-300)
+}
+
+/// Delay of a channel in all logs that leaves less than half of the error, as a defect of every log.
+pub(crate) fn report_shift(logs: &mut ConditionedLogs) {
+    let recipe = comparison_recipe(logs);
+    let interval = logs.interval_s();
+    if let Some(found) = super::hypotheses::common_shift(&recipe, logs) {
+        let (column, samples) = found;
+        let far = logs.data.roles.far.clone().unwrap_or_default();
+        let (way, ms) =
+            (if samples > 0 { "later" } else { "earlier" }, 1e3 * interval * samples.unsigned_abs() as f64);
+        let beside = if column == far { "the near side".to_owned() } else { format!("`{far}`") };
+        for info in &mut logs.data.logs {
+            let sentence = format!(
+                "`{column}` comes {ms:.0} ms {way} than {beside} moves: shifted back, it is predicted with less than half of the \
+                 error; two clocks or a filter, and the model takes the delay for friction"
+            );
+            info.add(Defect::of_log(DefectKind::Shifted, &column, sentence));
+        }
+    }
+}
