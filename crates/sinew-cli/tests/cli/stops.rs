@@ -161,18 +161,18 @@ fn moving(bench: &Bench, more: &str) -> Child {
     let motion = "planar_leg --path to-joints:hip=0.4,knee=1.0 --duration 20 --hold 1 --unverified";
     let mut command = bench.command(&format!("run {motion} --record moving.mcap --json {more}"));
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    until_seconds_are_in(&bench.path("moving.mcap"));
+    child
+}
+
+fn until_seconds_are_in(recording: &Path) {
     let begin = Instant::now();
-    let size = |file: &Path| std::fs::metadata(file).map_or(0, |data| data.len());
+    let size = || std::fs::metadata(recording).map_or(0, |data| data.len());
     let mut head = 0;
-    loop {
+    while head == 0 || size() <= head + 200_000 {
         assert!(begin.elapsed() < PATIENCE, "the run does not begin");
+        head = if head == 0 { size() } else { head };
         std::thread::sleep(Duration::from_millis(20));
-        let now = size(&bench.path("moving.mcap"));
-        head = if head == 0 { now } else { head };
-        // Some seconds have been recorded.
-        if head > 0 && now > head + 200_000 {
-            return child;
-        }
     }
 }
 
