@@ -157,6 +157,8 @@ pub(super) struct JointPrediction<'a> {
 
 /// Counts of the encoder that no joint jumps within a cycle but one that breaks away.
 pub(super) const JUMP_COUNTS: f64 = 25.0;
+/// Counts by which a reading may change beside the change before, 1: more kicks the joint's observer.
+const STEP_COUNTS: f64 = 10.0;
 /// `n`, samples.
 const CONSISTENT_SAMPLES: u32 = 4;
 /// `t_d`, s: the error of the prediction grows by `x` in this time.
@@ -176,6 +178,10 @@ fn min_travel(gains: &JointGains) -> f64 {
 }
 
 /// `x_c`, rad.
+fn max_second_difference(gains: &JointGains) -> f64 {
+    gains.jump.min(STEP_COUNTS * gains.resolution).max(0.25 * gains.jump)
+}
+
 fn min_jump(gains: &JointGains) -> f64 {
     gains.jump.min(JUMP_COUNTS * gains.resolution)
 }
@@ -233,7 +239,7 @@ impl JointMonitor {
         if !unchanged {
             let gains = predicted.gains;
             let near = e.abs() <= self.scale * gains.jump;
-            let smooth = second_difference.abs() <= self.scale * min_jump(gains).max(0.25 * gains.jump);
+            let smooth = second_difference.abs() <= self.scale * max_second_difference(gains);
             self.stood = false;
             return if near && smooth { EncoderCheck::Accepted } else { self.withdraw(h, before) };
         }
@@ -427,16 +433,17 @@ mod tests {
     }
 
     #[test]
-    fn a_second_difference_may_be_25_counts_or_a_quarter_of_a_jump_whichever_is_larger() {
+    fn a_second_difference_may_be_ten_counts_or_a_quarter_of_a_jump_whichever_is_larger() {
         for side in [1.0, -1.0] {
-            // 10 mrad by the counts, 5 mrad by the jump.
-            let gains = JointGains { jump: 0.02, ..GAINS };
-            assert!(accepts_step(9.9e-3 * side, gains) && !accepts_step(10.1e-3 * side, gains));
-            // 10 mrad by the counts, 15 mrad by the jump.
+            // 4 mrad by the counts, 2.5 mrad by the jump.
+            let gains = JointGains { jump: 0.01, ..GAINS };
+            assert!(accepts_step(3.9e-3 * side, gains) && !accepts_step(4.1e-3 * side, gains));
+            // 4 mrad by the counts, 15 mrad by the jump.
             let gains = JointGains { jump: 0.06, ..GAINS };
             assert!(accepts_step(14.9e-3 * side, gains) && !accepts_step(15.1e-3 * side, gains));
-            // A jump of less than 25 counts is itself the limit.
-            assert!(accepts_step(7.4e-3 * side, GAINS) && !accepts_step(7.6e-3 * side, GAINS));
+            // A jump of less than ten counts is itself the limit.
+            let gains = JointGains { jump: 3e-3, ..GAINS };
+            assert!(accepts_step(2.9e-3 * side, gains) && !accepts_step(3.1e-3 * side, gains));
         }
     }
 
