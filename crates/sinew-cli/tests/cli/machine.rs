@@ -197,7 +197,7 @@ fn a_body_that_cannot_run_is_refused_before_a_machine_file_is_written() {
     let light = "mass=\"0.01\" diaginertia=\"1e-6 1e-6 1e-7\"";
     for (text, parts) in [
         // A moment arm of half a metre on a fingertip.
-        (body(hinge, light, "0.5"), ["body.xml: joint `tip`", "armature"]),
+        (body(hinge, light, "0.5"), ["body.xml:2: joint `tip`", "armature"]),
         (body("<joint name=\"tip\" type=\"ball\"/>", light, "0.5"), ["body.xml:2:", "a slide"]),
         (body(hinge, "mass=\"0\" diaginertia=\"0 0 0\"", "0.01"), ["body.xml:2:", "`tip`"]),
     ] {

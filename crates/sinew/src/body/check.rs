@@ -38,7 +38,7 @@ impl Part<'_> {
     fn finite(&self, field: &'static str, values: &[f64]) -> Result<(), PartError> {
         match values.iter().find(|value| !value.is_finite() || value.abs() > LARGEST) {
             Some(value) if !value.is_finite() => Err(self.invalid(field, "finite", value)),
-            Some(value) => Err(self.invalid(field, AT_MOST_LARGEST, value)),
+            Some(value) => Err(self.invalid(field, AT_MOST_LARGEST, format!("{value:e}"))),
             None => Ok(()),
         }
     }
