@@ -25,7 +25,7 @@ struct Outcome {
 fn track(seed: u64) -> Result<Outcome, String> {
     let text = |error: sinew_lab::Error| error.to_string();
     let Drawn { machine, what, trajectory, hold } = drawn(seed)?;
-    let rules = match verify(&machine, &trajectory, 1).map_err(text)? {
+    let rules = match verify(&machine, &trajectory, 1).map_err(text)?.verified {
         Verified::Tracks(rules) | Verified::Inaccurate(rules, _) => rules,
         Verified::Fails(reason) => return Err(format!("{what}: {reason}")),
     };

@@ -346,7 +346,9 @@ impl FaultDetector {
     /// makes its estimate false; one that is missing alone is that of a load cell.
     fn judge_missing_tension(&mut self, k: usize, prediction: &Prediction<'_>) {
         let missing_for = self.missing_for[k];
-        if missing_for <= PERSISTENCE_TIME || missing_for > BREAK_MEMORY {
+        // Where a cell is bridged that had deviated, its estimate has just changed, and the force with it.
+        let deviating = matches!(self.isolation.bridged(k), Some((_, Symptom::Deviating | Symptom::Noisy)));
+        if missing_for <= PERSISTENCE_TIME || missing_for > BREAK_MEMORY || deviating {
             return;
         }
         let [early, late] = BROKEN_SHARES;
@@ -374,11 +376,12 @@ impl FaultDetector {
     }
 
     /// Fault by which a cable lacks its tension, under the assumption of a single fault. A joint encoder that was already
-    /// lost or stuck: the muscles follow its replacement. The motor encoder: while its output was unchanged, the winch was
+    /// rejected: the muscles follow its replacement. The motor encoder: while its output was unchanged, the winch was
     /// commanded to pay out what is missing, and the tension fell in more than one cycle. Otherwise the cable itself.
     fn cause_of_missing_tension(&self, k: usize, measured: f64, estimated: f64) -> (Fault, Symptom) {
         let replaced = self.encoders.iter().position(|encoder| {
-            encoder.rejected_for > MISSING_TIME && matches!(encoder.symptom(), Symptom::Lost | Symptom::Stuck)
+            encoder.rejected_for > MISSING_TIME
+                && matches!(encoder.symptom(), Symptom::Lost | Symptom::Stuck | Symptom::Jumped)
         });
         if let Some(joint) = replaced {
             return (Fault::JointSensor(joint), self.encoders[joint].symptom());

@@ -14,13 +14,13 @@ use alloc::vec::Vec;
 /// f_k = R_k.(tau_d - tau_d,0)/R_k.R_k  force that the anchor lacks                          cell - b e^-theta
 /// lambda = -f_k/(T_o^ - F_o)           1: the far tension without the cell is right; 0: that with it
 /// step of a cell    |dT| > 8 s + 0.3 F + K 0.1 mm  and  |T - T^| > h_f
-/// alarm             |y| > h_s for 20 ms  or  |r| > 1.5 h_f for 50 ms;   k has the largest |y|/h_s
+/// alarm             |y| > h_s for 20 ms  or  |r| > 2.4 h_f for 50 ms;   k has the largest |y|/h_s
 /// joint encoder j   the column K R_j explains three quarters of sum (y/h_s)^2, and more than k alone, for 0.1 s
 /// load cell k       |T_o^ - F_o| > h_t      after  80 ms   and  lambda > 0.5
 /// motor encoder k   |T_o^ - F_o| > 2.5 h_t  after 150 ms   and  lambda <= 0.25 for 0.1 s, no step of T within 2 s
 /// else              after 0.3 s one of both: the cell is bridged; where f_k follows r_k within 1.5 s it is the encoder
 /// h_f = 4 s + 0.20 F + K (eps l + 0.05 mm + 1.5 e)
-/// h_s = 6 s + 0.12 F + K (2 eps l + 0.06 mm + 3 e)
+/// h_s = 1.6 (6 s + 0.12 F + K (2 eps l + 0.06 mm + 3 e))
 /// h_t = max(2 s + 0.05 F_o + K 0.02 mm, 1.5 f~)
 /// ```
 ///
@@ -41,7 +41,7 @@ use alloc::vec::Vec;
 /// its observer for [`AGREEMENT`].
 ///
 /// # Assumes
-/// One fault at a time, of a machine as identified. An offset below `h_s`, about 6 N on a cable of 50 N, is not found.
+/// One fault at a time, of a machine as identified. An offset below `h_s`, about 15 N on a cable of 50 N, is found as a step or not at all.
 ///
 /// # Source
 /// Structured residuals as in `chow1984`; thresholds from simulated machines without faults.
@@ -165,6 +165,8 @@ const AGREEMENT: f64 = 0.06;
 const LONG_AGREEMENT: f64 = 0.6;
 /// Share of `h_f` within which it agrees.
 const AGREEING: f64 = 0.7;
+/// Factor of the bounds of lasting deviations over what machines without faults reach.
+const MARGIN_OF_BOUNDS: f64 = 1.6;
 /// Share of its bound from which on a correction makes a load cell suspect.
 const SUSPECTED: f64 = 0.3;
 /// s: time for which a step of a reading speaks against its load cell.
@@ -283,7 +285,7 @@ impl Isolation {
         let stepped = change.abs() > limit || change.is_nan();
         if let Some(bridge) = &mut watched.bridge {
             bridge.age += h;
-            let agrees = innovation.abs() < (AGREEING * watched.fast).min(AGREEING * watched.slow) && !rough;
+            let agrees = innovation.abs() < (AGREEING * watched.fast).min(0.5 * watched.slow) && !rough;
             bridge.agreed_for = if agrees { bridge.agreed_for + h } else { 0.0 };
             if bridge.agreed_for > bridge.agreement(watched.bridges) && !bridge.undecided {
                 watched.bridge = None;
@@ -347,7 +349,8 @@ impl Isolation {
         let k = alarm.muscle;
         if let Some(joint) = self.explaining_joint(dt, seen) {
             self.alarm = None;
-            return Finding::Stop(Fault::JointSensor(joint));
+            let fault = if alarm.on_trial { Fault::MotorOrJointSensor(k) } else { Fault::JointSensor(joint) };
+            return Finding::Stop(fault);
         }
         let watched = &self.muscles[k];
         let force = force_between(seen.body, k, seen.disturbance_torque, &copy.disturbance_torque);
@@ -632,13 +635,13 @@ impl Watched {
         self.correction = correction;
         let beyond = |for_s: f64, holds: bool| if holds { for_s + dt } else { 0.0 };
         self.slow_for = beyond(self.slow_for, self.correction.abs() > self.slow);
-        self.fast_for = beyond(self.fast_for, self.residual.abs() > 1.5 * self.fast);
+        self.fast_for = beyond(self.fast_for, self.residual.abs() > 1.5 * MARGIN_OF_BOUNDS * self.fast);
     }
 
     /// `h_s` after a travel of the anchor, m.
     fn slow_bound(&self, travel: f64) -> f64 {
         let geometry = 2.0 * self.arm_error * travel + 6e-5 + 3.0 * self.lag;
-        6.0 * self.noise + 0.12 * self.near + self.stiffness * geometry
+        MARGIN_OF_BOUNDS * (6.0 * self.noise + 0.12 * self.near + self.stiffness * geometry)
     }
 
     fn ratio(&self) -> f64 {

@@ -11,7 +11,7 @@ use super::status::Symptom;
 /// ```text
 /// e = y - q^,    x_r = int q'_r dt,    x_m = (tau_d,0 - tau_d)/k - e        since y last changed
 /// x = x_r where |x_r| <= |x_m| and both have one sign, x_m where it is smaller, 0 where the signs differ
-/// rejected   |e| > x_j or |d2y| > max(x_c, x_j/4)                             a jump
+/// rejected   |e| > x_j or |d2y| > max(min(10 D, x_j), x_j/4)                             a jump
 ///            |x| > x_0 and |x_m| > x_max for longer than t_e,  or |x_r| > x_r,max   y unchanged to the bit
 /// returned   n consecutive samples with |e| <= x (1 + t_r/t_d) + a and |dy - h q'^| <= s,
 ///            x = x_j where y has changed since the rejection, x_c where it has not
@@ -177,11 +177,12 @@ fn min_travel(gains: &JointGains) -> f64 {
     5.0 * gains.resolution
 }
 
-/// `x_c`, rad.
+/// Largest second difference of a reading that moves, rad.
 fn max_second_difference(gains: &JointGains) -> f64 {
     gains.jump.min(STEP_COUNTS * gains.resolution).max(0.25 * gains.jump)
 }
 
+/// `x_c`, rad.
 fn min_jump(gains: &JointGains) -> f64 {
     gains.jump.min(JUMP_COUNTS * gains.resolution)
 }

@@ -23,7 +23,7 @@ use alloc::vec::Vec;
 ///         x_r,max = max(150 D, 0.4 theta_G),   e_q = max(1300 D, theta_G)
 /// winch   encoder: 10 v_d, stands for 30 mrad r_k, 3 ms v_d to 4 ms v_d;   r_v,max = 30 ms v_d
 /// cable   load cell: 40 ranges per s;   dT = max(0.38 F_min, 10 sigma);   slack below T_l + 0.14 F_min
-///         eps = max(0.01, 0.4 a/r_k)
+///         eps = max(0.015, 0.8 a/r_k)
 /// ```
 ///
 /// | symbol   | meaning                                                                  | unit      |
@@ -214,8 +214,8 @@ const MAX_BANDWIDTH_RATIO: f64 = 5.4;
 const SPEED_SHARE: f64 = 0.8;
 
 /// Least relative error of a moment arm, and the share of an attachment's tolerance that is one.
-const LEAST_ARM_ERROR: f64 = 0.01;
-const ATTACHMENT_SHARE: f64 = 0.4;
+const LEAST_ARM_ERROR: f64 = 0.015;
+const ATTACHMENT_SHARE: f64 = 0.8;
 
 /// Least moment arm of a muscle, m.
 const LEAST_ARM: f64 = 1e-5;
