@@ -170,13 +170,15 @@ fn damage(table: &mut Table, bench: &Bench, channel: &str, damage: Damage, rando
     let rate = bench.rate_hz();
     let at = |share: f64| (share * n as f64) as usize;
     let (inputs, far) = bench.channels();
+    // A sensor has one bound on all days.
+    let bound = |share: f64| quantile(bench.log(&mut ChaCha8Rng::seed_from_u64(1)).column(channel), share);
     match damage {
         Damage::ClipHigh(share) => {
-            let bound = quantile(table.column(channel), share);
+            let bound = bound(share);
             table.column(channel).iter_mut().for_each(|x| *x = x.min(bound));
         }
         Damage::ClipLow(share) => {
-            let bound = quantile(table.column(channel), share);
+            let bound = bound(share);
             table.column(channel).iter_mut().for_each(|x| *x = x.max(bound));
         }
         Damage::Frozen(from, to) => {
@@ -280,6 +282,11 @@ fn tried(kind: &Kind, bench_kind: common::benches::Kind, seed: u64) -> Option<Sa
             (format!("day{k}.csv"), table.csv())
         })
         .collect();
+    if let Some(folder) = std::env::var_os("SINEW_DUMP") {
+        logs.iter().for_each(|(name, text)| {
+            std::fs::write(std::path::Path::new(&folder).join(format!("{seed}_{name}")), text).unwrap()
+        });
+    }
     let far = bench.channels().1;
     let fresh: Vec<(String, String)> = (0..3)
         .map(|k| {
@@ -320,7 +327,7 @@ fn tried(kind: &Kind, bench_kind: common::benches::Kind, seed: u64) -> Option<Sa
     }
     Some(Said {
         named,
-        graded: found.report.grade != Grade::Use,
+        graded: found.report.grade != Grade::Use || found.report.influence.iter().any(|row| row.dropped),
         ratio: Some(found.report.expected.rmse / real),
     })
 }
@@ -345,7 +352,7 @@ fn long_fifty_kinds_of_damage_are_named_and_graded() {
     }
     let (mut named, mut graded, mut all) = (0, 0, 0);
     let mut ratios = Vec::new();
-    eprintln!("| damage | named | at most with care | expected over real error |");
+    eprintln!("| damage | named | at most with care, or left out | expected over real error |");
     for (k, kind) in kinds().iter().enumerate() {
         let benches = Bench::KINDS.into_iter().enumerate();
         let said: Vec<Said> =
