@@ -22,7 +22,7 @@ const WORSE: f64 = 3.0;
 const ODD: f64 = 2.5;
 
 /// Error on a log, over the standard deviation of its far side, from which an explanation is looked for.
-const UNEXPLAINED: f64 = 0.1;
+const UNEXPLAINED: f64 = 0.15;
 
 /// The logs of a set of two or three, judged by their pairs.
 #[derive(Debug, Clone, PartialEq)]
