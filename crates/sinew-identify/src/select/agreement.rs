@@ -6,10 +6,11 @@ use crate::conditioning::ConditionedLogs;
 use crate::estimation::rmse;
 use crate::fit::recipe::Recipe;
 use crate::fit::run::Run;
-use crate::fit::statistics::mean_and_deviation;
+use crate::fit::statistics::{mean_and_deviation, quantiles};
 use crate::log::{Defect, DefectKind};
 use crate::training::fit;
 use rayon::prelude::*;
+use sinew::predictor::Estimator;
 
 /// Error of one log's model on another, over the standard deviation of its far side, from which the two contradict each
 /// other: good logs of one rig that move through different ranges come to half of it.
@@ -17,6 +18,9 @@ const CONTRADICTS: f64 = 0.7;
 
 /// How many times larger it is than the errors on their own logs: a model that does not fit its own judges no other.
 const WORSE: f64 = 3.0;
+
+/// Share of the samples of a log inside the ranges of another, from which only these are compared.
+const OVERLAP: f64 = 0.2;
 
 /// How many times larger it is than that of the pair that agrees, for the third log to be the odd one.
 const ODD: f64 = 2.5;
@@ -67,7 +71,12 @@ fn judge_by(logs: &ConditionedLogs, recipe: &Recipe) -> Verdict {
         .into_par_iter()
         .map(|i| {
             let estimator = fit(recipe, &of_log(&logs.runs, i), 0)?;
-            let on = |j: usize| relative(rmse(&estimator, &of_log(&logs.runs, j)), &logs.runs, j);
+            let limits = limits(&logs.runs, i);
+            let on = |j: usize| {
+                let inside = inside(&of_log(&logs.runs, j), &limits);
+                let inside: Vec<&Run> = inside.iter().collect();
+                relative(rmse(&estimator, &inside), &logs.runs, j)
+            };
             Some((0..count).map(on).collect())
         })
         .collect();
@@ -90,11 +99,47 @@ fn judge_by(logs: &ConditionedLogs, recipe: &Recipe) -> Verdict {
     }
 }
 
+/// The ranges of the inputs in a log, between their 1 % and 99 % quantiles.
+fn limits(runs: &[Run], log: usize) -> Vec<(f64, f64)> {
+    let runs = of_log(runs, log);
+    let width = runs.first().map_or(0, |run| run.width);
+    (0..width)
+        .map(|k| {
+            let column = runs.iter().flat_map(|run| run.inputs.iter().skip(k).step_by(width).copied());
+            let edge = quantiles(column.collect(), &[0.01, 0.99]);
+            (edge[0], edge[1])
+        })
+        .collect()
+}
+
+/// Runs in which only the samples inside the ranges of another log count: beyond them its model extrapolates. Where these
+/// are few, the ranges themselves contradict each other, and all count.
+fn inside(runs: &[&Run], limits: &[(f64, f64)]) -> Vec<Run> {
+    let fits =
+        |run: &Run, i: usize| run.row(i).iter().zip(limits).all(|(u, (low, high))| (low..=high).contains(&u));
+    let masked: Vec<Run> = runs
+        .iter()
+        .map(|run| {
+            let weight = (0..run.len()).map(|i| if fits(run, i) { run.weight[i] } else { 0.0 }).collect();
+            Run { weight, ..Run::clone(run) }
+        })
+        .collect();
+    let sum = |weight: &[f64]| weight.iter().sum::<f64>();
+    let all: f64 = runs.iter().map(|run| sum(&run.weight)).sum();
+    let kept: f64 = masked.iter().map(|run| sum(&run.weight)).sum();
+    if kept < OVERLAP * all { runs.iter().map(|run| Run::clone(run)).collect() } else { masked }
+}
+
 /// What a wrong channel would explain of log `k`, by a model of the logs `sound`; `None` where that predicts it.
 pub(crate) fn explanation(logs: &ConditionedLogs, k: usize, sound: &[usize]) -> Option<Explanation> {
     let training: Vec<&Run> = logs.runs.iter().filter(|run| sound.contains(&run.log)).collect();
+    let is_predicted = |estimator: &Estimator| {
+        relative(rmse(estimator, &of_log(&logs.runs, k)), &logs.runs, k) < UNEXPLAINED
+    };
     let estimator = fit(&comparison_recipe(logs), &training, 0)?;
-    if relative(rmse(&estimator, &of_log(&logs.runs, k)), &logs.runs, k) < UNEXPLAINED {
+    // Where either of two kinds of models predicts the log, nothing is wrong with it.
+    if is_predicted(&estimator) || fit(&influence_recipe(logs), &training, 0).is_none_or(|e| is_predicted(&e))
+    {
         return None;
     }
     explain(&estimator, &logs.data, &of_log(&logs.runs, k), logs.data.logs[k].interval_s)

@@ -133,7 +133,7 @@ fn kinds() -> Vec<Kind> {
         Kind("0.3 s", Near, Short(0.3), One, 3, &["too short"]),
         Kind("sampled too rarely, all", Near, Coarse(5.0), All, 3, &["the rate is too low"]),
         Kind("friction rises by 8 % a log", Near, Trend(1.08), All, 4, &["rises by"]),
-        Kind("friction falls by 10 % a log", Near, Trend(0.9), All, 3, &["falls by"]),
+        Kind("friction falls by 10 % a log", Near, Trend(0.9), All, 4, &["falls by"]),
         Kind("another specimen of three", Near, Foreign, One, 3, ODD),
         Kind("far gain 2, one of two", Far, Gain(2.0), One, 2, PAIR),
         Kind(
