@@ -11,8 +11,9 @@ const EVEN: f64 = 0.02;
 /// Deviation of a ratio of intervals from a simple fraction up to which it is one: a rate that was chosen.
 const SIMPLE: f64 = 0.005;
 
-/// Largest numerator and denominator of a simple fraction.
-const LARGEST: u32 = 20;
+/// Largest ratio of two rates of one bench, and largest numerator and denominator of a fraction that is one.
+const MOST_TIMES: f64 = 100.0;
+const SMALL: u32 = 5;
 
 /// Adds a defect to every log that is too short, and to evenly sampled ones whose interval fits no rate beside those of
 /// the others.
@@ -68,12 +69,14 @@ fn agreed(intervals: &[Option<f64>], log: usize) -> Option<f64> {
     (high - low < EVEN * low).then_some(low)
 }
 
-/// Whether a ratio of two intervals is that of two usual rates.
+/// Whether a ratio of two intervals is that of two usual rates: a whole number, or of two small ones.
 fn is_simple(ratio: f64) -> bool {
-    (1..=LARGEST).any(|whole| {
-        let other = (ratio * f64::from(whole)).round();
-        (1.0..=f64::from(LARGEST)).contains(&other) && (ratio * f64::from(whole) / other - 1.0).abs() < SIMPLE
-    })
+    let near = |ratio: f64, most: f64| {
+        (1.0..=most).contains(&ratio.round()) && (ratio / ratio.round() - 1.0).abs() < SIMPLE
+    };
+    near(ratio, MOST_TIMES)
+        || near(ratio.recip(), MOST_TIMES)
+        || (1..=SMALL).any(|k| near(ratio * f64::from(k), SMALL.into()))
 }
 
 #[cfg(test)]
@@ -82,10 +85,10 @@ mod tests {
 
     #[test]
     fn usual_ratios_of_rates_are_simple_and_those_of_clocks_are_not() {
-        for ratio in [1.0, 2.0, 0.1, 0.2, 1.5, 10.0, 1.004, 0.8] {
+        for ratio in [1.0, 2.0, 0.1, 0.2, 1.5, 10.0, 0.01, 1.004, 0.8] {
             assert!(is_simple(ratio), "{ratio}");
         }
-        for ratio in [1000.0, 1e-3, 60.0, 1.037, 24.1] {
+        for ratio in [1000.0, 1e-3, 1.37, 1.037, 24.1] {
             assert!(!is_simple(ratio), "{ratio}");
         }
     }

@@ -1,24 +1,32 @@
 //! Do the logs that are fitted agree with each other, and where one does not, which channel explains it?
 
-use super::candidates::comparison_recipe;
+use super::candidates::{comparison_recipe, influence_recipe};
 use super::hypotheses::{Explanation, explain};
 use crate::conditioning::ConditionedLogs;
 use crate::estimation::rmse;
+use crate::fit::recipe::Recipe;
 use crate::fit::run::Run;
-use crate::fit::statistics::mean_and_deviation;
+use crate::fit::statistics::{mean_and_deviation, quantiles};
 use crate::log::{Defect, DefectKind};
 use crate::training::fit;
 use rayon::prelude::*;
+use sinew::predictor::Estimator;
 
 /// Error of one log's model on another, over the standard deviation of its far side, from which the two contradict each
-/// other.
-const CONTRADICTS: f64 = 0.3;
+/// other: good logs of one rig that move through different ranges come to half of it.
+const CONTRADICTS: f64 = 0.7;
+
+/// How many times larger it is than the errors on their own logs: a model that does not fit its own judges no other.
+const WORSE: f64 = 3.0;
+
+/// Share of the samples of a log inside the ranges of another, from which only these are compared.
+const OVERLAP: f64 = 0.2;
 
 /// How many times larger it is than that of the pair that agrees, for the third log to be the odd one.
 const ODD: f64 = 2.5;
 
 /// Error on a log, over the standard deviation of its far side, from which an explanation is looked for.
-const UNEXPLAINED: f64 = 0.1;
+const UNEXPLAINED: f64 = 0.15;
 
 /// The logs of a set of two or three, judged by their pairs.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,56 +39,107 @@ pub(crate) enum Verdict {
     Undecidable(usize, usize),
 }
 
-/// Judges two or three logs by how well a model of each predicts the others.
+/// Judges two or three logs by how well a model of each predicts the others; a regression on plays and a small hybrid must
+/// come to the same verdict.
 ///
 /// ```text
 /// d_ij = sqrt(e_ij e_ji),   e_ij = RMSE on log j of a model fitted to log i / standard deviation of the far side of j
-/// odd k:        both d_ki > 0.3 and > 2.5 d_ij of the other two
-/// undecidable:  otherwise the largest d_ij > 0.3
+/// contradicts:  d_ij > 0.7 and > 3 sqrt(e_ii e_jj)
+/// odd k:        both pairs with k contradict, and d_ki > 2.5 d_ij of the other two
+/// undecidable:  otherwise the pair of the largest d_ij, where it contradicts
 /// ```
 pub(crate) fn judge(logs: &ConditionedLogs) -> Verdict {
-    let count = logs.data.logs.len();
-    if !(2..=3).contains(&count) {
+    if !(2..=3).contains(&logs.data.logs.len()) {
         return Verdict::Agree;
     }
-    let recipe = comparison_recipe(logs);
+    let first = judge_by(logs, &comparison_recipe(logs));
+    if first == Verdict::Agree {
+        return first;
+    }
+    match (first, judge_by(logs, &influence_recipe(logs))) {
+        (Verdict::Odd(a, ratio), Verdict::Odd(b, other)) if a == b => Verdict::Odd(a, ratio.min(other)),
+        (_, Verdict::Agree) => Verdict::Agree,
+        (Verdict::Undecidable(i, j), _) | (_, Verdict::Undecidable(i, j)) => Verdict::Undecidable(i, j),
+        (Verdict::Odd(i, _), Verdict::Odd(j, _)) => Verdict::Undecidable(i, j),
+        (Verdict::Agree, _) => Verdict::Agree,
+    }
+}
+
+fn judge_by(logs: &ConditionedLogs, recipe: &Recipe) -> Verdict {
+    let count = logs.data.logs.len();
     let errors: Vec<Option<Vec<f64>>> = (0..count)
         .into_par_iter()
         .map(|i| {
-            let estimator = fit(&recipe, &of_log(&logs.runs, i), 0)?;
-            Some(
-                (0..count)
-                    .map(|j| relative(rmse(&estimator, &of_log(&logs.runs, j)), &logs.runs, j))
-                    .collect(),
-            )
+            let estimator = fit(recipe, &of_log(&logs.runs, i), 0)?;
+            let limits = limits(&logs.runs, i);
+            let on = |j: usize| {
+                let inside = inside(&of_log(&logs.runs, j), &limits);
+                let inside: Vec<&Run> = inside.iter().collect();
+                relative(rmse(&estimator, &inside), &logs.runs, j)
+            };
+            Some((0..count).map(on).collect())
         })
         .collect();
-    let distance = |i: usize, j: usize| -> f64 {
-        let (Some(a), Some(b)) = (&errors[i], &errors[j]) else { return 0.0 };
-        (a[j] * b[i]).sqrt()
-    };
-    if count == 2 {
-        return if distance(0, 1) > CONTRADICTS { Verdict::Undecidable(0, 1) } else { Verdict::Agree };
-    }
-    let pairs = [(0, 1), (0, 2), (1, 2)];
-    for (odd, (i, j)) in [2, 1, 0].into_iter().zip(pairs) {
+    let error = |i: usize, j: usize| errors[i].as_ref().map_or(0.0, |of_model| of_model[j]);
+    let distance = |i: usize, j: usize| (error(i, j) * error(j, i)).sqrt();
+    let contradicts =
+        |i: usize, j: usize| distance(i, j) > CONTRADICTS.max(WORSE * (error(i, i) * error(j, j)).sqrt());
+    let pairs: &[(usize, usize)] = if count == 2 { &[(0, 1)] } else { &[(0, 1), (0, 2), (1, 2)] };
+    for odd in (0..count).filter(|_| count == 3) {
+        let (i, j) = ((odd + 1) % 3, (odd + 2) % 3);
         let (near, far) = (distance(i, j), distance(odd, i).min(distance(odd, j)));
-        if far > CONTRADICTS && far > ODD * near {
+        if contradicts(odd, i) && contradicts(odd, j) && !contradicts(i, j) && far > ODD * near {
             return Verdict::Odd(odd, far / near.max(1e-300));
         }
     }
-    let worst = pairs.into_iter().max_by(|a, b| distance(a.0, a.1).total_cmp(&distance(b.0, b.1)));
-    match worst.filter(|(i, j)| distance(*i, *j) > CONTRADICTS) {
-        Some((i, j)) => Verdict::Undecidable(i, j),
+    let worst = pairs.iter().max_by(|a, b| distance(a.0, a.1).total_cmp(&distance(b.0, b.1)));
+    match worst.filter(|(i, j)| contradicts(*i, *j)) {
+        Some(&(i, j)) => Verdict::Undecidable(i, j),
         None => Verdict::Agree,
     }
+}
+
+/// The ranges of the inputs in a log, between their 1 % and 99 % quantiles.
+fn limits(runs: &[Run], log: usize) -> Vec<(f64, f64)> {
+    let runs = of_log(runs, log);
+    let width = runs.first().map_or(0, |run| run.width);
+    (0..width)
+        .map(|k| {
+            let column = runs.iter().flat_map(|run| run.inputs.iter().skip(k).step_by(width).copied());
+            let edge = quantiles(column.collect(), &[0.01, 0.99]);
+            (edge[0], edge[1])
+        })
+        .collect()
+}
+
+/// Runs in which only the samples inside the ranges of another log count: beyond them its model extrapolates. Where these
+/// are few, the ranges themselves contradict each other, and all count.
+fn inside(runs: &[&Run], limits: &[(f64, f64)]) -> Vec<Run> {
+    let fits =
+        |run: &Run, i: usize| run.row(i).iter().zip(limits).all(|(u, (low, high))| (low..=high).contains(&u));
+    let masked: Vec<Run> = runs
+        .iter()
+        .map(|run| {
+            let weight = (0..run.len()).map(|i| if fits(run, i) { run.weight[i] } else { 0.0 }).collect();
+            Run { weight, ..Run::clone(run) }
+        })
+        .collect();
+    let sum = |weight: &[f64]| weight.iter().sum::<f64>();
+    let all: f64 = runs.iter().map(|run| sum(&run.weight)).sum();
+    let kept: f64 = masked.iter().map(|run| sum(&run.weight)).sum();
+    if kept < OVERLAP * all { runs.iter().map(|run| Run::clone(run)).collect() } else { masked }
 }
 
 /// What a wrong channel would explain of log `k`, by a model of the logs `sound`; `None` where that predicts it.
 pub(crate) fn explanation(logs: &ConditionedLogs, k: usize, sound: &[usize]) -> Option<Explanation> {
     let training: Vec<&Run> = logs.runs.iter().filter(|run| sound.contains(&run.log)).collect();
+    let is_predicted = |estimator: &Estimator| {
+        relative(rmse(estimator, &of_log(&logs.runs, k)), &logs.runs, k) < UNEXPLAINED
+    };
     let estimator = fit(&comparison_recipe(logs), &training, 0)?;
-    if relative(rmse(&estimator, &of_log(&logs.runs, k)), &logs.runs, k) < UNEXPLAINED {
+    // Where either of two kinds of models predicts the log, nothing is wrong with it.
+    if is_predicted(&estimator) || fit(&influence_recipe(logs), &training, 0).is_none_or(|e| is_predicted(&e))
+    {
         return None;
     }
     explain(&estimator, &logs.data, &of_log(&logs.runs, k), logs.data.logs[k].interval_s)
@@ -128,12 +187,13 @@ pub(crate) fn report_contradiction(logs: &mut ConditionedLogs, (i, j): (usize, u
     }
 }
 
+/// The runs of one log.
 fn of_log(runs: &[Run], log: usize) -> Vec<&Run> {
     runs.iter().filter(|run| run.log == log).collect()
 }
 
 /// An error over the standard deviation of the far side of a log.
-fn relative(error: f64, runs: &[Run], log: usize) -> f64 {
+pub(super) fn relative(error: f64, runs: &[Run], log: usize) -> f64 {
     let counted = |run: &Run| -> Vec<f64> {
         run.far.iter().zip(&run.weight).filter(|(_, w)| **w > 0.0).map(|(y, _)| *y).collect()
     };

@@ -11,11 +11,7 @@ const POSITIONS: [&str; 9] = ["m", "mm", "cm", "um", "rad", "mrad", "deg", "rev"
 
 /// The axes that roles and units allow, at most one of each kind.
 pub(super) fn axis_plans(logs: &ConditionedLogs, set: &SignalSet, roles: &RoleIndices) -> Vec<AxisPlan> {
-    let unit_of = |column: &str| logs.data.unit(column);
-    let unit = logs.data.roles.far.as_deref().map_or_else(String::new, unit_of);
-    // Without any unit, what an effort moves through a transmission is taken for an effort.
-    let first_effort = roles.efforts.first().map(|&input| unit_of(&logs.data.roles.inputs[input].column));
-    let is_like_effort = first_effort.as_ref() == Some(&unit);
+    let unit = logs.data.roles.far.as_deref().map_or_else(String::new, |far| logs.data.unit(far));
     let signals_of = |inputs: &[usize]| -> Vec<usize> {
         let place = |input: &usize| set.signals.iter().position(|signal| *signal == Signal::Input(*input));
         inputs.iter().filter_map(place).collect()
@@ -24,8 +20,7 @@ pub(super) fn axis_plans(logs: &ConditionedLogs, set: &SignalSet, roles: &RoleIn
     let mut plans = Vec::new();
     if !motions.is_empty() && !POSITIONS.contains(&unit.as_str()) {
         plans.push(AxisPlan { kind: AxisKind::Force, motions: motions.clone(), efforts: efforts.clone() });
-    } else if motions.is_empty() && !efforts.is_empty() && !is_like_effort && !FORCES.contains(&unit.as_str())
-    {
+    } else if motions.is_empty() && !efforts.is_empty() && !FORCES.contains(&unit.as_str()) {
         plans.push(AxisPlan { kind: AxisKind::Motion, motions, efforts });
     }
     plans

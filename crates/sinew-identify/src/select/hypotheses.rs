@@ -38,7 +38,7 @@ const UNIT_GAINS: [(f64, &str); 17] = [
 ];
 
 /// Share of the error that an explanation leaves at most.
-const LEAVES: f64 = 0.5;
+const LEAVES: f64 = 0.4;
 
 /// What may be wrong with a channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -242,8 +242,8 @@ impl Explanation {
     /// Whether it leaves little of the error, and no sensor of a sound log is off by as much.
     pub(crate) fn is_convincing(&self) -> bool {
         let large = match self.fault {
-            Fault::Gain(gain) => gain < 0.0 || gain.ln().abs() > 0.1,
-            Fault::Offset(offset) => offset.abs() > 0.08 * self.range,
+            Fault::Gain(gain) => gain < 0.0 || gain.ln().abs() > 0.14,
+            Fault::Offset(offset) => offset.abs() > 0.12 * self.range,
             Fault::Shift(samples) => samples.unsigned_abs() >= 2,
         };
         large && self.error_after < LEAVES * self.error_before
@@ -290,7 +290,7 @@ impl Explanation {
     }
 }
 
-/// The channel and the delay, samples, that leaves less than half of the error in all logs together.
+/// The channel and the delay, samples, that leaves little of the error in all logs together.
 pub(super) fn common_shift(recipe: &Recipe, logs: &ConditionedLogs) -> Option<(String, isize)> {
     let count = logs.data.logs.len().max(1);
     let runs: Vec<Run> = (0..count)

@@ -1,6 +1,6 @@
 //! The influence check: does a log spoil the prediction of all others?
 
-use super::agreement::{Verdict, explanation, judge, report_contradiction, report_explained};
+use super::agreement::{Verdict, explanation, judge, relative, report_contradiction, report_explained};
 use super::candidates::influence_recipe;
 use super::hypotheses::Explanation;
 use crate::Error;
@@ -18,6 +18,10 @@ use serde::Serialize;
 /// harms a little and is predicted as they are.
 const LEAST_INFLUENCE: f64 = 0.15;
 const LEAST_DEVIATION: f64 = 1.0;
+
+/// Error on a foreign log, over the standard deviation of its far side, at least: where sensors are good, a log may be
+/// predicted many times worse than the others and still well.
+const LEAST_RELATIVE: f64 = 0.1;
 
 /// Logs that must remain.
 const FEWEST: usize = 3;
@@ -39,17 +43,19 @@ pub enum Keep {
 struct Judgement {
     influence: f64,
     deviation: f64,
+    /// Error by a model of the others over the standard deviation of its far side.
+    relative: f64,
 }
 
 impl Default for Judgement {
     fn default() -> Self {
-        Self { influence: f64::NAN, deviation: f64::NAN }
+        Self { influence: f64::NAN, deviation: f64::NAN, relative: f64::NAN }
     }
 }
 
 impl Judgement {
     fn is_foreign(self) -> bool {
-        self.influence > LEAST_INFLUENCE && self.deviation > LEAST_DEVIATION
+        self.influence > LEAST_INFLUENCE && self.deviation > LEAST_DEVIATION && self.relative > LEAST_RELATIVE
     }
 }
 
@@ -125,8 +131,13 @@ pub(crate) fn exclude_foreign_logs(
     Ok(settle_three(logs, rows, keep_asked))
 }
 
-/// Adds to the remark of a log that was left out which channel would explain it.
+/// Adds to the remark of a log that was left out its defects, or without any which channel would explain it.
 fn explain_row(logs: &ConditionedLogs, k: usize, kept: &[usize], row: &mut InfluenceRow) {
+    let defects = &logs.data.logs[k].defects;
+    if !defects.is_empty() {
+        defects.iter().for_each(|defect| row.remark += &format!(" {}.", defect.sentence));
+        return;
+    }
     if let Some(explained) = explanation(logs, k, kept).filter(Explanation::is_convincing) {
         row.remark += &format!(" What explains it best: {}.", explained.words());
     }
@@ -167,7 +178,8 @@ fn settle_three(
                 })
                 .collect();
             new[odd].remark = format!(
-                "The two other logs predict each other, and it {ratio:.1} times worse: the odd one of three. It was left out; find                  out what was different that day, or keep it with --keep."
+                "The two other logs predict each other, and it {ratio:.1} times worse: the odd one of three. It was left out; find out \
+                 what was different that day, or keep it with --keep."
             );
             explain_row(&logs, odd, &sound, &mut new[odd]);
             if rows.is_empty() {
@@ -210,7 +222,7 @@ fn remark_kept(judged: Judgement, reason: &str) -> String {
     format!("{}. It was kept: {reason}.", described(judged))
 }
 
-fn described(Judgement { influence, deviation }: Judgement) -> String {
+fn described(Judgement { influence, deviation, .. }: Judgement) -> String {
     format!(
         "With it in training the other logs are predicted {:.2} times worse, and it is itself predicted {:.1} times worse than \
          they are (limits {:.2} and {:.1})",
@@ -296,6 +308,10 @@ fn influences(runs: &[Run], recipe: &Recipe, keep: &[bool]) -> Vec<Judgement> {
             Judgement {
                 influence: mean(others().filter_map(|&i| Some((error(i, i)? / error(i, k)?).ln()))),
                 deviation: mean(others().filter_map(|&i| Some((error(k, k)? / error(i, k)?).ln()))),
+                relative: keep[k]
+                    .then(|| error(k, k))
+                    .flatten()
+                    .map_or(f64::NAN, |own| relative(own, runs, k)),
             }
         })
         .collect()

@@ -133,7 +133,7 @@ fn kinds() -> Vec<Kind> {
         Kind("0.3 s", Near, Short(0.3), One, 3, &["too short"]),
         Kind("sampled too rarely, all", Near, Coarse(5.0), All, 3, &["the rate is too low"]),
         Kind("friction rises by 8 % a log", Near, Trend(1.08), All, 4, &["rises by"]),
-        Kind("friction falls by 10 % a log", Near, Trend(0.9), All, 3, &["falls by"]),
+        Kind("friction falls by 10 % a log", Near, Trend(0.9), All, 4, &["falls by"]),
         Kind("another specimen of three", Near, Foreign, One, 3, ODD),
         Kind("far gain 2, one of two", Far, Gain(2.0), One, 2, PAIR),
         Kind(
@@ -142,7 +142,7 @@ fn kinds() -> Vec<Kind> {
             Exchanged,
             One,
             3,
-            &["reads ", "odd one of three", "contradicts"],
+            &["odd one of three", "contradicts", "reads "],
         ),
         Kind("backwards in time, one of four", Far, Reversed, One, 4, ODD),
     ]
@@ -170,13 +170,15 @@ fn damage(table: &mut Table, bench: &Bench, channel: &str, damage: Damage, rando
     let rate = bench.rate_hz();
     let at = |share: f64| (share * n as f64) as usize;
     let (inputs, far) = bench.channels();
+    // A sensor has one bound on all days.
+    let bound = |share: f64| quantile(bench.log(&mut ChaCha8Rng::seed_from_u64(1)).column(channel), share);
     match damage {
         Damage::ClipHigh(share) => {
-            let bound = quantile(table.column(channel), share);
+            let bound = bound(share);
             table.column(channel).iter_mut().for_each(|x| *x = x.min(bound));
         }
         Damage::ClipLow(share) => {
-            let bound = quantile(table.column(channel), share);
+            let bound = bound(share);
             table.column(channel).iter_mut().for_each(|x| *x = x.max(bound));
         }
         Damage::Frozen(from, to) => {
@@ -320,7 +322,7 @@ fn tried(kind: &Kind, bench_kind: common::benches::Kind, seed: u64) -> Option<Sa
     }
     Some(Said {
         named,
-        graded: found.report.grade != Grade::Use,
+        graded: found.report.grade != Grade::Use || found.report.influence.iter().any(|row| row.dropped),
         ratio: Some(found.report.expected.rmse / real),
     })
 }
@@ -345,7 +347,7 @@ fn long_fifty_kinds_of_damage_are_named_and_graded() {
     }
     let (mut named, mut graded, mut all) = (0, 0, 0);
     let mut ratios = Vec::new();
-    eprintln!("| damage | named | at most with care | expected over real error |");
+    eprintln!("| damage | named | at most with care, or left out | expected over real error |");
     for (k, kind) in kinds().iter().enumerate() {
         let benches = Bench::KINDS.into_iter().enumerate();
         let said: Vec<Said> =
