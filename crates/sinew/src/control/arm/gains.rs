@@ -63,6 +63,9 @@ pub struct JointGains {
     pub implied: f64,
     /// `x_r,max`: travel of the reference beyond which an unchanged output is a fault.
     pub reference_travel: f64,
+    /// `theta_G`, >= 0: dead band of its cables, within which it may stand where its reference has turned.
+    #[serde(default)]
+    pub dead_band: f64,
     /// `e_q`: error that stops the machine, and largest deviation of the first measurement.
     pub tracking_error: f64,
 }
@@ -226,6 +229,7 @@ impl JointGains {
         ] {
             positive(name, value)?;
         }
+        non_negative("dead_band", self.dead_band)?;
         Ok(())
     }
 }
@@ -293,6 +297,7 @@ impl ArmGains {
             jump: 7.5e-3,
             implied: 0.016,
             reference_travel: 0.06,
+            dead_band: 0.15,
             tracking_error: 0.5,
         };
         let muscle = MuscleGains {

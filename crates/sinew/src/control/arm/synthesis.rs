@@ -140,6 +140,7 @@ fn of_joint(
         jump: (JUMP_COUNTS * resolution).max(3.0 * break_away),
         implied: (40.0 * resolution).max(0.1 * band),
         reference_travel: (150.0 * resolution).max(0.4 * band),
+        dead_band: band,
         tracking_error: (1300.0 * resolution).max(band),
     }
 }
