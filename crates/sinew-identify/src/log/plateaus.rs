@@ -274,7 +274,7 @@ fn frozen(
     let usual = quantile(&mut steps, 0.95);
     let jumps = jump > JUMP * usual && jump > 0.02 * channel.range();
     let stands_nowhere_else = plateaus.len() == 1 && chance < 0.02;
-    if !jumps && !(stands_nowhere_else && others().any(|other| other.turns(*longest))) {
+    if !(jumps || stands_nowhere_else && others().any(|other| other.turns(*longest))) {
         return None;
     }
     let lines = &rows[longest.sequence];

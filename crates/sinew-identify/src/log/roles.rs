@@ -70,7 +70,8 @@ pub(super) fn time_of(logs: &[Columns<'_>], taken: &[String]) -> Result<Option<S
     let by_name = |wanted: Meaning| move |log: &Columns<'_>, c: usize| means(&log.names[c], wanted);
     let (named, like) = (by_name(Meaning::Time), by_name(Meaning::TimeLike));
     let held = |log: &Columns<'_>, c: usize| log.timed[c];
-    let tiers: [&dyn Fn(&Columns<'_>, usize) -> bool; 3] = [&named, &held, &like];
+    type Tier<'a> = &'a dyn Fn(&Columns<'_>, usize) -> bool;
+    let tiers: [Tier<'_>; 3] = [&named, &held, &like];
     for tier in tiers {
         let mut found = None;
         for log in logs {

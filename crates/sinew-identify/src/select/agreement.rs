@@ -127,7 +127,7 @@ fn inside(runs: &[&Run], limits: &[(f64, f64)]) -> Vec<Run> {
     let sum = |weight: &[f64]| weight.iter().sum::<f64>();
     let all: f64 = runs.iter().map(|run| sum(&run.weight)).sum();
     let kept: f64 = masked.iter().map(|run| sum(&run.weight)).sum();
-    if kept < OVERLAP * all { runs.iter().map(|run| Run::clone(run)).collect() } else { masked }
+    if kept < OVERLAP * all { runs.iter().copied().cloned().collect() } else { masked }
 }
 
 /// What a wrong channel would explain of log `k`, by a model of the logs `sound`; `None` where that predicts it.

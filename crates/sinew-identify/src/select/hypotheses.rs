@@ -317,8 +317,7 @@ pub(super) fn common_shift(recipe: &Recipe, logs: &ConditionedLogs) -> Option<(S
         error_in_sample(recipe, &shifted).unwrap_or(f64::INFINITY)
     };
     let errors: Vec<f64> = tried.par_iter().map(|&t| of(t)).collect();
-    let (mut best, mut least) =
-        tried.into_iter().zip(errors).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(t, e)| (t, e))?;
+    let (mut best, mut least) = tried.into_iter().zip(errors).min_by(|a, b| a.1.total_cmp(&b.1))?;
     for step in [6, 3, 1] {
         for near in [best.1 - step, best.1 + step] {
             let error = of((best.0, near));

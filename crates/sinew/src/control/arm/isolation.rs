@@ -319,10 +319,11 @@ impl Isolation {
         }
         self.history.follow(dt, seen.unexplained, seen.pose);
         self.turn = (self.turn + 1) % LONG_TURNS;
-        if quiet && self.turn == 0 {
-            if let Some(joint) = self.slipping_joint(dt * f64::from(LONG_TURNS), seen) {
-                return Finding::Stop(Fault::JointSensor(joint));
-            }
+        if quiet
+            && self.turn == 0
+            && let Some(joint) = self.slipping_joint(dt * f64::from(LONG_TURNS), seen)
+        {
+            return Finding::Stop(Fault::JointSensor(joint));
         }
         let Some(copy) = seen.copy else { return Finding::Nothing };
         match self.alarm {
@@ -356,7 +357,7 @@ impl Isolation {
         let force = force_between(seen.body, k, seen.disturbance_torque, &copy.disturbance_torque);
         let (difference, far) = (watched.difference, watched.far);
         let explained = -force / difference;
-        let cell = !(explained <= 0.5);
+        let cell = explained.is_nan() || explained > 0.5;
         // The force follows the difference with the lag of the joints' observers.
         let stepped = watched.since_step < STEP_MEMORY;
         let encoder = difference.abs() > 2.5 * far && explained <= ENCODER_EXPLAINED && !stepped;

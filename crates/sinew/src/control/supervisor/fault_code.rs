@@ -46,8 +46,11 @@ pub struct FaultCode {
     pub counted: Counted,
 }
 
-/// Part, what its index counts, and its fault: number 1, 2 and so on.
-const PARTS: [(&str, Counted, fn(usize) -> Fault); 18] = [
+/// Part, what its index counts, and its fault.
+type Part = (&'static str, Counted, fn(usize) -> Fault);
+
+/// Parts by their numbers, from 1 on.
+const PARTS: [Part; 18] = [
     ("joint encoder", Counted::Joint, Fault::JointSensor),
     ("motor encoder", Counted::Muscle, Fault::MotorSensor),
     ("load cell", Counted::Muscle, Fault::TensionSensor),

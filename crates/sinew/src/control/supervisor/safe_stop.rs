@@ -110,7 +110,7 @@ impl SafeStop {
         let lowering = self.time > safety.holding_time && received && !self.is_down;
         for (k, (previous, measured)) in self.previous.iter_mut().zip(&mut self.measured).enumerate() {
             let change = (tension[k] - core::mem::replace(previous, tension[k])).abs();
-            *measured &= !(change > gains.muscles[k].implausible_step(tension[k]));
+            *measured &= change.is_nan() || change <= gains.muscles[k].implausible_step(tension[k]);
         }
         let unknown = |k: usize| !self.measured[k] || tension[k].is_nan();
         let low = |k: usize| !unknown(k) && tension[k] <= gains.muscles[k].slack_tension;
