@@ -163,6 +163,7 @@ impl Model {
     }
 
     /// Adapts the model to another specimen.
+    #[allow(clippy::too_many_arguments, reason = "the keywords of Python's function")]
     #[pyo3(signature = (logs, columns, skip_s, seed, threads, progress))]
     fn adapt(
         &self,

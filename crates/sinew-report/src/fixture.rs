@@ -141,6 +141,7 @@ fn report(names: &[&str], rows: usize, traces: Vec<Trace>) -> IdentificationRepo
             ],
             _ => Vec::new(),
         },
+        defects: Vec::new(),
     };
     IdentificationReport {
         version: "0.1.0".to_owned(),

@@ -116,7 +116,7 @@ fn hand(draw: &mut Draw) -> (Machine, String) {
     let (body, fingers) = body(draw, joints, (radius, size, range));
     let thin = draw.chance(0.7);
     let text = transmission(draw, thin, radius);
-    let read = machine_from_toml("hand.toml", &text, &mut |_| Ok(body.clone().into()));
+    let read = machine_from_toml("hand.toml", &text, &mut |_| Ok(body.clone()));
     let rope = if thin { "thin ropes" } else { "the bench's cable" };
     let what =
         format!("hand of {joints} joints in {fingers} fingers, arms of {:.1} mm, {rope}", 1e3 * radius);
