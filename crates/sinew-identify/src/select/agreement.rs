@@ -16,7 +16,8 @@ use sinew::predictor::Estimator;
 /// other: good logs of one rig that move through different ranges come to half of it.
 const CONTRADICTS: f64 = 0.7;
 
-/// How many times larger it is than the errors on their own logs: a model that does not fit its own judges no other.
+/// How many times larger it is than the errors between halves of the logs: what does not foretell its own log judges no
+/// other.
 const WORSE: f64 = 3.0;
 
 /// Share of the samples of a log inside the ranges of another, from which only these are compared.
@@ -44,7 +45,7 @@ pub(crate) enum Verdict {
 ///
 /// ```text
 /// d_ij = sqrt(e_ij e_ji),   e_ij = RMSE on log j of a model fitted to log i / standard deviation of the far side of j
-/// contradicts:  d_ij > 0.7 and > 3 sqrt(e_ii e_jj)
+/// contradicts:  d_ij > 0.7 and > 3 sqrt(o_i o_j),   o_i = the same of half of log i by a model of its other half
 /// odd k:        both pairs with k contradict, and d_ki > 2.5 d_ij of the other two
 /// undecidable:  otherwise the pair of the largest d_ij, where it contradicts
 /// ```
@@ -80,10 +81,10 @@ fn judge_by(logs: &ConditionedLogs, recipe: &Recipe) -> Verdict {
             Some((0..count).map(on).collect())
         })
         .collect();
+    let own: Vec<f64> = (0..count).into_par_iter().map(|k| own_error(logs, recipe, k)).collect();
     let error = |i: usize, j: usize| errors[i].as_ref().map_or(0.0, |of_model| of_model[j]);
     let distance = |i: usize, j: usize| (error(i, j) * error(j, i)).sqrt();
-    let contradicts =
-        |i: usize, j: usize| distance(i, j) > CONTRADICTS.max(WORSE * (error(i, i) * error(j, j)).sqrt());
+    let contradicts = |i: usize, j: usize| distance(i, j) > CONTRADICTS.max(WORSE * (own[i] * own[j]).sqrt());
     let pairs: &[(usize, usize)] = if count == 2 { &[(0, 1)] } else { &[(0, 1), (0, 2), (1, 2)] };
     for odd in (0..count).filter(|_| count == 3) {
         let (i, j) = ((odd + 1) % 3, (odd + 2) % 3);
@@ -97,6 +98,34 @@ fn judge_by(logs: &ConditionedLogs, recipe: &Recipe) -> Verdict {
         Some(&(i, j)) => Verdict::Undecidable(i, j),
         None => Verdict::Agree,
     }
+}
+
+/// Error of one half of a log by a model of its other half, over the standard deviation of its far side; infinite where
+/// nothing can be fitted.
+fn own_error(logs: &ConditionedLogs, recipe: &Recipe, k: usize) -> f64 {
+    let halves = |first: bool| -> Vec<Run> {
+        let half = |run: &&Run| {
+            let n = run.len();
+            let rows = if first { 0..n / 2 } else { n / 2..n };
+            Run {
+                log: run.log,
+                dt_s: run.dt_s[rows.clone()].to_vec(),
+                inputs: run.inputs[rows.start * run.width..rows.end * run.width].to_vec(),
+                far: run.far[rows.clone()].to_vec(),
+                weight: run.weight[rows].to_vec(),
+                width: run.width,
+            }
+        };
+        of_log(&logs.runs, k).iter().map(half).filter(|run| run.len() > 1).collect()
+    };
+    let (one, other) = (halves(true), halves(false));
+    let (one, other): (Vec<&Run>, Vec<&Run>) = (one.iter().collect(), other.iter().collect());
+    let of = |training: &[&Run], held: &[&Run]| {
+        fit(recipe, training, 0)
+            .map_or(f64::INFINITY, |estimator| relative(rmse(&estimator, held), &logs.runs, k))
+    };
+    let error = (0.5 * (of(&one, &other).powi(2) + of(&other, &one).powi(2))).sqrt();
+    if error.is_finite() { error } else { f64::INFINITY }
 }
 
 /// The ranges of the inputs in a log, between their 1 % and 99 % quantiles.
