@@ -299,7 +299,7 @@ fn a_fault_is_injected_by_name_and_reported_with_its_time() {
         ("cable:triceps@-1", "at least 0 s"),
         ("drive:triceps@5+0", "above 0 s"),
         ("cable:triceps:stuck@5", "only sensors"),
-        ("load-cell:triceps@5", "stuck, lost, nan or jump=X"),
+        ("load-cell:triceps@5", "stuck, lost, nan, jump=X"),
         ("load-cell:triceps:nan:nan@5", "before @"),
     ] {
         bench.refuses_usage(&format!("{short} --fault {fault}"), &["--fault", fault, words]);

@@ -151,7 +151,7 @@ impl FaultDetector {
             joint_gains: gains.joints.clone(),
             muscle_gains: gains.muscles.clone(),
             encoders: vec![JointMonitor::new(joint_tolerance, 1.0 / gains.observer_bandwidth); joints],
-            isolation: Isolation::new(cable_stiffness, &gains.muscles, joints),
+            isolation: Isolation::new(cable_stiffness, gains),
             cable_stiffness: cable_stiffness.to_vec(),
             winch_residual: vec![0.0; muscles],
             jumped_for: vec![0.0; muscles],
@@ -264,7 +264,9 @@ impl FaultDetector {
             // A winch that moves by itself gathers speed; a reading that jumps does not.
             let off = measured - self.motor[k] - commanded;
             let most = gains.max_winch_speed;
-            let freely = if blocked { h * most } else { 0.0 };
+            // A reading that stood and goes on has the travel of that time to make up.
+            let stood = 1.5 * self.unchanged_travel[k][1].abs();
+            let freely = stood + if blocked { h * most } else { 0.0 };
             let allowed = freely + most * (MOTOR_STEP_TIME.max(h) + MOTOR_UNCERTAINTY * self.jumped_for[k]);
             let before = if self.jumped_for[k] > 0.0 { 0.0 } else { self.motor_off[k] };
             let jumped = self.started && !lost && (off - before).abs() > allowed;
@@ -319,7 +321,9 @@ impl FaultDetector {
         for (k, &measured) in measured.iter().enumerate() {
             let estimated = prediction.tension_in[k];
             let plausible = self.load_cells[k].update(h, measured, 1.0);
-            let trusted = !self.started || self.isolation.check(k, h, measured, estimated, pose);
+            // What is missing or stuck has no step; what comes after it has to agree with its estimate.
+            let present = if plausible { measured } else { f64::NAN };
+            let trusted = !self.started || self.isolation.check(k, h, present, estimated, pose);
             let missing = plausible
                 && self.started
                 && measured < (1.0 - MISSING_SHARE) * estimated

@@ -1,5 +1,5 @@
 use super::correction_history::CorrectionHistory;
-use super::gains::MuscleGains;
+use super::gains::{ArmGains, MuscleGains};
 use super::open_loop::Copied;
 use super::status::{Fault, Symptom};
 use crate::muscle::MuscleDynamics;
@@ -49,6 +49,8 @@ use alloc::vec::Vec;
 pub(super) struct Isolation {
     muscles: Vec<Watched>,
     joints: usize,
+    /// Whether a joint has an encoder: `[joints]`.
+    encoders: Vec<bool>,
     alarm: Option<Alarm>,
     /// Time for which a joint's column has explained the alarm, s: `[joints]`.
     explained_for: Vec<f64>,
@@ -214,9 +216,10 @@ const LEAST_ARM: f64 = 1e-10;
 
 impl Isolation {
     /// With the stiffness of every cable, N/m.
-    pub(super) fn new(cable_stiffness: &[f64], gains: &[MuscleGains], joints: usize) -> Self {
+    pub(super) fn new(cable_stiffness: &[f64], gains: &ArmGains) -> Self {
+        let joints = gains.joints.len();
         let watched = |(stiffness, gains): (&f64, &MuscleGains)| Watched::new(*stiffness, gains);
-        let muscles: Vec<Watched> = cable_stiffness.iter().zip(gains).map(watched).collect();
+        let muscles: Vec<Watched> = cable_stiffness.iter().zip(&gains.muscles).map(watched).collect();
         Self {
             poses: vec![0.0; muscles.len() * joints],
             history: CorrectionHistory::new(muscles.len(), joints),
@@ -225,6 +228,7 @@ impl Isolation {
             turn: 0,
             muscles,
             joints,
+            encoders: gains.joints.iter().map(|joint| joint.encoder).collect(),
             alarm: None,
             explained_for: vec![0.0; joints],
         }
@@ -332,8 +336,13 @@ impl Isolation {
         }
     }
 
+    /// Whether a muscle's load cell is used and the encoders of all its joints tell where its anchor is.
+    fn is_compared(&self, muscle: usize, body: &MuscleDynamics) -> bool {
+        self.muscles[muscle].bridge.is_none() && body.crossings(muscle).all(|(joint, _)| self.encoders[joint])
+    }
+
     fn raise(&mut self, seen: &Seen<'_>) -> Finding {
-        let free = |k: usize| self.muscles[k].bridge.is_none() && seen.known[k];
+        let free = |k: usize| self.is_compared(k, seen.body) && seen.known[k];
         let raised = (0..self.muscles.len()).any(|k| free(k) && self.muscles[k].is_beyond());
         if raised {
             let most = (0..self.muscles.len())
@@ -439,7 +448,7 @@ impl Isolation {
             let correction = watched.stiffness * (seen.unexplained[k] - before[k]);
             let bound = watched.slow_bound(2.0 * travel);
             self.long[k] = [correction, bound];
-            if watched.bridge.is_none() && seen.known[k] {
+            if self.is_compared(k, seen.body) && seen.known[k] {
                 total += correction * correction / (bound * bound);
             }
         }
@@ -492,7 +501,7 @@ impl Isolation {
         correction: impl Fn(usize) -> (f64, f64),
     ) -> [f64; 3] {
         let (mut product, mut square, mut largest, mut total, mut alone) = (0.0, 0.0, 0.0_f64, 0.0, 0.0_f64);
-        for (k, watched) in self.muscles.iter().enumerate().filter(|(_, watched)| watched.bridge.is_none()) {
+        for (k, watched) in self.muscles.iter().enumerate().filter(|(k, _)| self.is_compared(*k, body)) {
             let arm = body.crossings(k).find(|(j, _)| *j == joint).map_or(0.0, |(_, arm)| arm);
             let (correction, bound) = correction(k);
             let (column, ratio) = (watched.stiffness * arm / bound, correction / bound);
