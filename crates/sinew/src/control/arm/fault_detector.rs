@@ -271,7 +271,7 @@ impl FaultDetector {
             let before = if self.jumped_for[k] > 0.0 { 0.0 } else { self.motor_off[k] };
             let jumped = self.started && !lost && (off - before).abs() > allowed;
             if !jumped {
-                self.motor_off[k] = if self.started && off.is_finite() { off } else { 0.0 };
+                self.motor_off[k] = if self.started && off.is_finite() && stood <= 0.0 { off } else { 0.0 };
             }
             self.jumped_for[k] = if jumped { self.jumped_for[k] + h } else { 0.0 };
             let accepted = plausible && !jumped;

@@ -117,7 +117,11 @@ struct Bridge {
 impl Bridge {
     /// Time for which the cell has to agree, s: longer each time that it has turned out to be false after all.
     fn agreement(&self, times: u32) -> f64 {
-        let once = if self.symptom == Symptom::Jumped { AGREEMENT } else { LONG_AGREEMENT };
+        let once = match self.symptom {
+            Symptom::Lost => return SHORT_AGREEMENT,
+            Symptom::Jumped => AGREEMENT,
+            _ => LONG_AGREEMENT,
+        };
         once * f64::from(1_u32 << times.min(6).saturating_sub(1))
     }
 }
@@ -163,6 +167,8 @@ pub(super) struct Seen<'a> {
 
 /// s: time of agreement after which a bridged load cell is used again.
 const AGREEMENT: f64 = 0.06;
+/// s: the same of a cell that had been silent.
+const SHORT_AGREEMENT: f64 = 3e-3;
 /// s: the same of a cell that had deviated little by little.
 const LONG_AGREEMENT: f64 = 0.6;
 /// Share of `h_f` within which it agrees.
@@ -296,7 +302,7 @@ impl Isolation {
                 self.history.forget();
             }
         } else if innovation.abs() > watched.fast && stepped {
-            self.begin_bridge(k, Symptom::Jumped, pose);
+            self.begin_bridge(k, Symptom::of_reading(measured, false), pose);
         } else if rough {
             self.begin_bridge(k, Symptom::Noisy, pose);
         }
