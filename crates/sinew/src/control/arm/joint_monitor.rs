@@ -24,7 +24,8 @@ use super::status::Symptom;
 /// | tau_d, tau_d,0 | torque of the disturbances at the joint, now and when the output last changed | Nm    |
 /// | k        | stiffness of the joint, [`JointStiffness`]                                   | Nm/rad  |
 /// | d^_0     | disturbance of the joint's observer when the output last changed               | rad/s^2 |
-/// | x_max, x_r,max | those of [`JointGains`]; before the joint has gone `x_max` since its reference turned at least `theta_G/4` and `theta_G`, its dead band | rad |
+/// | x_max, x_r,max | those of [`JointGains`]; before the joint has gone `x_max` and `x_d` since its reference turned at least `x_d` and `theta_G/4`, and `1.25 theta_G` | rad |
+/// | theta_G, x_d | dead band of the joint; what it hides of a light joint, `min(x_j, 1.25 theta_G)` | rad |
 /// | x_j      | [`JointGains`]                                                    | rad     |
 /// | t_r, t_d | time since the rejection, [`DRIFT_TIME`] of the prediction                     | s       |
 /// | t_e      | [`innovation_time`](Self::innovation_time): the innovation of a joint that breaks away or vibrates is over by then | s |
@@ -171,6 +172,8 @@ const LARGE_LAG_COUNTS: f64 = 100.0;
 
 /// Share of its dead band by which a joint may stand away from its muscles where it turns.
 const TURNING_SHARE: f64 = 0.25;
+/// The dead band of a machine as built over that of the design, at most.
+const WIDEST_BAND: f64 = 1.25;
 
 /// Travel below which an output may stay unchanged, rad: five counts of the encoder.
 fn min_travel(gains: &JointGains) -> f64 {
@@ -278,13 +281,15 @@ impl JointMonitor {
     }
 
     /// `x_max` and `x_r,max`, rad: a joint whose reference has turned stands until its cables have crossed their dead bands, and
-    /// friction decides when.
+    /// friction decides when. A light one hardly resists them, so that all of its dead band is open.
     fn limits(&self, gains: &JointGains) -> [f64; 2] {
-        if self.turn.followed(self.previous) > gains.implied {
+        let widest = WIDEST_BAND * gains.dead_band;
+        let hidden = gains.jump.min(widest);
+        if self.turn.followed(self.previous) > gains.implied.max(hidden) {
             [gains.implied, gains.reference_travel]
         } else {
-            let band = gains.dead_band;
-            [gains.implied.max(TURNING_SHARE * band), gains.reference_travel.max(band)]
+            let most = gains.implied.max(TURNING_SHARE * gains.dead_band).max(hidden);
+            [most, gains.reference_travel.max(widest)]
         }
     }
 
@@ -621,7 +626,7 @@ mod tests {
 
     #[test]
     fn a_joint_whose_reference_has_turned_may_stand_for_a_quarter_of_its_dead_band() {
-        // Of 200 mrad: 50 mrad where it has turned, else 16; by the reference alone 200 mrad, else 80.
+        // Of 200 mrad: 50 mrad where it has turned, else 16; by the reference alone 250 mrad, else 80.
         let gains = JointGains { reference_travel: 0.08, dead_band: 0.2, ..GAINS };
         for side in [1.0, -1.0] {
             let rejected = |turned: bool, off: f64| {
@@ -638,7 +643,7 @@ mod tests {
                     JointPrediction { angle: 0.5003, reference_speed: 0.3 * side, gains: &gains, ..MOVING };
                 (1..1000).find(|_| monitor.update(H, 0.5003, &predicted) != EncoderCheck::Accepted)
             };
-            assert_eq!((alone(false), alone(true)), (Some(267), Some(667)), "{side}");
+            assert_eq!((alone(false), alone(true)), (Some(267), Some(834)), "{side}");
             assert!(!rejected(false, 0.015) && rejected(false, 0.017), "{side}");
             assert!(!rejected(true, 0.049) && rejected(true, 0.051), "{side}");
         }
