@@ -344,7 +344,9 @@ impl Isolation {
 
     /// Whether a muscle's load cell is used and the encoders of all its joints tell where its anchor is.
     fn is_compared(&self, muscle: usize, body: &MuscleDynamics) -> bool {
-        self.muscles[muscle].bridge.is_none() && body.crossings(muscle).all(|(joint, _)| self.encoders[joint])
+        let watched = &self.muscles[muscle];
+        let used = watched.bridge.is_none() && watched.readings[0].is_finite();
+        used && body.crossings(muscle).all(|(joint, _)| self.encoders[joint])
     }
 
     fn raise(&mut self, seen: &Seen<'_>) -> Finding {
@@ -517,7 +519,9 @@ impl Isolation {
             total += ratio * ratio;
             alone = alone.max(ratio * ratio);
         }
-        [product * product / (square * total), alone / total, largest / square]
+        // Below the bounds there is nothing but noise to explain.
+        let explained = if total > 1.0 { product * product / (square * total) } else { 0.0 };
+        [explained, alone / total, largest / square]
     }
 }
 
@@ -639,7 +643,7 @@ impl Watched {
         self.slow = self.slow_bound(travel);
         self.far = (2.0 * s + 0.05 * far + stiffness * 2e-5).max(1.5 * self.force_deviation);
         let residual = seen.tension[k] - near;
-        if residual.is_finite() {
+        if residual.is_finite() && self.readings[0].is_finite() {
             self.residual += (dt / RESIDUAL_FILTER).min(1.0) * (residual - self.residual);
         }
         let (mut difference, mut correction) = (0.0, 0.0);
