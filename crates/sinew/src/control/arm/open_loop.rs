@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 /// by turns, and the older one is compared: it always remembers at least [`RENEWAL`].
 ///
 /// # Source
-/// A bank of observers, each without one of the sensors: `clark1978` and `frank1990`.
+/// A bank of observers, each without one of the sensors: `clark1978`.
 #[derive(Debug, Clone)]
 pub(super) struct OpenLoopCables {
     copies: [Copied; 2],
