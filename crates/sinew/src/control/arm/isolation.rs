@@ -537,15 +537,19 @@ fn force_between(body: &MuscleDynamics, muscle: usize, torque: &[f64], before: &
 
 impl Watched {
     fn new(stiffness: f64, gains: &MuscleGains) -> Self {
-        let noise = gains.load_cell_noise;
-        let watched = Self {
+        Self::unseen(stiffness, gains.load_cell_noise, gains.moment_arm_error)
+    }
+
+    /// Before the first reading.
+    fn unseen(stiffness: f64, noise: f64, arm_error: f64) -> Self {
+        Self {
             noise,
             stiffness,
-            arm_error: gains.moment_arm_error,
+            arm_error,
             readings: [f64::NAN; 2],
             since_step: f64::INFINITY,
             change: 0.0,
-            roughness: 0.0,
+            roughness: SECOND_DIFFERENCE * noise,
             near: 0.0,
             fast: f64::INFINITY,
             slow: f64::INFINITY,
@@ -562,34 +566,11 @@ impl Watched {
             fast_for: 0.0,
             bridge: None,
             bridges: 0,
-        };
-        Self { roughness: SECOND_DIFFERENCE * noise, ..watched }
+        }
     }
 
     fn restart(&mut self) {
-        *self = Self {
-            readings: [f64::NAN; 2],
-            since_step: f64::INFINITY,
-            change: 0.0,
-            roughness: SECOND_DIFFERENCE * self.noise,
-            near: 0.0,
-            fast: f64::INFINITY,
-            slow: f64::INFINITY,
-            far: f64::INFINITY,
-            lag: 0.0,
-            residual: 0.0,
-            difference: 0.0,
-            correction: 0.0,
-            force: f64::NAN,
-            mean_force: f64::NAN,
-            force_deviation: 0.0,
-            force_before: f64::NAN,
-            slow_for: 0.0,
-            fast_for: 0.0,
-            bridge: None,
-            bridges: 0,
-            ..*self
-        };
+        *self = Self::unseen(self.stiffness, self.noise, self.arm_error);
     }
 
     /// Follows the roughness of the readings; whether it is that of a cell whose noise has grown.
