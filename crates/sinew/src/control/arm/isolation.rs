@@ -206,8 +206,9 @@ const ENCODER_FOR: f64 = 0.1;
 const LONG_TURNS: u32 = 8;
 const LONG_EXPLAINED_FOR: f64 = 0.5;
 const LONG_EXPLAINED: f64 = 0.85;
-/// s: filter of the roughness.
+/// s: filter of the roughness, and the least number of readings in it: two of them see a single step.
 const ROUGHNESS_FILTER: f64 = 0.05;
+const ROUGHNESS_READINGS: f64 = 16.0;
 /// Mean magnitude of the second difference of white noise of unit deviation: `sqrt(6) sqrt(2/pi)`.
 const SECOND_DIFFERENCE: f64 = 1.954_41;
 /// Growth of the noise that is a fault.
@@ -582,8 +583,9 @@ impl Watched {
         // A single step is not noise.
         if second.is_finite() {
             let first = (measured - last).abs();
-            self.change += (h / ROUGHNESS_FILTER).min(1.0) * (first.min(4.0 * limit) - self.change);
-            self.roughness += (h / ROUGHNESS_FILTER).min(1.0) * (second.min(4.0 * limit) - self.roughness);
+            let share = (h / ROUGHNESS_FILTER).min(1.0 / ROUGHNESS_READINGS);
+            self.change += share * (first.min(4.0 * limit) - self.change);
+            self.roughness += share * (second.min(4.0 * limit) - self.roughness);
         }
         self.roughness > limit && self.roughness > WHITE_RATIO * self.change
     }
