@@ -661,3 +661,6 @@ impl Watched {
         self.slow_for > 0.0 || self.fast_for > 0.0
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -163,3 +163,6 @@ impl Copied {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;
