@@ -49,7 +49,7 @@ fn feasible(seed: u64) -> Result<(RandomMachine, Trajectory), String> {
     let text = |error: sinew_lab::Error| error.to_string();
     let mut reason = String::new();
     for lighter in LIGHTER {
-        let drawn = machine(seed, lighter);
+        let drawn = machine(seed, lighter).map_err(|error| error.to_string())?;
         let check = |trajectory: &Trajectory| first_infeasibility(&drawn.machine, trajectory, 1);
         let trajectory = plan_tour(&drawn.machine, None, check).map_err(text)?;
         match first_infeasibility(&drawn.machine, &trajectory, 1).map_err(text)? {

@@ -80,7 +80,7 @@ fn runs(speed: f64) -> Vec<Run> {
         let loaded = machine.loaded().unwrap();
         (0..3).map(move |seed| (loaded.clone(), seed))
     });
-    let random = (2000..2040).map(|seed| (common::random_machine::machine(seed, 1.0).machine, seed));
+    let random = (2000..2040).map(|seed| (common::random_machine::machine(seed, 1.0).unwrap().machine, seed));
     let all: Vec<(Machine, u64)> = models.chain(random).collect();
     let run = |(machine, seed): (Machine, u64)| {
         let name = format!("{} {seed}", machine.robot.parts().name);

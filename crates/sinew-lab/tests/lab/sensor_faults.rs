@@ -10,7 +10,7 @@ use crate::common::supervised::Bench;
 use rayon::prelude::*;
 use sinew::machine::Machine;
 use sinew::trajectory::Trajectory;
-use sinew_lab::arm::{first_infeasibility, plan_tour};
+use sinew_lab::arm::{Verified, first_infeasibility, plan_tour, verify};
 
 const MACHINES: [&str; 8] = [
     "lm_arm",
@@ -27,11 +27,14 @@ const MACHINES: [&str; 8] = [
 fn subject(name: &str, seed: u64) -> Option<(Machine, Trajectory)> {
     match name {
         "random" => [1.0, 0.7, 0.49, 0.34].into_iter().find_map(|lighter| {
-            let machine = random_machine::machine(seed, lighter).machine;
+            let machine = random_machine::machine(seed, lighter).ok()?.machine;
             let check = |trajectory: &Trajectory| first_infeasibility(&machine, trajectory, 1);
             let trajectory = plan_tour(&machine, None, check).ok()?;
-            let infeasible = first_infeasibility(&machine, &trajectory, 1).ok()?;
-            infeasible.is_none().then_some((machine, trajectory))
+            // As before a run: what simulated machines of the design do not track is refused.
+            match verify(&machine, &trajectory, 1).ok()?.verified {
+                Verified::Tracks(rules) => Some((Machine { rules, ..machine }, trajectory)),
+                Verified::Inaccurate(..) | Verified::Fails(_) => None,
+            }
         }),
         _ => {
             let machine = machine(name);

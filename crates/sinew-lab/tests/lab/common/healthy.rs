@@ -31,7 +31,7 @@ pub(crate) fn drawn(seed: u64) -> Result<Drawn, String> {
     let (mut machine, body) = match draw.below(8) {
         0 | 1 => {
             let lighter = draw.log_between(0.3, 1.0);
-            let machine = random_machine::machine(seed, lighter).machine;
+            let machine = random_machine::machine(seed, lighter).map_err(|error| error.to_string())?.machine;
             let body = format!("chain of {} joints", machine.encoders.len());
             (machine, body)
         }

@@ -39,7 +39,7 @@ pub(crate) struct RandomMachine {
 
 /// One to eight joints, one more muscle than joints to twice as many and three, from a finger to an arm; every mass
 /// is multiplied by `lighter`.
-pub(crate) fn machine(seed: u64, lighter: f64) -> RandomMachine {
+pub(crate) fn machine(seed: u64, lighter: f64) -> Result<RandomMachine, sinew::Error> {
     let mut draw = Draw(Random::new(0x6d61_6368 ^ seed.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
     let joints = 1 + draw.below(8);
     let first_link = draw.log_between(0.035, 0.33);
@@ -77,8 +77,7 @@ pub(crate) fn machine(seed: u64, lighter: f64) -> RandomMachine {
         });
     }
     add_muscles(&mut draw, &mut parts, &links, arm);
-    let robot = Robot::new(parts).unwrap();
-    RandomMachine { machine: Machine::of(&robot).unwrap(), first_link }
+    Ok(RandomMachine { machine: Machine::of(&Robot::new(parts)?)?, first_link })
 }
 
 fn body(name: &str, parent: usize, position: [f64; 3], mass: f64, length: f64) -> Body {

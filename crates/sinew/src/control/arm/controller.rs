@@ -296,6 +296,12 @@ impl ArmController {
         }
     }
 
+    /// The sensors that explain a limit that has been passed, if any do.
+    #[must_use]
+    pub(in crate::control) fn cause_of(&self, found: Fault) -> Option<Fault> {
+        self.faults.isolation.cause_of(found)
+    }
+
     /// Observed state of the cables and of the joints in the last control cycle.
     #[must_use]
     pub(in crate::control) fn observed(&self) -> Observed<'_> {

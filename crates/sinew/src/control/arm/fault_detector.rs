@@ -203,7 +203,11 @@ impl FaultDetector {
         if let Some(joint) = lost {
             let slackest = self.missing_for.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
             let broken = slackest.filter(|(_, missing_for)| **missing_for > MISSING_TIME);
-            let lost = (Fault::TrackingError(joint), Symptom::Unknown);
+            let lost = Fault::TrackingError(joint);
+            let lost = match self.isolation.cause_of(lost) {
+                Some(sensors) => (sensors, Symptom::Deviating),
+                None => (lost, Symptom::Unknown),
+            };
             let (fault, symptom) = broken.map_or(lost, |(cable, _)| self.missing_by[cable]);
             self.stop(fault, symptom);
         }
@@ -383,9 +387,11 @@ impl FaultDetector {
     /// rejected: the muscles follow its replacement. The motor encoder: while its output was unchanged, the winch was
     /// commanded to pay out what is missing, and the tension fell in more than one cycle. Otherwise the cable itself.
     fn cause_of_missing_tension(&self, k: usize, measured: f64, estimated: f64) -> (Fault, Symptom) {
-        let replaced = self.encoders.iter().position(|encoder| {
-            encoder.rejected_for > MISSING_TIME
-                && matches!(encoder.symptom(), Symptom::Lost | Symptom::Stuck | Symptom::Jumped)
+        let replaced = self.encoders.iter().position(|encoder| match encoder.symptom() {
+            Symptom::Lost | Symptom::Stuck => encoder.rejected_for > MISSING_TIME,
+            // A joint that loses a cable gathers speed first.
+            Symptom::Jumped => encoder.rejected_for > 0.0,
+            _ => false,
         });
         if let Some(joint) = replaced {
             return (Fault::JointSensor(joint), self.encoders[joint].symptom());

@@ -18,7 +18,7 @@ use alloc::vec::Vec;
 /// joint encoder j   the column K R_j explains three quarters of sum (y/h_s)^2, and more than k alone, for 0.1 s
 /// load cell k       |T_o^ - F_o| > h_t      after  80 ms   and  lambda > 0.5
 /// motor encoder k   |T_o^ - F_o| > 2.5 h_t  after 150 ms   and  lambda <= 0.25 for 0.1 s, no step of T within 2 s
-/// else              after 0.3 s one of both: the cell is bridged; where f_k follows r_k within 1.5 s it is the encoder
+/// else              after 0.3 s one of both: the cell is bridged; where f_k follows r_k for 0.1 s within 1.5 s it is the encoder
 /// h_f = 4 s + 0.20 F + K (eps l + 0.05 mm + 1.5 e)
 /// h_s = 1.6 (6 s + 0.12 F + K (2 eps l + 0.06 mm + 3 e))
 /// h_t = max(2 s + 0.05 F_o + K 0.02 mm, 1.5 f~)
@@ -199,6 +199,8 @@ const EXPLAINED_FOR: f64 = 0.1;
 /// Share of the residuals that it explains, and by how much more than one drive does.
 const EXPLAINED: f64 = 0.75;
 const MARGIN: f64 = 0.05;
+/// Share from which a joint may be the reason as well as a drive: of two muscles alike, one alone gives a half.
+const EXPLAINED_AS_WELL: f64 = 0.6;
 /// `lambda` of a motor encoder, and how long it has to last, s.
 const ENCODER_EXPLAINED: f64 = 0.25;
 const ENCODER_FOR: f64 = 0.1;
@@ -269,6 +271,25 @@ impl Isolation {
         if watched.ratio() > SUSPECTED { measured.min(watched.near) } else { measured }
     }
 
+    /// The sensors that explain a limit that has been passed: those that are under trial; of a slack cable those of its drive,
+    /// where its load cell has moved its estimate down since half a minute ago.
+    pub(super) fn cause_of(&self, found: Fault) -> Option<Fault> {
+        let on_trial = self.muscles.iter().position(|watched| watched.bridge.is_some_and(|b| b.undecided));
+        let muscle = match found {
+            Fault::Slack(k) => on_trial.or(self.is_drawn_down(k).then_some(k)),
+            Fault::Overload(_) | Fault::TensionRate(_) | Fault::JointRange(_) | Fault::TrackingError(_) => {
+                on_trial
+            }
+            _ => None,
+        };
+        muscle.map(Fault::TensionOrMotorSensor)
+    }
+
+    fn is_drawn_down(&self, muscle: usize) -> bool {
+        let [correction, bound] = self.long[muscle];
+        correction < -SUSPECTED * bound
+    }
+
     /// The tension of a cable begins to be missing.
     pub(super) fn begin_missing(&mut self, muscle: usize) {
         self.muscles[muscle].force_before = self.muscles[muscle].force;
@@ -285,6 +306,7 @@ impl Isolation {
     /// A reading of a load cell, `h` s after the one before, with its estimate, N: whether it is used. `agrees` is false
     /// for a reading that another check refuses; `pose` is that of the joints.
     pub(super) fn check(&mut self, k: usize, h: f64, measured: f64, estimated: f64, pose: &[f64]) -> bool {
+        let on_trial = self.alarm.is_some_and(|alarm| alarm.muscle == k && alarm.on_trial);
         let watched = &mut self.muscles[k];
         let innovation = measured - estimated;
         let change = measured - watched.readings[0];
@@ -298,7 +320,7 @@ impl Isolation {
             bridge.age += h;
             let agrees = innovation.abs() < (AGREEING * watched.fast).min(0.5 * watched.slow) && !rough;
             bridge.agreed_for = if agrees { bridge.agreed_for + h } else { 0.0 };
-            if bridge.agreed_for > bridge.agreement(watched.bridges) && !bridge.undecided {
+            if bridge.agreed_for > bridge.agreement(watched.bridges) && !on_trial {
                 watched.bridge = None;
                 self.history.forget();
             }
@@ -379,10 +401,12 @@ impl Isolation {
         // The force follows the difference with the lag of the joints' observers.
         let stepped = watched.since_step < STEP_MEMORY;
         let encoder = difference.abs() > 2.5 * far && explained <= ENCODER_EXPLAINED && !stepped;
-        alarm.encoder_for = if encoder { alarm.encoder_for + dt } else { 0.0 };
+        if !alarm.on_trial {
+            alarm.encoder_for = if encoder { alarm.encoder_for + dt } else { 0.0 };
+        }
         self.alarm = Some(alarm);
         if alarm.on_trial {
-            return self.end_trial(alarm, force, copy);
+            return self.end_trial(dt, alarm, force, copy);
         }
         if difference.abs() > far && alarm.age > CELL_AFTER && cell {
             self.alarm = None;
@@ -399,7 +423,7 @@ impl Isolation {
                 self.alarm = None;
                 return Finding::Nothing;
             }
-            self.alarm = Some(Alarm { on_trial: true, ..alarm });
+            self.alarm = Some(Alarm { on_trial: true, encoder_for: 0.0, ..alarm });
             self.begin_bridge(k, Symptom::Deviating, seen.pose);
             if let Some(bridge) = &mut self.muscles[k].bridge {
                 bridge.undecided = true;
@@ -410,7 +434,7 @@ impl Isolation {
     }
 
     /// A cell that is bridged on trial: the anchor's force tells whether the motor encoder is wrong instead.
-    fn end_trial(&mut self, alarm: Alarm, force: f64, copy: &Copied) -> Finding {
+    fn end_trial(&mut self, dt: f64, mut alarm: Alarm, force: f64, copy: &Copied) -> Finding {
         let k = alarm.muscle;
         let watched = &mut self.muscles[k];
         let share = copy.tension_out[k] / copy.tension_in[k].max(watched.noise).max(1e-9);
@@ -419,15 +443,15 @@ impl Isolation {
             && force.abs() > watched.far
             && force.abs() > 0.5 * watched.residual.abs() * share;
         let agreed = watched.bridge.is_some_and(|bridge| bridge.agreed_for > LONG_AGREEMENT);
-        if follows {
+        alarm.encoder_for = if follows { alarm.encoder_for + dt } else { 0.0 };
+        self.alarm = Some(alarm);
+        if alarm.encoder_for > ENCODER_FOR {
             self.alarm = None;
             return Finding::Stop(Fault::MotorSensor(k));
         }
+        // What the joint has not told by then stays a group, until the cell agrees again.
         if alarm.age > TRIAL_ENDS || agreed {
             self.alarm = None;
-            if let Some(bridge) = &mut watched.bridge {
-                bridge.undecided = false;
-            }
         }
         Finding::Nothing
     }
@@ -455,7 +479,8 @@ impl Isolation {
             let travel: f64 =
                 seen.body.crossings(k).map(|(j, arm)| (arm * (seen.pose[j] - pose[j])).abs()).sum();
             let correction = watched.stiffness * (seen.unexplained[k] - before[k]);
-            let bound = watched.slow_bound(2.0 * travel);
+            // Several muscles that agree need no margin.
+            let bound = watched.slow_bound(2.0 * travel) / MARGIN_OF_BOUNDS;
             self.long[k] = [correction, bound];
             if self.is_compared(k, seen.body) && seen.known[k] {
                 total += correction * correction / (bound * bound);
@@ -482,7 +507,7 @@ impl Isolation {
         let joint = body.crossings(muscle).any(|(joint, _)| {
             let [explained, ..] =
                 self.explanation(joint, body, |k| (self.muscles[k].correction, self.muscles[k].slow));
-            explained > EXPLAINED
+            explained > EXPLAINED_AS_WELL
         });
         if joint { Fault::MotorOrJointSensor(muscle) } else { Fault::MotorSensor(muscle) }
     }

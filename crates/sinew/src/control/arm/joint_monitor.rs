@@ -13,8 +13,8 @@ use super::status::Symptom;
 /// x = x_r where |x_r| <= |x_m| and both have one sign, x_m where it is smaller, 0 where the signs differ
 /// rejected   |e| > x_j or |d2y| > max(min(10 D, x_j), x_j/4)                             a jump
 ///            |x| > x_0 and |x_m| > x_max for longer than t_e,  or |x_r| > x_r,max   y unchanged to the bit
-/// returned   n consecutive samples with |e| <= x (1 + t_r/t_d) + a and |dy - h q'^| <= s,
-///            x = x_j where y has changed since the rejection, x_c where it has not
+/// returned   n consecutive samples with |e| <= x (1 + t_r/t_d) + a and |dy - h q'^| <= s, and |e| <= J/2 where it has
+///            jumped by J and not back; x = x_j where y has changed since the rejection, x_c where it has not
 /// ```
 ///
 /// | symbol   | meaning                                                                     | unit    |
@@ -63,6 +63,8 @@ pub(super) struct JointMonitor {
     agreeing: u32,
     /// Whether it was rejected because its output was unchanged.
     stood: bool,
+    /// Sum of the jumps since the rejection, that which led to it included, rad.
+    offset: f64,
     started: bool,
     turn: Turn,
 }
@@ -162,6 +164,8 @@ pub(super) const JUMP_COUNTS: f64 = 25.0;
 const STEP_COUNTS: f64 = 10.0;
 /// `n`, samples.
 const CONSISTENT_SAMPLES: u32 = 4;
+/// Share of the jumps that may be left where an encoder returns without one.
+const RETURNED_SHARE: f64 = 0.5;
 /// `t_d`, s: the error of the prediction grows by `x` in this time.
 const DRIFT_TIME: f64 = 0.15;
 
@@ -204,6 +208,7 @@ impl JointMonitor {
             changed: false,
             agreeing: 0,
             stood: false,
+            offset: 0.0,
             started: false,
             turn: Turn::NONE,
         }
@@ -238,6 +243,9 @@ impl JointMonitor {
         let e = measured - predicted.angle;
         if self.rejected_for > 0.0 {
             self.changed |= !unchanged;
+            if second_difference.abs() > self.scale * max_second_difference(predicted.gains) {
+                self.offset += second_difference;
+            }
             return self.examine_return(h, e, step, predicted);
         }
         if !unchanged {
@@ -245,10 +253,14 @@ impl JointMonitor {
             let near = e.abs() <= self.scale * gains.jump;
             let smooth = second_difference.abs() <= self.scale * max_second_difference(gains);
             self.stood = false;
-            return if near && smooth { EncoderCheck::Accepted } else { self.withdraw(h, before) };
+            if near && smooth {
+                return EncoderCheck::Accepted;
+            }
+            self.offset = if smooth || second_difference.is_nan() { 0.0 } else { second_difference };
+            return self.withdraw(h, before);
         }
         if self.is_contradicted(h, e, predicted) {
-            self.stood = true;
+            (self.stood, self.offset) = (true, 0.0);
             self.withdraw(h, self.unchanged)
         } else {
             EncoderCheck::Accepted
@@ -307,7 +319,10 @@ impl JointMonitor {
         let near = e.abs() <= self.scale * jump * growth + self.allowance;
         let steady = (step - h * predicted.speed).abs() <= 2.0 * gains.resolution + 0.125 * gains.jump;
         let alive = self.unchanged.reference.abs() < min_travel(predicted.gains);
-        self.agreeing = if near && steady && alive { self.agreeing + 1 } else { 0 };
+        // What has jumped away has to jump back, or to come far nearer to the prediction than it was.
+        let off = self.offset.abs();
+        let back = off <= self.scale * max_second_difference(gains) || e.abs() <= RETURNED_SHARE * off;
+        self.agreeing = if near && steady && alive && back { self.agreeing + 1 } else { 0 };
         if self.agreeing < CONSISTENT_SAMPLES {
             return EncoderCheck::Rejected;
         }

@@ -251,6 +251,9 @@ impl Supervisor {
         });
         let estimated = observed.map(|seen| seen.tension_in);
         let exceeded = self.monitor.update(h, &self.limits, &accepted, estimated);
+        // What a false sensor has led to is named by the sensor.
+        let sensors = exceeded.filter(|_| observed.is_some()).and_then(|f| self.controller.cause_of(f.fault));
+        let exceeded = sensors.map(|fault| NamedFault::new(fault, Symptom::Deviating)).or(exceeded);
         let powered = !matches!(self.mode, Mode::Off | Mode::Fault);
         let tense = self.mode.is_controlled() || self.mode == Mode::Pretension;
         match exchange.drive {
