@@ -19,8 +19,8 @@ use alloc::vec::Vec;
 /// load cell k       |T_o^ - F_o| > h_t      after  80 ms   and  lambda > 0.5
 /// motor encoder k   |T_o^ - F_o| > 2.5 h_t  after 150 ms   and  lambda <= 0.25 for 0.1 s, no step of T within 2 s
 /// else              after 0.3 s one of both: the cell is bridged; where f_k follows r_k for 0.1 s within 1.5 s it is the encoder
-/// h_f = 4 s + 0.20 F + K (eps l + 0.05 mm + 1.5 e)
-/// h_s = 1.6 (6 s + 0.12 F + K (2 eps l + 0.06 mm + 3 e))
+/// h_f = 4 s + 0.20 F_m + K (eps l + 0.05 mm + 1.5 e)
+/// h_s = 1.6 (6 s + 0.12 F_m + K (2 eps l + 0.06 mm + 3 e))
 /// h_t = max(2 s + 0.05 F_o + K 0.02 mm, 1.5 f~)
 /// ```
 ///
@@ -28,6 +28,7 @@ use alloc::vec::Vec;
 /// |--------|-----------------------------------------------------------------------------|--------|
 /// | T, T^  | measured and estimated tension at the drive's outlet                          | N      |
 /// | F, F_o | tensions at drive and anchor by the open-loop observers                       | N      |
+/// | F_m    | the larger of `F` and the mean of both: errors of the stretch are those of the whole cable | N      |
 /// | x      | travel by which the load cell has corrected the winch; `x_0` at the copy      | m      |
 /// | K, s   | stiffness of the cable, noise of its load cell                                | N/m, N |
 /// | R, tau_d | moment arms, torque of the disturbances; `tau_d,0` at the copy               | m, Nm  |
@@ -77,8 +78,9 @@ struct Watched {
     /// Mean first and second difference of the readings, N.
     change: f64,
     roughness: f64,
-    /// `F`, N.
+    /// `F` and `F_m`, N.
     near: f64,
+    load: f64,
     /// `h_f`, `h_s`, `h_t`, N.
     fast: f64,
     slow: f64,
@@ -577,6 +579,7 @@ impl Watched {
             change: 0.0,
             roughness: SECOND_DIFFERENCE * noise,
             near: 0.0,
+            load: 0.0,
             fast: f64::INFINITY,
             slow: f64::INFINITY,
             far: f64::INFINITY,
@@ -645,9 +648,9 @@ impl Watched {
                 self.force_deviation = (self.force_deviation * (1.0 - dt / DEVIATION_MEMORY)).max(deviation);
             }
         }
-        self.near = near;
+        (self.near, self.load) = (near, near.max(0.5 * (near + far)));
         let (s, stiffness, eps) = (self.noise, self.stiffness, self.arm_error);
-        self.fast = 4.0 * s + 0.2 * near + stiffness * (eps * travel + 5e-5 + 1.5 * self.lag);
+        self.fast = 4.0 * s + 0.2 * self.load + stiffness * (eps * travel + 5e-5 + 1.5 * self.lag);
         self.slow = self.slow_bound(travel);
         self.far = (2.0 * s + 0.05 * far + stiffness * 2e-5).max(1.5 * self.force_deviation);
         let residual = seen.tension[k] - near;
@@ -669,7 +672,7 @@ impl Watched {
     /// `h_s` after a travel of the anchor, m.
     fn slow_bound(&self, travel: f64) -> f64 {
         let geometry = 2.0 * self.arm_error * travel + 6e-5 + 3.0 * self.lag;
-        MARGIN_OF_BOUNDS * (6.0 * self.noise + 0.12 * self.near + self.stiffness * geometry)
+        MARGIN_OF_BOUNDS * (6.0 * self.noise + 0.12 * self.load + self.stiffness * geometry)
     }
 
     fn ratio(&self) -> f64 {
