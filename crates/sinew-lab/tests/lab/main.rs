@@ -16,6 +16,7 @@ mod healthy;
 mod held_winches;
 mod reproduce_bench;
 mod sensor_faults;
+mod sensor_moments;
 mod sheath_bend;
 mod supervisor;
 mod unknown_cable;

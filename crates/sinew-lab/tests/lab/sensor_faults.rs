@@ -88,6 +88,16 @@ fn table(cases: &[LieCase]) -> String {
 }
 
 #[test]
+fn wrong_sensors_are_named_or_harmless_and_leave_a_machine_within_its_bounds() {
+    let (cases, _, reports) = campaign("planar_leg", 7, 1, 36);
+    assert!(reports.is_empty(), "{reports:?}");
+    let count = |f: &dyn Fn(&LieCase) -> bool| cases.iter().filter(|case| f(case)).count();
+    let right = count(&|case| case.named && !case.is_silent() && !case.is_stopped_wrongly());
+    assert!(cases.len() == 36 && right >= 35, "{right} of {}\n{}", cases.len(), table(&cases));
+    assert!(count(&|case| case.reported.is_some()) >= 18, "{}", table(&cases));
+}
+
+#[test]
 fn campaign_of_wrong_sensors() {
     // `SINEW_SENSORS=machine|random|all,first seed,seeds,faults`
     let Ok(given) = std::env::var("SINEW_SENSORS") else {

@@ -101,7 +101,7 @@ impl LieCase {
     }
 }
 
-fn names(failure: Failure, named: NamedFault, crosses: impl Fn(usize, usize) -> bool) -> bool {
+pub(crate) fn names(failure: Failure, named: NamedFault, crosses: impl Fn(usize, usize) -> bool) -> bool {
     match (failure, named.fault) {
         (
             Failure::Sensor(Sensor::Tension(k), _),
@@ -114,6 +114,14 @@ fn names(failure: Failure, named: NamedFault, crosses: impl Fn(usize, usize) -> 
         (Failure::Sensor(Sensor::Joint(k), _), Fault::MotorOrJointSensor(j)) => crosses(j, k),
         _ => false,
     }
+}
+
+/// Whether a muscle crosses a joint where the machine starts.
+pub(crate) fn crossings(machine: &Machine) -> impl Fn(usize, usize) -> bool {
+    let mut body = sinew::muscle::MuscleDynamics::new(&machine.robot).unwrap();
+    body.evaluate(&machine.start).unwrap();
+    let (arms, joints) = (body.moment_arms().to_vec(), machine.start.len());
+    move |muscle, joint| arms[muscle * joints + joint] != 0.0
 }
 
 /// Error over that of a completed run, 1: of the end point, else of the joints.
@@ -158,13 +166,9 @@ pub(crate) fn lies(bench: &Bench, seed: u64, count: usize) -> (Vec<LieCase>, f64
                 })
                 .unwrap();
         }
-        let mut drawn = drawn(machine, seed, (end, &most), count);
+        let mut drawn = drawn(machine, seed, ([BEFORE + 0.5, end - 0.1], &most), count);
         drawn.sort_by(|a, b| a.1.start.total_cmp(&b.1.start));
-        let mut body = sinew::muscle::MuscleDynamics::new(&machine.robot).unwrap();
-        body.evaluate(&machine.start).unwrap();
-        let joints = machine.start.len();
-        let arms = body.moment_arms().to_vec();
-        let crosses = |muscle: usize, joint: usize| arms[muscle * joints + joint] != 0.0;
+        let crosses = crossings(machine);
         let mut cases = Vec::new();
         for (lie, fault) in drawn {
             while healthy.time() < fault.start - 5e-4 {
@@ -206,18 +210,19 @@ pub(crate) fn lies(bench: &Bench, seed: u64, count: usize) -> (Vec<LieCase>, f64
                     .unwrap();
             }
             let found = [case.reported, case.stopped];
-            case.named = found.into_iter().flatten().all(|(_, found)| names(fault.failure, found, crosses));
+            case.named = found.into_iter().flatten().all(|(_, found)| names(fault.failure, found, &crosses));
             cases.push(case);
         }
         (cases, end, reports)
     })
 }
 
-/// Faults of every kind by turns at random parts and times of the motion, a third of them for ever.
-fn drawn(
+/// Faults of every kind in turn, at random parts and times, a third of them permanent; `most` are the largest tensions of the
+/// motion, N.
+pub(crate) fn drawn(
     machine: &Machine,
     seed: u64,
-    (end, most): (f64, &[f64]),
+    ([from, to], most): ([f64; 2], &[f64]),
     count: usize,
 ) -> Vec<(Lie, InjectedFault)> {
     let mut random = Random::new(seed ^ 0x11e5);
@@ -242,7 +247,7 @@ fn drawn(
         };
         let duration = if log(1.0, 2.0) < 1.26 { f64::INFINITY } else { log(0.1, 5.0) };
         let side = if log(1.0, 4.0) < 2.0 { -1.0 } else { 1.0 };
-        let start = BEFORE + 0.5 + (log(1.0, 2.0).log2()) * (end - BEFORE - 0.6);
+        let start = from + log(1.0, 2.0).log2() * (to - from);
         let place = (log(1.0, 2.0).log2() * encoders.len() as f64) as usize;
         let joint = encoders.get(place.min(encoders.len().saturating_sub(1))).copied();
         let count = joint.and_then(|j| machine.encoders[j].map(|e| e.resolution)).unwrap_or(0.0);
