@@ -157,7 +157,7 @@ fn case(
 }
 
 /// Error over that of a completed run, 1: of the end point, or of the joints where there is none.
-fn error(machine: &Machine, row: &TrackRow<'_>) -> f64 {
+pub(crate) fn error(machine: &Machine, row: &TrackRow<'_>) -> f64 {
     match machine.task {
         Task::EndPoint { .. } => {
             let squares = (0..3).map(|i| (row.end_point[i] - row.reference_point[i]).powi(2));

@@ -1,13 +1,12 @@
 //! Campaigns of sensors that read something else than what there is, on supervised machines.
 
+use super::faults::error;
 use super::supervised::Bench;
 use sinew::control::arm::Fault;
 use sinew::control::supervisor::{Mode, NamedFault};
-use sinew::machine::{Machine, Task};
+use sinew::machine::Machine;
 use sinew::random::Random;
 use sinew::twin::arm::{Failure, InjectedFault, Sensor, SensorFailure};
-use sinew_lab::arm::{MAX_JOINT_ERROR_SHARE, max_end_point_error};
-use sinew_lab::experiment::TrackRow;
 
 /// Time for which a run is observed after a fault that lasts, s, and after one that has ended.
 const LASTING: f64 = 8.0;
@@ -122,24 +121,6 @@ pub(crate) fn crossings(machine: &Machine) -> impl Fn(usize, usize) -> bool {
     body.evaluate(&machine.start).unwrap();
     let (arms, joints) = (body.moment_arms().to_vec(), machine.start.len());
     move |muscle, joint| arms[muscle * joints + joint] != 0.0
-}
-
-/// Error over that of a completed run, 1: of the end point, else of the joints.
-fn error(machine: &Machine, row: &TrackRow<'_>) -> f64 {
-    match machine.task {
-        Task::EndPoint { .. } => {
-            let squares = (0..3).map(|i| (row.end_point[i] - row.reference_point[i]).powi(2));
-            squares.sum::<f64>().sqrt() / max_end_point_error(machine)
-        }
-        Task::Joints => {
-            let joints = machine.robot.independent_joints().into_iter().zip(row.joint_error);
-            let over = joints.filter_map(|(joint, error)| {
-                let [low, high] = machine.robot.parts().joints[joint].range?;
-                Some(error.abs() / (MAX_JOINT_ERROR_SHARE * (high - low)))
-            });
-            over.fold(0.0, f64::max)
-        }
-    }
 }
 
 /// Runs of one machine: its faults, and what was reported without one.
