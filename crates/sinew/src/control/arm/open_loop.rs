@@ -47,7 +47,7 @@ pub(super) struct Copied {
 /// s: time after which the older copy is made anew.
 const RENEWAL: f64 = 1.0;
 /// Cycles in which each copy steps once; they step by turns.
-const CYCLES: u32 = 8;
+const CYCLES: u32 = 16;
 
 /// State of the corrected observers from which a copy is made.
 #[derive(Debug, Clone, Copy)]

@@ -39,7 +39,7 @@ fn run(seconds: f64, offset: f64, renewing: impl Fn(f64) -> bool) -> Vec<[f64; 2
 #[test]
 fn a_copy_estimates_what_the_corrected_observer_does_where_the_load_cell_is_right() {
     let rows = run(6.0, 0.0, |_| true);
-    // The first copy that is compared is a second old; it steps once in eight cycles.
+    // The first copy that is compared is a second old; it steps once in sixteen cycles.
     assert!((3990..4010).contains(&rows.len()), "{}", rows.len());
     assert!(
         rows.iter().flatten().all(|error| error.abs() < 1.5),
