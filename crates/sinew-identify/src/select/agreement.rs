@@ -21,8 +21,8 @@ const CONTRADICTS: f64 = 0.7;
 /// other.
 const WORSE: f64 = 3.0;
 
-/// Error of one half of a log by a model of its other half, over the standard deviation of its far side, below which it
-/// foretells itself.
+/// Error of one half of a log by a model of its other half, over the standard deviation of its far side, below
+/// which it foretells itself.
 const FORETELLS: f64 = 0.5;
 
 /// How many times larger it is than that of the pair that agrees, for the third log to be the odd one.
@@ -31,7 +31,7 @@ const ODD: f64 = 2.5;
 /// Error on a log, over the standard deviation of its far side, from which an explanation is looked for.
 const UNEXPLAINED: f64 = 0.15;
 
-/// The same with the channel corrected, up to which it is one: otherwise the log is predicted no better by what is said.
+/// The same with the channel corrected, up to which it is one: beyond it the log remains unexplained.
 const EXPLAINED: f64 = 0.3;
 
 /// The logs of a set of two or three, judged by their pairs.
@@ -130,15 +130,17 @@ fn own_error(recipe: &Recipe, runs: &[&Run]) -> f64 {
     if error.is_finite() { error } else { f64::INFINITY }
 }
 
-/// The smaller error, of two kinds of models, of one half of a log by a model of its other half, over its deviation. In a
-/// log that hardly moves it is large: what friction holds from before its beginning looks like any fault.
+/// The smaller error, of two kinds of models, of one half of a log by a model of its other half, over its
+/// deviation. In a log that hardly moves it is large: what friction holds from before its beginning looks like
+/// any fault.
 fn least_own_error(logs: &ConditionedLogs, runs: &[&Run]) -> f64 {
     let recipes = [comparison_recipe(logs), influence_recipe(logs)];
     recipes.iter().map(|recipe| own_error(recipe, runs)).fold(f64::INFINITY, f64::min)
 }
 
-/// What a wrong channel explains of log `k` by a model of the logs `sound`; `None` where either of two kinds of models
-/// predicts it inside of their ranges, where no channel explains it, and where it, corrected, does not foretell itself.
+/// What a wrong channel explains of log `k` by a model of the logs `sound`; `None` where either of two kinds of
+/// models predicts it inside of their ranges, where no channel explains it, and where it, corrected, does not
+/// foretell itself.
 pub(crate) fn explanation(logs: &ConditionedLogs, k: usize, sound: &[usize]) -> Option<Explanation> {
     let training: Vec<&Run> = logs.runs.iter().filter(|run| sound.contains(&run.log)).collect();
     let (runs, ranges) = (of_log(&logs.runs, k), Ranges::of(&training));

@@ -27,8 +27,8 @@ impl Ranges {
     }
 }
 
-/// RMSE on runs, far unit, of the samples inside of the ranges alone. Where these are few, the ranges themselves differ,
-/// and all samples count.
+/// RMSE on runs, far unit, of the samples inside of the ranges alone. Where these are few, the ranges
+/// themselves differ, and all samples count.
 pub(super) fn error_inside(estimator: &Estimator, ranges: &Ranges, runs: &[&Run]) -> f64 {
     let masked: Vec<Run> = runs
         .iter()
