@@ -65,9 +65,12 @@ Exit codes:
   1    the machine that runs the program failed: no permission, no space
   2    bad input: an argument, a file or its content
   3    the input is good and the result is not what was asked for: a motion
-       infeasible, stopped or inaccurate, a bench run stopped, a cable broken,
-       a torque out of reach, no drive that is strong enough
-  130  interrupted by Ctrl-C, SIGTERM or SIGHUP; no output is left incomplete";
+       infeasible, stopped (by Ctrl-C, too) or inaccurate, a bench run stopped,
+       a cable broken, a torque out of reach, no drive that is strong enough
+  130  ended at once by Ctrl-C, SIGTERM or SIGHUP; no output is left incomplete.
+       `sinew run` answers the first with a safe stop and the second with
+       braked winches, both with code 3; only the third ends it at once, or
+       one before drives have power";
 
 /// Identifies, simulates and controls cable-driven robots whose cables run in sheaths.
 ///

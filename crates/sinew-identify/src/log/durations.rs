@@ -8,8 +8,10 @@ const SHORTEST_S: f64 = 0.5;
 /// Deviation of single sampling intervals from their median up to which a log is sampled evenly.
 const EVEN: f64 = 0.02;
 
-/// Deviation of a ratio of intervals from a simple fraction up to which it is one: a rate that was chosen.
+/// Deviation of a ratio of intervals from a simple fraction up to which it is one: a rate that was chosen. Of a large
+/// whole number it is [`WHOLE`] at most, or every ratio would be near one.
 const SIMPLE: f64 = 0.005;
+const WHOLE: f64 = 0.05;
 
 /// Largest ratio of two rates of one bench, and largest numerator and denominator of a fraction that is one.
 const MOST_TIMES: f64 = 100.0;
@@ -72,7 +74,8 @@ fn agreed(intervals: &[Option<f64>], log: usize) -> Option<f64> {
 /// Whether a ratio of two intervals is that of two usual rates: a whole number, or of two small ones.
 fn is_simple(ratio: f64) -> bool {
     let near = |ratio: f64, most: f64| {
-        (1.0..=most).contains(&ratio.round()) && (ratio / ratio.round() - 1.0).abs() < SIMPLE
+        let whole = ratio.round();
+        (1.0..=most).contains(&whole) && (ratio - whole).abs() < WHOLE.min(SIMPLE * whole)
     };
     near(ratio, MOST_TIMES)
         || near(ratio.recip(), MOST_TIMES)
@@ -85,10 +88,10 @@ mod tests {
 
     #[test]
     fn usual_ratios_of_rates_are_simple_and_those_of_clocks_are_not() {
-        for ratio in [1.0, 2.0, 0.1, 0.2, 1.5, 10.0, 0.01, 1.004, 0.8] {
+        for ratio in [1.0, 2.0, 0.1, 0.2, 1.5, 10.0, 0.01, 1.004, 0.8, 24.02, 100.04] {
             assert!(is_simple(ratio), "{ratio}");
         }
-        for ratio in [1000.0, 1e-3, 1.37, 1.037, 24.1] {
+        for ratio in [1000.0, 1e-3, 1.37, 1.037, 24.1, 73.2] {
             assert!(!is_simple(ratio), "{ratio}");
         }
     }

@@ -2,11 +2,12 @@
 
 use super::candidates::{comparison_recipe, influence_recipe};
 use super::hypotheses::{Explanation, explain};
+use super::ranges::{Ranges, error_inside};
 use crate::conditioning::ConditionedLogs;
 use crate::estimation::rmse;
 use crate::fit::recipe::Recipe;
 use crate::fit::run::Run;
-use crate::fit::statistics::{mean_and_deviation, quantiles};
+use crate::fit::statistics::mean_and_deviation;
 use crate::log::{Defect, DefectKind};
 use crate::training::fit;
 use rayon::prelude::*;
@@ -20,14 +21,18 @@ const CONTRADICTS: f64 = 0.7;
 /// other.
 const WORSE: f64 = 3.0;
 
-/// Share of the samples of a log inside the ranges of another, from which only these are compared.
-const OVERLAP: f64 = 0.2;
+/// Error of one half of a log by a model of its other half, over the standard deviation of its far side, below
+/// which it foretells itself.
+const FORETELLS: f64 = 0.5;
 
 /// How many times larger it is than that of the pair that agrees, for the third log to be the odd one.
 const ODD: f64 = 2.5;
 
 /// Error on a log, over the standard deviation of its far side, from which an explanation is looked for.
 const UNEXPLAINED: f64 = 0.15;
+
+/// The same with the channel corrected, up to which it is one: beyond it the log remains unexplained.
+const EXPLAINED: f64 = 0.3;
 
 /// The logs of a set of two or three, judged by their pairs.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,16 +77,14 @@ fn judge_by(logs: &ConditionedLogs, recipe: &Recipe) -> Verdict {
         .into_par_iter()
         .map(|i| {
             let estimator = fit(recipe, &of_log(&logs.runs, i), 0)?;
-            let limits = limits(&logs.runs, i);
-            let on = |j: usize| {
-                let inside = inside(&of_log(&logs.runs, j), &limits);
-                let inside: Vec<&Run> = inside.iter().collect();
-                relative(rmse(&estimator, &inside), &logs.runs, j)
-            };
+            let ranges = Ranges::of(&of_log(&logs.runs, i));
+            let on =
+                |j: usize| relative(error_inside(&estimator, &ranges, &of_log(&logs.runs, j)), &logs.runs, j);
             Some((0..count).map(on).collect())
         })
         .collect();
-    let own: Vec<f64> = (0..count).into_par_iter().map(|k| own_error(logs, recipe, k)).collect();
+    let own: Vec<f64> =
+        (0..count).into_par_iter().map(|k| own_error(recipe, &of_log(&logs.runs, k))).collect();
     let error = |i: usize, j: usize| errors[i].as_ref().map_or(0.0, |of_model| of_model[j]);
     let distance = |i: usize, j: usize| (error(i, j) * error(j, i)).sqrt();
     let contradicts = |i: usize, j: usize| distance(i, j) > CONTRADICTS.max(WORSE * (own[i] * own[j]).sqrt());
@@ -102,7 +105,7 @@ fn judge_by(logs: &ConditionedLogs, recipe: &Recipe) -> Verdict {
 
 /// Error of one half of a log by a model of its other half, over the standard deviation of its far side; infinite where
 /// nothing can be fitted.
-fn own_error(logs: &ConditionedLogs, recipe: &Recipe, k: usize) -> f64 {
+fn own_error(recipe: &Recipe, runs: &[&Run]) -> f64 {
     let halves = |first: bool| -> Vec<Run> {
         let half = |run: &&Run| {
             let n = run.len();
@@ -116,62 +119,48 @@ fn own_error(logs: &ConditionedLogs, recipe: &Recipe, k: usize) -> f64 {
                 width: run.width,
             }
         };
-        of_log(&logs.runs, k).iter().map(half).filter(|run| run.len() > 1).collect()
+        runs.iter().map(half).filter(|run| run.len() > 1).collect()
     };
     let (one, other) = (halves(true), halves(false));
     let (one, other): (Vec<&Run>, Vec<&Run>) = (one.iter().collect(), other.iter().collect());
     let of = |training: &[&Run], held: &[&Run]| {
-        fit(recipe, training, 0)
-            .map_or(f64::INFINITY, |estimator| relative(rmse(&estimator, held), &logs.runs, k))
+        fit(recipe, training, 0).map_or(f64::INFINITY, |estimator| rmse(&estimator, held) / deviation(runs))
     };
     let error = (0.5 * (of(&one, &other).powi(2) + of(&other, &one).powi(2))).sqrt();
     if error.is_finite() { error } else { f64::INFINITY }
 }
 
-/// The ranges of the inputs in a log, between their 1 % and 99 % quantiles.
-fn limits(runs: &[Run], log: usize) -> Vec<(f64, f64)> {
-    let runs = of_log(runs, log);
-    let width = runs.first().map_or(0, |run| run.width);
-    (0..width)
-        .map(|k| {
-            let column = runs.iter().flat_map(|run| run.inputs.iter().skip(k).step_by(width).copied());
-            let edge = quantiles(column.collect(), &[0.01, 0.99]);
-            (edge[0], edge[1])
-        })
-        .collect()
+/// The smaller error, of two kinds of models, of one half of a log by a model of its other half, over its
+/// deviation. In a log that hardly moves it is large: what friction holds from before its beginning looks like
+/// any fault.
+fn least_own_error(logs: &ConditionedLogs, runs: &[&Run]) -> f64 {
+    let recipes = [comparison_recipe(logs), influence_recipe(logs)];
+    recipes.iter().map(|recipe| own_error(recipe, runs)).fold(f64::INFINITY, f64::min)
 }
 
-/// Runs in which only the samples inside the ranges of another log count: beyond them its model extrapolates. Where these
-/// are few, the ranges themselves contradict each other, and all count.
-fn inside(runs: &[&Run], limits: &[(f64, f64)]) -> Vec<Run> {
-    let fits =
-        |run: &Run, i: usize| run.row(i).iter().zip(limits).all(|(u, (low, high))| (low..=high).contains(&u));
-    let masked: Vec<Run> = runs
-        .iter()
-        .map(|run| {
-            let weight = (0..run.len()).map(|i| if fits(run, i) { run.weight[i] } else { 0.0 }).collect();
-            Run { weight, ..Run::clone(run) }
-        })
-        .collect();
-    let sum = |weight: &[f64]| weight.iter().sum::<f64>();
-    let all: f64 = runs.iter().map(|run| sum(&run.weight)).sum();
-    let kept: f64 = masked.iter().map(|run| sum(&run.weight)).sum();
-    if kept < OVERLAP * all { runs.iter().copied().cloned().collect() } else { masked }
-}
-
-/// What a wrong channel would explain of log `k`, by a model of the logs `sound`; `None` where that predicts it.
+/// What a wrong channel explains of log `k` by a model of the logs `sound`; `None` where either of two kinds of
+/// models predicts it inside of their ranges, where no channel explains it, and where it, corrected, does not
+/// foretell itself.
 pub(crate) fn explanation(logs: &ConditionedLogs, k: usize, sound: &[usize]) -> Option<Explanation> {
     let training: Vec<&Run> = logs.runs.iter().filter(|run| sound.contains(&run.log)).collect();
-    let is_predicted = |estimator: &Estimator| {
-        relative(rmse(estimator, &of_log(&logs.runs, k)), &logs.runs, k) < UNEXPLAINED
-    };
-    let estimator = fit(&comparison_recipe(logs), &training, 0)?;
-    // Where either of two kinds of models predicts the log, nothing is wrong with it.
-    if is_predicted(&estimator) || fit(&influence_recipe(logs), &training, 0).is_none_or(|e| is_predicted(&e))
-    {
+    let (runs, ranges) = (of_log(&logs.runs, k), Ranges::of(&training));
+    let over_deviation = |error: f64| relative(error, &logs.runs, k);
+    let is_predicted =
+        |estimator: &Estimator| over_deviation(error_inside(estimator, &ranges, &runs)) < UNEXPLAINED;
+    let recipes = [comparison_recipe(logs), influence_recipe(logs)];
+    let estimator = fit(&recipes[0], &training, 0)?;
+    if is_predicted(&estimator) || fit(&recipes[1], &training, 0).is_none_or(|e| is_predicted(&e)) {
         return None;
     }
-    explain(&estimator, &logs.data, &of_log(&logs.runs, k), logs.data.logs[k].interval_s)
+    let found = explain(&estimator, &logs.data, &runs, logs.data.logs[k].interval_s)?;
+    let own = || {
+        let corrected = found.corrected(&runs);
+        least_own_error(logs, &corrected.iter().collect::<Vec<_>>())
+    };
+    let foretells_itself = |own: f64| own < FORETELLS && over_deviation(found.error_before()) > WORSE * own;
+    let is_explained =
+        found.is_convincing() && over_deviation(found.error_after()) < EXPLAINED && foretells_itself(own());
+    is_explained.then_some(found)
 }
 
 /// Adds a defect to every log that the others predict badly, and which a gain, offset or shift of one channel explains.
@@ -185,7 +174,7 @@ pub(crate) fn report_explained(logs: &mut ConditionedLogs) {
             .par_iter()
             .map(|&k| {
                 let others: Vec<usize> = sound.iter().copied().filter(|&i| i != k).collect();
-                explanation(logs, k, &others).filter(Explanation::is_convincing)
+                explanation(logs, k, &others)
             })
             .collect();
         let best = found
@@ -204,7 +193,7 @@ pub(crate) fn report_contradiction(logs: &mut ConditionedLogs, (i, j): (usize, u
     let count = logs.data.logs.len();
     for (k, other) in [(i, j), (j, i)] {
         let name = logs.data.logs[other].name.clone();
-        let explained = explanation(logs, k, &[other]).filter(Explanation::is_convincing);
+        let explained = explanation(logs, k, &[other]);
         let what =
             explained.map_or_else(String::new, |e| format!(" (either {}, or the reverse there)", e.words()));
         let remedy = if count == 2 { "a third log" } else { "a fourth log" };
@@ -223,11 +212,16 @@ fn of_log(runs: &[Run], log: usize) -> Vec<&Run> {
 
 /// An error over the standard deviation of the far side of a log.
 pub(super) fn relative(error: f64, runs: &[Run], log: usize) -> f64 {
-    let counted = |run: &Run| -> Vec<f64> {
+    error / deviation(&of_log(runs, log))
+}
+
+/// Standard deviation of the far side; above 0.
+fn deviation(runs: &[&Run]) -> f64 {
+    let counted = |run: &&Run| -> Vec<f64> {
         run.far.iter().zip(&run.weight).filter(|(_, w)| **w > 0.0).map(|(y, _)| *y).collect()
     };
-    let far: Vec<f64> = of_log(runs, log).into_iter().flat_map(counted).collect();
-    error / mean_and_deviation(&far).1.max(1e-300)
+    let far: Vec<f64> = runs.iter().flat_map(counted).collect();
+    mean_and_deviation(&far).1.max(1e-300)
 }
 
 /// Delay of a channel in all logs that leaves less than half of the error, as a defect of every log.

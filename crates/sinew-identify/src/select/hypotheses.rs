@@ -54,6 +54,7 @@ enum Fault {
 /// The fault of one channel of a log that explains most of its error.
 #[derive(Debug, Clone)]
 pub(crate) struct Explanation {
+    place: Place,
     column: String,
     fault: Fault,
     /// Range of the channel, its unit.
@@ -101,6 +102,7 @@ pub(super) fn explain(
         }
     }
     Some(Explanation {
+        place,
         column: name(place),
         fault,
         range: range(&runs, place),
@@ -234,6 +236,21 @@ fn range(runs: &[Run], place: Place) -> f64 {
 }
 
 impl Explanation {
+    /// RMSE of the log as it is, far unit.
+    pub(crate) fn error_before(&self) -> f64 {
+        self.error_before
+    }
+
+    /// RMSE of the log with the channel corrected, far unit.
+    pub(crate) fn error_after(&self) -> f64 {
+        self.error_after
+    }
+
+    /// Runs of the log as they would be without the fault.
+    pub(crate) fn corrected(&self, runs: &[&Run]) -> Vec<Run> {
+        runs.iter().map(|run| corrected_run(run, self.place, self.fault)).collect()
+    }
+
     /// The error of the log over that which is left.
     pub(crate) fn improvement(&self) -> f64 {
         self.error_before / self.error_after.max(1e-300)

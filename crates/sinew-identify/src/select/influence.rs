@@ -2,7 +2,6 @@
 
 use super::agreement::{Verdict, explanation, judge, relative, report_contradiction, report_explained};
 use super::candidates::influence_recipe;
-use super::hypotheses::Explanation;
 use crate::Error;
 use crate::conditioning::ConditionedLogs;
 use crate::estimation::rmse;
@@ -138,7 +137,7 @@ fn explain_row(logs: &ConditionedLogs, k: usize, kept: &[usize], row: &mut Influ
         defects.iter().for_each(|defect| row.remark += &format!(" {}.", defect.sentence));
         return;
     }
-    if let Some(explained) = explanation(logs, k, kept).filter(Explanation::is_convincing) {
+    if let Some(explained) = explanation(logs, k, kept) {
         row.remark += &format!(" What explains it best: {}.", explained.words());
     }
 }

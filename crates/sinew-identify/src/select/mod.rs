@@ -8,5 +8,6 @@ pub(crate) mod cross_validation;
 pub(crate) mod folds;
 mod hypotheses;
 pub(crate) mod influence;
+mod ranges;
 mod signals;
 pub(crate) mod trend;

@@ -4,7 +4,7 @@ use super::cell::{Cell, missing, parse, split};
 use super::detect::detect;
 use super::dialect::{Dialect, drop_trailing_empty, is_comment};
 use super::lines::{Line, Lines, MAX_LINE_BYTES};
-use super::stamp::nanoseconds;
+use super::stamp::{Stopwatch, is_stamp};
 use crate::Error;
 use crate::log::memory_limit::{MEMORY_LIMIT_BYTES, bytes_per_row};
 use crate::log::occurrences::counted;
@@ -64,7 +64,7 @@ impl TextLog {
 
     /// Whether the first cell of a column states time by itself: a stamp, a clock, a duration with its unit.
     pub(in crate::log) fn is_stamped(&self, column: usize) -> bool {
-        self.dialect.first_row.get(column).is_some_and(|cell| nanoseconds(cell.as_bytes()).is_some())
+        self.dialect.first_row.get(column).is_some_and(|cell| is_stamp(cell.as_bytes()))
     }
 
     /// Estimated number of rows.
@@ -106,13 +106,13 @@ impl Row<'_> {
         self.fields.get(column).and_then(|r| self.bytes.get(r.clone())).unwrap_or_default()
     }
 
-    /// Seconds since the first stamp, which becomes `origin`.
-    fn seconds(&self, column: usize, origin: &mut Option<i64>) -> Result<f64, Error> {
+    /// Seconds since the first stamp.
+    fn seconds(&self, column: usize, watch: &mut Stopwatch) -> Result<f64, Error> {
         let cell = self.cell(column);
         if missing(cell) {
             return Ok(f64::NAN);
         }
-        let Some(now) = nanoseconds(cell) else {
+        let Some(elapsed) = watch.nanoseconds(cell) else {
             return Err(Error::NotATime {
                 file: self.file.to_owned(),
                 line: self.line,
@@ -120,8 +120,7 @@ impl Row<'_> {
                 value: String::from_utf8_lossy(cell).chars().take(60).collect(),
             });
         };
-        let origin = *origin.get_or_insert(now);
-        Ok(now.saturating_sub(origin) as f64 / 1e9)
+        Ok(elapsed as f64 / 1e9)
     }
 
     fn number(&self, column: usize) -> Result<f64, Error> {
@@ -156,7 +155,7 @@ fn stream(file: &str, reader: impl BufRead, dialect: &Dialect, wanted: &Wanted) 
     let mut fields = Vec::new();
     let mut findings = dialect.findings.clone();
     let mut comments = 0;
-    let mut origin = None;
+    let mut watch = Stopwatch::default();
     let width = dialect.columns.len();
     let most_rows = MEMORY_LIMIT_BYTES as usize / bytes_per_row(wanted.numbers.len());
     loop {
@@ -195,7 +194,7 @@ fn stream(file: &str, reader: impl BufRead, dialect: &Dialect, wanted: &Wanted) 
             });
         }
         let row = Row { file, line: number, bytes, fields: &fields, dialect };
-        store(&row, wanted, &mut origin, &mut builder)?;
+        store(&row, wanted, &mut watch, &mut builder)?;
     }
     if comments > 0 {
         findings.push(format!("skipped {} among the data", counted(comments, "comment line")));
@@ -206,7 +205,7 @@ fn stream(file: &str, reader: impl BufRead, dialect: &Dialect, wanted: &Wanted) 
 fn store(
     row: &Row<'_>,
     wanted: &Wanted,
-    origin: &mut Option<i64>,
+    watch: &mut Stopwatch,
     builder: &mut TableBuilder,
 ) -> Result<(), Error> {
     builder.begin(row.line);
@@ -218,7 +217,7 @@ fn store(
     }
     for (k, &column) in wanted.numbers.iter().enumerate() {
         let stamped = wanted.stamped == Some(column);
-        builder.number(k, if stamped { row.seconds(column, origin)? } else { row.number(column)? });
+        builder.number(k, if stamped { row.seconds(column, watch)? } else { row.number(column)? });
     }
     builder.candidates(|column| Cow::Borrowed(row.cell(column)));
     Ok(())

@@ -9,24 +9,56 @@ const DAY: i64 = 86_400 * SECOND;
 const MONTHS: [&str; 12] =
     ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];
 
-/// Nanoseconds of a cell that states time by itself, from an origin that all cells of its form share; `None` for plain
-/// numbers and everything else.
+/// Time since the first stamp of a column.
+///
+/// A date of three numbers may begin with the day or the month. On one day both give the same time; which it is shows
+/// where only one of them is a date, or at midnight, where the right one advances by a day.
+#[derive(Default)]
+pub(super) struct Stopwatch {
+    first: Option<Stamp>,
+    order: Option<usize>,
+}
+
+impl Stopwatch {
+    /// Nanoseconds from the first cell to this one; `None` where either states no time.
+    pub(super) fn nanoseconds(&mut self, cell: &[u8]) -> Option<i64> {
+        let now = stamp(cell)?;
+        let first = *self.first.get_or_insert(now);
+        let elapsed = |order: usize| Some(now[order]?.saturating_sub(first[order]?));
+        if self.order.is_none() && elapsed(DAY_FIRST) != elapsed(MONTH_FIRST) {
+            let least = |order: &usize| elapsed(*order).map_or(u64::MAX, i64::unsigned_abs);
+            self.order = [DAY_FIRST, MONTH_FIRST].into_iter().min_by_key(least);
+        }
+        elapsed(self.order.unwrap_or(DAY_FIRST))
+    }
+}
+
+/// Nanoseconds from an origin that all cells of a form share, with the day and with the month first in a date.
+type Stamp = [Option<i64>; 2];
+const DAY_FIRST: usize = 0;
+const MONTH_FIRST: usize = 1;
+
+/// Whether a cell states time by itself; plain numbers do not.
 ///
 /// | form                 | examples                                                                        |
 /// |----------------------|---------------------------------------------------------------------------------|
 /// | calendar and clock   | `2026-03-01T12:00:00.005Z`, `2026-03-01 12:00:00+01:00`, `01-Mar-2026 12:00:00`, `01.03.2026 12:00:00,005` |
 /// | clock                | `12:00:00.005`, `-0:05.2`                                                        |
 /// | duration             | `0.005 sec`, `5 ms`, `0 days 00:00:00.005`                                       |
-///
-/// A date of three numbers begins with year or day; whether a day or a month comes first matters only in a log over
-/// midnight.
-pub(super) fn nanoseconds(cell: &[u8]) -> Option<i64> {
+pub(super) fn is_stamp(cell: &[u8]) -> bool {
+    stamp(cell).is_some()
+}
+
+fn stamp(cell: &[u8]) -> Option<Stamp> {
     let text = std::str::from_utf8(cell).ok()?.trim();
     // Longer is no stamp, and a stamp holds a digit.
     if text.len() > 48 || !text.bytes().any(|b| b.is_ascii_digit()) || text.parse::<f64>().is_ok() {
         return None;
     }
-    duration(text).or_else(|| days_and_clock(text)).or_else(|| calendar(text)).or_else(|| clock(text))
+    let plain = |nanoseconds: i64| [Some(nanoseconds); 2];
+    (duration(text).or_else(|| days_and_clock(text)).map(plain))
+        .or_else(|| calendar(text))
+        .or_else(|| clock(text).map(plain))
 }
 
 /// `0.005 sec`.
@@ -53,11 +85,13 @@ fn days_and_clock(text: &str) -> Option<i64> {
 }
 
 /// `2026-03-01T12:00:00.005Z`.
-fn calendar(text: &str) -> Option<i64> {
+fn calendar(text: &str) -> Option<Stamp> {
     let at = text.find(['T', 't', ' ']).filter(|&at| at >= 6)?;
-    let (date, rest) = (date(&text[..at])?, text[at + 1..].trim());
+    let (days, rest) = (date(&text[..at])?, text[at + 1..].trim());
     let (rest, zone) = zone(rest)?;
-    date.checked_mul(DAY)?.checked_add(clock(rest)?)?.checked_sub(zone)
+    let of_day = clock(rest)?.checked_sub(zone)?;
+    let stamp = days.map(|day| day?.checked_mul(DAY)?.checked_add(of_day));
+    stamp.iter().any(Option::is_some).then_some(stamp)
 }
 
 /// The clock without its zone, and the zone's nanoseconds east of Greenwich.
@@ -78,24 +112,28 @@ fn zone(text: &str) -> Option<(&str, i64)> {
     Some((rest.trim(), sign * minutes * 60 * SECOND))
 }
 
-/// Days since 1970 of `2026-03-01`, `01.03.2026`, `01/03/2026` and `01-Mar-2026`.
-fn date(text: &str) -> Option<i64> {
+/// Days since 1970 of `2026-03-01`, `01.03.2026`, `01/03/2026` and `01-Mar-2026`, with the day and with the month first.
+fn date(text: &str) -> Option<[Option<i64>; 2]> {
     let mut parts = text.split(['-', '/', '.']);
     let (first, second, third) = (parts.next()?, parts.next()?, parts.next()?);
     if parts.next().is_some() {
         return None;
     }
     let number = |part: &str| part.parse::<i64>().ok().filter(|n| *n >= 0);
-    let named =
-        || MONTHS.iter().zip(1_i64..).find(|(name, _)| second.eq_ignore_ascii_case(name)).map(|(_, m)| m);
-    let month = number(second).or_else(named)?;
-    let (year, month, day) = if first.len() == 4 {
-        (number(first)?, month, number(third)?)
-    } else {
-        let (day, month) = (number(first)?, month);
-        // A second number beyond twelve is a day.
-        if month > 12 { (number(third)?, day, month) } else { (number(third)?, month, day) }
+    let named = MONTHS.iter().zip(1..).find(|(name, _)| second.eq_ignore_ascii_case(name)).map(|(_, m)| m);
+    let month = named.or_else(|| number(second))?;
+    let (first_number, third_number) = (number(first)?, number(third)?);
+    let day_first = days(third_number, month, first_number);
+    let readings = match named {
+        _ if first.len() == 4 => [days(first_number, month, third_number); 2],
+        Some(_) => [day_first; 2],
+        None => [day_first, days(third_number, first_number, month)],
     };
+    Some(readings)
+}
+
+/// Days since 1970 of a date; `None` of what is none.
+fn days(year: i64, month: i64, day: i64) -> Option<i64> {
     let sound = (1..=9999).contains(&year) && (1..=12).contains(&month) && (1..=31).contains(&day);
     sound.then(|| days_since_1970(year, month, day))
 }
@@ -144,6 +182,11 @@ fn fraction(seconds: &str) -> Option<i64> {
 mod tests {
     use super::*;
 
+    fn elapsed(cells: &[&str]) -> Vec<Option<i64>> {
+        let mut watch = Stopwatch::default();
+        cells.iter().map(|cell| watch.nanoseconds(cell.as_bytes())).collect()
+    }
+
     #[test]
     fn every_form_of_a_stamp_counts_the_same_five_milliseconds() {
         for (before, after) in [
@@ -164,9 +207,28 @@ mod tests {
             ("0 days 00:00:00", "0 days 00:00:00.005000"),
             ("1 days 00:00:00", "1 days 00:00:00.005"),
         ] {
-            let of = |text: &str| nanoseconds(text.as_bytes()).unwrap_or_else(|| panic!("{text}"));
-            assert_eq!(of(after) - of(before), 5_000_000, "{before} {after}");
+            assert_eq!(elapsed(&[before, after]), [0, 5_000_000].map(Some), "{before} {after}");
         }
+    }
+
+    #[test]
+    fn midnight_shows_whether_the_day_or_the_month_comes_first() {
+        for (evening, night, noon) in [
+            ("1/4/2026", "1/5/2026", "1/5/2026"),
+            ("4/1/2026", "5/1/2026", "5/1/2026"),
+            ("11.12.2026", "12.12.2026", "12.12.2026"),
+            ("12/12/2026", "12/13/2026", "12/13/2026"),
+            ("12/12/2026", "13/12/2026", "13/12/2026"),
+            ("12/31/2026", "1/1/2027", "1/1/2027"),
+            ("31/12/2026", "1/1/2027", "1/1/2027"),
+            ("4/30/2026", "5/1/2026", "5/1/2026"),
+        ] {
+            let cells =
+                [format!("{evening} 23:59:59"), format!("{night} 00:00:00"), format!("{noon} 12:00:00")];
+            let expected = [0, 1, 1 + 43_200].map(|seconds| Some(seconds * SECOND));
+            assert_eq!(elapsed(&cells.each_ref().map(String::as_str)), expected, "{evening} {night}");
+        }
+        assert_eq!(elapsed(&["31/12/2026 00:00:00", "12/31/2026 00:00:01"]), [Some(0), None]);
     }
 
     #[test]
@@ -186,7 +248,7 @@ mod tests {
             "12:",
             ":5",
         ] {
-            assert_eq!(nanoseconds(text.as_bytes()), None, "{text}");
+            assert!(!is_stamp(text.as_bytes()), "{text}");
         }
     }
 
