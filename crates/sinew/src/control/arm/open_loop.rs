@@ -18,7 +18,6 @@ pub(super) struct OpenLoopCables {
     used: usize,
     /// Time since the last renewal, s.
     since_renewal: f64,
-    cycle: u32,
     samples: Vec<CableSample>,
     estimates: Vec<CableEstimate>,
     profile: Vec<f64>,
@@ -46,8 +45,11 @@ pub(super) struct Copied {
 
 /// s: time after which the older copy is made anew.
 const RENEWAL: f64 = 1.0;
-/// Cycles in which each copy steps once; they step by turns.
-const CYCLES: u32 = 16;
+/// s: longest interval between two steps of a copy where cycles are shorter; an observer bridges 20 ms. A second copy may have to
+/// wait for one short cycle.
+const LONGEST_INTERVAL: f64 = 0.0165;
+/// s: control cycles from which on both copies may step in the same one.
+const SHORT_CYCLE: f64 = 0.003;
 
 /// State of the corrected observers from which a copy is made.
 #[derive(Debug, Clone, Copy)]
@@ -79,7 +81,6 @@ impl OpenLoopCables {
             copies: [copied.clone(), copied],
             used: 0,
             since_renewal: 0.0,
-            cycle: 0,
             samples: vec![CableSample::default(); m],
             estimates: vec![CableEstimate::default(); m],
         })
@@ -88,7 +89,7 @@ impl OpenLoopCables {
     /// There are no copies any more.
     pub(super) fn restart(&mut self) {
         self.copies.iter_mut().for_each(|copy| copy.made = false);
-        (self.since_renewal, self.cycle) = (0.0, 0);
+        self.since_renewal = 0.0;
     }
 
     /// The copy that is compared, once there is one that is old enough.
@@ -123,26 +124,35 @@ impl OpenLoopCables {
             self.used = 1 - self.used;
         }
         self.copies.iter_mut().for_each(|copy| copy.unstepped += h);
-        self.cycle = (self.cycle + 1) % CYCLES;
-        let turn = match self.cycle {
-            0 => self.used,
-            half if half == CYCLES / 2 => 1 - self.used,
-            _ => return Ok(false),
-        };
-        let copy = &mut self.copies[turn];
+        let mut used_stepped = false;
+        // One in a cycle, unless cycles are long.
+        let at_most = if h < SHORT_CYCLE { 1 } else { 2 };
+        for _ in 0..at_most {
+            let older = usize::from(self.copies[1].unstepped > self.copies[0].unstepped);
+            if self.copies[older].unstepped + h < LONGEST_INTERVAL {
+                break;
+            }
+            used_stepped |= older == self.used;
+            self.step_copy(older, samples)?;
+        }
+        Ok(used_stepped)
+    }
+
+    fn step_copy(&mut self, number: usize, samples: &[CableSample]) -> Result<(), Error> {
+        let copy = &mut self.copies[number];
+        let interval = core::mem::take(&mut copy.unstepped);
         if !copy.made {
-            return Ok(turn == self.used);
+            return Ok(());
         }
         for (own, sample) in self.samples.iter_mut().zip(samples) {
             *own = CableSample { tension_in: f64::NAN, ..*sample };
         }
-        let interval = core::mem::take(&mut copy.unstepped);
         copy.observers.step(interval, &self.samples, &mut self.estimates)?;
         let tensions = copy.tension_in.iter_mut().zip(&mut copy.tension_out);
         for (estimate, (near, far)) in self.estimates.iter().zip(tensions) {
             (*near, *far) = (estimate.tension_in, estimate.tension_out);
         }
-        Ok(turn == self.used)
+        Ok(())
     }
 
     /// Gives a corrected observer the state that it would have without its load cell since the copy was made.

@@ -39,13 +39,41 @@ fn run(seconds: f64, offset: f64, renewing: impl Fn(f64) -> bool) -> Vec<[f64; 2
 #[test]
 fn a_copy_estimates_what_the_corrected_observer_does_where_the_load_cell_is_right() {
     let rows = run(6.0, 0.0, |_| true);
-    // The first copy that is compared is a second old; it steps once in sixteen cycles.
+    // The first copy that is compared is a second old; it steps every 16 ms.
     assert!((3990..4010).contains(&rows.len()), "{}", rows.len());
     assert!(
         rows.iter().flatten().all(|error| error.abs() < 1.5),
         "{:?}",
         rows.iter().flatten().fold(0.0_f64, |a, b| a.max(b.abs()))
     );
+}
+
+#[test]
+fn copies_step_every_sixteen_milliseconds_one_at_a_time_or_in_every_cycle_that_takes_longer() {
+    for (h, interval) in
+        [(1e-3, 0.016), (2e-3, 0.016), (5e-3, 0.015), (0.008, 0.016), (0.0105, 0.0105), (0.018, 0.018)]
+    {
+        let models = [CableModel::bench()];
+        let observers = CableObservers::new(&models).unwrap();
+        let mut cables = OpenLoopCables::new(&models, 1).unwrap();
+        let corrected = Corrected {
+            observers: &observers,
+            unexplained: &[0.0],
+            pose: &[0.0],
+            disturbance_torque: &[0.0],
+        };
+        let cycles = (8.0 / h) as u32;
+        let mut stepped = 0;
+        for _ in 0..cycles {
+            let before = cables.copies[cables.used].unstepped;
+            if cables.step(h, &[CableSample::default()], &corrected, true).unwrap() {
+                stepped += 1;
+                assert!(before + h < 0.02 + 1e-9, "{h}: {before}");
+            }
+        }
+        let mean = 8.0 / f64::from(stepped);
+        assert!((mean - interval).abs() < 0.1 * interval, "{h}: {mean}");
+    }
 }
 
 #[test]
