@@ -6,10 +6,9 @@ use crate::arguments::PageArguments;
 use crate::error::Error;
 use sinew::control::supervisor::{Mode, Request};
 use sinew::machine::Machine;
-use sinew::twin::arm::ArmTruth;
 use sinew_lab::experiment::TrackRow;
 use sinew_live::{Observed, RunParts, Server, ServerSettings, Tap, tap};
-use sinew_runtime::cycle::CycleRecord;
+use sinew_session::{CycleRecord, Plant};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -83,7 +82,7 @@ impl RunPage {
     }
 
     /// Shows a cycle of a run.
-    pub(crate) fn show<B>(&mut self, record: &CycleRecord<'_, B>, truth: Option<ArmTruth<'_>>) {
+    pub(crate) fn show<P: Plant>(&mut self, record: &CycleRecord<'_, P>) {
         let times = record.times;
         let us = |from: u64, to: u64| to.saturating_sub(from) as f64 * 1e-3;
         let cycle_us = [us(times.deadline, times.woken), us(times.woken, times.written)];
@@ -96,7 +95,7 @@ impl RunPage {
             command: &record.command.arm,
             tension_in: &record.feedback.tension,
             winch_position: &record.feedback.motor,
-            truth,
+            truth: record.truth(),
         });
     }
 

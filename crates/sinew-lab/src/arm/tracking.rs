@@ -268,8 +268,8 @@ pub fn track_arm_watched(
         if asked != Request::Run && followed.is_none() {
             followed = Some(session.clone().finish());
         }
-        let exchange = session.exchange();
-        let goes_on = session.step_with(asked, &exchange, |row| {
+        session.ask(asked);
+        let goes_on = session.step(|row| {
             if count.is_multiple_of(stride) {
                 trace.push(trace_row(row, &arm.machine.robot));
             }

@@ -8,10 +8,9 @@ use crate::verbs::track::setup::Setup;
 use serde_json::{Value, json};
 use sinew::control::arm::ArmGains;
 use sinew::predictor::CableModel;
-use sinew::twin::arm::ArmTruth;
 use sinew_record::{Circumstances, Head, Recorded, Recorder};
-use sinew_runtime::cycle::CycleRecord;
 use sinew_runtime::link::Tape;
+use sinew_session::{CycleRecord, Plant};
 use std::fs::OpenOptions;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -96,13 +95,13 @@ impl Recording {
     }
 
     /// Records a cycle.
-    pub(crate) fn record<B>(&mut self, record: &CycleRecord<'_, B>, truth: Option<&ArmTruth<'_>>) {
+    pub(crate) fn record<P: Plant>(&mut self, record: &CycleRecord<'_, P>) {
         self.started = true;
         let Some(recorder) = &mut self.recorder else { return };
         if self.virtual_time {
-            recorder.record_all(record, truth);
+            recorder.record_all(record);
         } else {
-            recorder.record(record, truth);
+            recorder.record(record);
         }
     }
 

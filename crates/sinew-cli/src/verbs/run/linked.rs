@@ -19,16 +19,15 @@ use sinew::machine::Machine;
 use sinew::predictor::CableModel;
 use sinew::trajectory::online::JointLimits;
 use sinew::trajectory::{Reference, Trajectory, finite_ranges};
-use sinew::twin::arm::ArmTruth;
 use sinew_lab::arm::{IdentifiedMachine, PreparedRun, TrackMode, stop_reason};
 use sinew_lab::experiment::arm::STEP;
 use sinew_link::host::{Server, ServerSettings, SessionSettings};
-use sinew_runtime::bus::{Bus, ClockReport, SimulatedBus, TwinBus};
-use sinew_runtime::cycle::{Cycle, CycleRecord, MonotonicClock, RealTime, Timing, VirtualClock, run};
+use sinew_runtime::cycle::{Cycle, MonotonicClock, RealTime, Timing, run};
 use sinew_runtime::ethercat::{
-    EthercatBus, EthercatError, FrameStorage, Link, Master, RawSocketLink, SegmentLink, SimulatedMachine,
+    EthercatError, FrameStorage, Master, RawSocketLink, SegmentLink, SimulatedMachine,
 };
-use sinew_runtime::link::{LinkedMotion, domain};
+use sinew_runtime::link::{LinkedMotion, RunMotion, domain};
+use sinew_session::{CycleRecord, Plant, TwinPlant, VirtualClock};
 use std::net::SocketAddr;
 
 /// Control cycle, ns.
@@ -99,8 +98,7 @@ pub(super) fn execute(
         let bus =
             master.match_devices(devices).map_err(EthercatError::from)?.operate(&setup.machine, PERIOD)?;
         drop(progress);
-        let on = On { supervisor, recording, stopping, truth: unknown };
-        return linked.on(bus, on, general, end_of_bus);
+        return linked.on(bus, On { supervisor, recording, stopping }, general);
     }
     progress.show("calibrating the machine's cables", 0.0);
     let arm = setup.calibrate()?;
@@ -110,42 +108,25 @@ pub(super) fn execute(
     drop(progress);
     match arguments.bus {
         BusArgument::Twin => {
-            let on = On { supervisor, recording, stopping: Stopping::begin(), truth };
-            linked.on(TwinBus::new(plant, STEP), on, general, |_| None)
+            let on = On { supervisor, recording, stopping: Stopping::begin() };
+            linked.on(TwinPlant::new(plant, STEP), on, general)
         }
         BusArgument::Segment | BusArgument::Ethercat => {
             let simulated = SimulatedMachine::new(plant, &setup.machine);
             let segment = simulated.segment(&descriptions)?;
             let master = Master::new(&storage, SegmentLink::new(segment, simulated))?;
             let matched = master.match_devices(&setup.machine.devices).map_err(EthercatError::from)?;
-            let on = On { supervisor, recording, stopping: Stopping::begin(), truth };
-            linked.on(matched.operate(&setup.machine, PERIOD)?, on, general, end_of_bus)
+            let on = On { supervisor, recording, stopping: Stopping::begin() };
+            linked.on(matched.operate(&setup.machine, PERIOD)?, on, general)
         }
     }
 }
 
-/// Lets the devices leave operation; how their clocks were kept.
-fn end_of_bus<L: Link>(bus: &mut EthercatBus<'_, L>) -> Option<ClockReport> {
-    let clocks = bus.clocks();
-    bus.stop();
-    clocks
-}
-
-/// What is on a bus: supervisor, recording, and the true state where it is known.
-struct On<F> {
+/// What is on a bus.
+struct On {
     supervisor: Supervisor,
     recording: Option<Recording>,
     stopping: Stopping,
-    truth: F,
-}
-
-fn truth<B: SimulatedBus>(bus: &B) -> Option<ArmTruth<'_>> {
-    Some(bus.arm().truth())
-}
-
-/// Of a real machine the true state is not known.
-fn unknown<B>(_: &B) -> Option<ArmTruth<'_>> {
-    None
 }
 
 impl Linked<'_> {
@@ -161,15 +142,9 @@ impl Linked<'_> {
         Recording::start(&Request { arguments, setup, gains, models, calibrated, link })
     }
 
-    fn on<B: Bus>(
-        &self,
-        bus: B,
-        on: On<impl Fn(&B) -> Option<ArmTruth<'_>>>,
-        general: &General,
-        end: impl FnOnce(&mut B) -> Option<ClockReport>,
-    ) -> Result<Answer, Error> {
+    fn on<P: Plant>(&self, plant: P, on: On, general: &General) -> Result<Answer, Error> {
         let Self { arguments, setup, sessions, follower, .. } = self;
-        let On { supervisor, mut recording, mut stopping, truth } = on;
+        let On { supervisor, mut recording, mut stopping } = on;
         let (machine, sessions) = (&setup.machine, *sessions);
         let tension: Vec<[f64; 2]> =
             supervisor.controller().gains().muscles.iter().map(|muscle| muscle.tension).collect();
@@ -184,21 +159,18 @@ impl Linked<'_> {
         let simulated = arguments.bus != BusArgument::Ethercat;
         let shown = Shown { bus: self.bus, simulated, linked: true, timed: !arguments.virtual_time };
         let mut page = RunPage::start(&arguments.page, setup, &shown)?;
-        let mut cycle = stopping.of(Cycle::linked(bus, supervisor, motion, STEP), page.as_ref());
-        if let Some(tape) = recording.as_mut().and_then(Recording::take_tape) {
-            cycle = cycle.with_tape(tape);
-        }
-        let mut cycle = if simulated { cycle.with_waiting_machine() } else { cycle };
+        let motion = RunMotion::from(motion).with_tape(recording.as_mut().and_then(Recording::take_tape));
+        let mut cycle = stopping.of(Cycle::new(plant, supervisor, motion, STEP), page.as_ref());
         let end_at_once = stopping.at_once();
         let mut seen = Seen::default();
         let mut times = Timing::new();
-        let see = |record: &CycleRecord<'_, B>| {
+        let see = |record: &CycleRecord<'_, P>| {
             seen.record(record);
             if let Some(recording) = &mut recording {
-                recording.record(record, truth(record.bus).as_ref());
+                recording.record(record);
             }
             if let Some(page) = &mut page {
-                page.show(record, truth(record.bus));
+                page.show(record);
             }
             stopping.see(record);
             Ok(())
@@ -212,10 +184,11 @@ impl Linked<'_> {
             real_time
         };
         let recording = recording.map(Recording::end);
-        let counts = cycle.link().map(LinkedMotion::counts);
+        let counts = cycle.motion().link().map(LinkedMotion::counts);
         let statistics = cycle.statistics();
         let threshold = seen.stopped.and_then(|(_, fault)| cycle.supervisor().threshold(fault));
-        let clocks = end(&mut cycle.into_bus());
+        let clocks = cycle.plant().clocks();
+        drop(cycle);
         drop(server);
         warn(&real_time);
 

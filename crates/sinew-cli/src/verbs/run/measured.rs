@@ -17,9 +17,10 @@ use sinew::trajectory::Schedule;
 use sinew_lab::arm::{INITIAL_REST_S, IdentifiedMachine, TrackHealth, TrackMode, stop_reason};
 use sinew_lab::experiment::arm::STEP;
 use sinew_lab::experiment::{ModeChange, Statistics};
-use sinew_runtime::bus::{BusStatistics, ClockReport};
-use sinew_runtime::cycle::{Cycle, CycleRecord, MonotonicClock, RealTime, Timing, run};
+use sinew_runtime::cycle::{Cycle, MonotonicClock, RealTime, Timing, run};
 use sinew_runtime::ethercat::{EthercatBus, EthercatError, FrameStorage, Master, RawSocketLink};
+use sinew_runtime::link::RunMotion;
+use sinew_session::{BusStatistics, ClockReport, CycleRecord, Plant};
 use std::sync::atomic::Ordering;
 
 /// Result of a run on a real bus.
@@ -109,11 +110,10 @@ pub(super) fn execute(
         .map_err(EthercatError::from)?
         .operate(&setup.machine, PERIOD)?;
     let limits = Limits::of(&setup.machine, controller.gains())?;
-    let cycle = Cycle::new(bus, Supervisor::new(controller, limits)?, schedule, STEP);
-    let mut cycle = stopping.of(cycle, page.as_ref());
-    if let Some(tape) = recording.as_mut().and_then(Recording::take_tape) {
-        cycle = cycle.with_tape(tape);
-    }
+    let tape = recording.as_mut().and_then(Recording::take_tape);
+    let motion = RunMotion::from(schedule).with_tape(tape);
+    let supervisor = Supervisor::new(controller, limits)?;
+    let mut cycle = stopping.of(Cycle::new(bus, supervisor, motion, STEP), page.as_ref());
     let real_time = RealTime::request();
     let mut timing = Timing::new();
     let mut errors = vec![Statistics::default(); schedule.joints()];
@@ -136,10 +136,10 @@ pub(super) fn execute(
             ArmStatus::Following | ArmStatus::Holding => {}
         }
         if let Some(recording) = &mut recording {
-            recording.record(record, None);
+            recording.record(record);
         }
         if let Some(page) = &mut page {
-            page.show(record, None);
+            page.show(record);
         }
         stopping.see(record);
         if record.moment.repeat.is_some() && !stopping.is_stopping() {
@@ -156,9 +156,8 @@ pub(super) fn execute(
     let statistics = cycle.statistics();
     let health = TrackHealth::of(cycle.supervisor().health(), &setup.machine.robot);
     let threshold = stopped.and_then(|(_, fault)| cycle.supervisor().threshold(fault));
-    let mut bus = cycle.into_bus();
-    let clocks = bus.clocks();
-    bus.stop();
+    let clocks = cycle.plant().clocks();
+    drop(cycle);
     let recording = recording.map(Recording::end);
     let from_elsewhere = stopping.stopped(page.as_ref());
     let (ended, reason) = match stopped {

@@ -3,7 +3,7 @@
 use super::stopping::{By, Stopped};
 use sinew::control::arm::{ArmStatus, Fault};
 use sinew_lab::experiment::ModeChange;
-use sinew_runtime::cycle::CycleRecord;
+use sinew_session::CycleRecord;
 
 /// What was seen of a run.
 #[derive(Default)]

@@ -10,11 +10,11 @@ use crate::verbs::track::setup::Setup;
 use sinew_lab::arm::{CalibratedArm, PreparedRun, TrackingNumbers};
 use sinew_lab::experiment::Evaluation;
 use sinew_lab::experiment::arm::STEP;
-use sinew_runtime::bus::{Bus, BusStatistics, ClockReport, SimulatedBus, TwinBus};
-use sinew_runtime::cycle::{Clock, Cycle, CycleRecord, MonotonicClock, RealTime, Timing, VirtualClock, run};
+use sinew_runtime::cycle::{Cycle, MonotonicClock, RealTime, Timing, run};
 use sinew_runtime::ethercat::{EthercatError, FrameStorage, Master, SegmentLink, SimulatedMachine};
+use sinew_runtime::link::RunMotion;
 use sinew_segment::DescriptionFile;
-use std::sync::atomic::Ordering;
+use sinew_session::{BusStatistics, Clock, ClockReport, CycleRecord, Plant, TwinPlant, VirtualClock};
 
 /// Result of a run.
 pub(super) struct Executed {
@@ -49,7 +49,7 @@ pub(super) fn execute(
     let plant = prepared.run().plant()?;
     let storage = FrameStorage::new();
     match arguments.bus {
-        BusArgument::Twin => paced(TwinBus::new(plant, STEP), &prepared, arm, how),
+        BusArgument::Twin => paced(TwinPlant::new(plant, STEP), &prepared, arm, how),
         // The latter has an interface and is not simulated.
         BusArgument::Segment | BusArgument::Ethercat => {
             let simulated = SimulatedMachine::new(plant, &setup.machine);
@@ -71,7 +71,7 @@ struct How<'a> {
     stopping: Stopping,
 }
 
-fn paced<B: Bus + SimulatedBus>(
+fn paced<B: Plant>(
     bus: B,
     prepared: &PreparedRun<'_>,
     arm: &CalibratedArm,
@@ -84,7 +84,7 @@ fn paced<B: Bus + SimulatedBus>(
     execute_on(bus, prepared, arm, &mut MonotonicClock, real_time, how)
 }
 
-fn execute_on<B: Bus + SimulatedBus>(
+fn execute_on<B: Plant>(
     bus: B,
     prepared: &PreparedRun<'_>,
     arm: &CalibratedArm,
@@ -96,27 +96,24 @@ fn execute_on<B: Bus + SimulatedBus>(
     let conditions = prepared.run();
     let schedule = conditions.schedule()?;
     let mut evaluation = Evaluation::new(&conditions)?;
-    let cycle = Cycle::new(bus, prepared.supervisor()?, schedule, STEP).with_waiting_machine();
-    let mut cycle = stopping.of(cycle, page.as_ref());
-    if let Some(tape) = recording.as_mut().and_then(Recording::take_tape) {
-        cycle = cycle.with_tape(tape);
-    }
+    let tape = recording.as_mut().and_then(Recording::take_tape);
+    let motion = RunMotion::from(schedule).with_tape(tape);
+    let mut cycle = stopping.of(Cycle::new(bus, prepared.supervisor()?, motion, STEP), page.as_ref());
     let (mut timing, mut count) = (Timing::new(), 0_u64);
     let end = stopping.at_once();
     let see = |record: &CycleRecord<'_, B>| {
-        if record.bus.plant_failed() {
+        if record.plant.has_failed() {
             evaluation.plant_failed(record.moment.time);
-            end.store(true, Ordering::Relaxed);
         }
         if let Some(page) = &mut page {
-            page.show(record, Some(record.bus.arm().truth()));
+            page.show(record);
         }
         stopping.see(record);
-        if !stopping.is_stopping() {
-            evaluation.record(&record.moment, record.reference, &record.command, record.bus.arm())?;
+        if let Some(arm) = record.plant.simulated().filter(|_| !stopping.is_stopping()) {
+            evaluation.record(&record.moment, record.reference, &record.command, arm)?;
         }
         if let Some(recording) = &mut recording {
-            recording.record(record, Some(&record.bus.arm().truth()));
+            recording.record(record);
         }
         if count.is_multiple_of(PROGRESS_CYCLES) {
             progress.show("running", record.moment.time / schedule.duration());
@@ -127,7 +124,7 @@ fn execute_on<B: Bus + SimulatedBus>(
     run(&mut cycle, clock, PERIOD, end, &mut timing, see)?;
     let recording = recording.map(Recording::end);
     let statistics = cycle.statistics();
-    let clocks = cycle.bus().clocks();
+    let clocks = cycle.plant().clocks();
     let summary = evaluation.finish(cycle.supervisor());
     let limits = (conditions.tension_limits, arm.joint_error_limits());
     let numbers = TrackingNumbers::new(&summary, &arm.machine, limits.0, &limits.1);
