@@ -33,6 +33,6 @@ pub use stop_reason::{fault_name, stop_reason};
 pub use trace::{CycleSignals, Trace, TraceRow};
 pub use tracking::{
     CalibratedArm, INITIAL_REST_S, PreparedRun, TrackingResult, TrackingTask, calibration_programmes,
-    track_arm, track_arm_watched,
+    track_arm,
 };
 pub use verification::{Verified, VerifiedMotion, VerifiedTour, verify, verify_tour};
