@@ -1,6 +1,7 @@
 //! Starts and ends a recording beside a run.
 
 use super::setup::{Controller, LinkSetup, RunSetup};
+use crate::arguments::PathArgument;
 use crate::error::Error;
 use crate::output::{Written, one_line};
 use crate::verbs::run::{Door, Pace};
@@ -8,6 +9,7 @@ use crate::verbs::track::setup::Setup;
 use serde_json::{Value, json};
 use sinew::control::arm::ArmGains;
 use sinew::predictor::CableModel;
+use sinew_lab::arm::CLOSED_PATH_S;
 use sinew_record::{Circumstances, Head, Recorded, Recorder};
 use sinew_runtime::link::Tape;
 use sinew_session::{CycleRecord, Plant};
@@ -150,13 +152,14 @@ impl Drop for Recording {
 impl<'a> Request<'a> {
     fn controller(&self) -> Controller<'a> {
         let motion = &self.door.arguments.motion;
+        let closed = matches!(self.setup.path, PathArgument::Named(_));
         Controller {
             gains: self.gains,
             models: self.models,
             calibrated: self.calibrated,
             bus: self.door.bus.name(),
             faults: motion.fault.iter().map(|fault| fault.text.clone()).collect(),
-            duration_s: motion.duration,
+            duration_s: motion.duration.or(closed.then_some(CLOSED_PATH_S)),
             link: self.link,
         }
     }

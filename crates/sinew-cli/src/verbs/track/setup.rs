@@ -17,9 +17,6 @@ use sinew_lab::arm::{
 };
 use std::path::Path;
 
-/// Default of the repeats of a closed path.
-const REPEATS: u32 = 6;
-
 /// A run that can be simulated.
 pub(crate) struct Setup {
     /// With its payload.
@@ -194,7 +191,7 @@ pub(crate) fn read_gains(path: &Path) -> Result<ArmGains, Error> {
 /// An open path is tracked once.
 fn repeats(given: Option<u32>, closed: bool) -> Result<u32, Error> {
     match given {
-        _ if closed => Ok(given.unwrap_or(REPEATS)),
+        _ if closed => Ok(given.unwrap_or(1)),
         None | Some(1) => Ok(1),
         Some(many) => Err(Error::Argument {
             flag: "--repeats",
