@@ -3,7 +3,7 @@
 use super::door::{Door, Pace};
 use super::stopping::{By, Stopped};
 use super::watch::Seen;
-use super::{STEP, bus, link, timing};
+use super::{bus, link, timing};
 use crate::answer::{Answer, Content, Outcome};
 use crate::error::Error;
 use crate::output::write_all;
@@ -15,6 +15,7 @@ use serde_json::{Value, json};
 use sinew::control::supervisor::{CableHealth, Threshold};
 use sinew::machine::Machine;
 use sinew_lab::arm::{TraceRow, TrackHealth, TrackMode, TrackOutcome, TrackingNumbers, stop_reason};
+use sinew_lab::experiment::arm::STEP;
 use sinew_runtime::cycle::{RealTime, Timing};
 use sinew_runtime::link::LinkCounts;
 use sinew_session::{BusStatistics, ClockReport};
