@@ -8,17 +8,18 @@ use std::path::Path;
 
 /// What each crate may depend on, development and build included. The runtime never sees identify: 1 kHz
 /// code cannot even name an optimiser.
-const CRATES: [(&str, &[&str]); 14] = [
+const CRATES: [(&str, &[&str]); 15] = [
     ("sinew", &[]),
     ("sinew-identify", &["sinew"]),
-    ("sinew-lab", &["sinew", "sinew-identify"]),
+    ("sinew-session", &["sinew"]),
+    ("sinew-lab", &["sinew", "sinew-identify", "sinew-session"]),
     ("sinew-view", &["sinew"]),
     ("sinew-report", &["sinew", "sinew-identify", "sinew-lab", "sinew-view"]),
     ("sinew-segment", &[]),
     ("sinew-link", &[]),
-    ("sinew-live", &["sinew", "sinew-lab", "sinew-record", "sinew-runtime", "sinew-view"]),
-    ("sinew-runtime", &["sinew", "sinew-segment", "sinew-link"]),
-    ("sinew-record", &["sinew", "sinew-runtime"]),
+    ("sinew-live", &["sinew", "sinew-lab", "sinew-record", "sinew-runtime", "sinew-session", "sinew-view"]),
+    ("sinew-runtime", &["sinew", "sinew-segment", "sinew-link", "sinew-session"]),
+    ("sinew-record", &["sinew", "sinew-runtime", "sinew-session"]),
     ("sinew-mujoco", &["sinew"]),
     ("sinew-gym", &["sinew"]),
     (
@@ -33,6 +34,7 @@ const CRATES: [(&str, &[&str]); 14] = [
             "sinew-live",
             "sinew-runtime",
             "sinew-record",
+            "sinew-session",
             "sinew-view",
         ],
     ),

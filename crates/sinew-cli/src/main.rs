@@ -50,7 +50,7 @@ fn run(verb: &Verb, general: &General) -> Result<Answer, Error> {
         Verb::Demo(arguments) => verbs::demo::run(arguments, general),
         Verb::Arm(arguments) => verbs::arm::run(arguments, general),
         Verb::Machine(arguments) => verbs::machine::run(arguments, general),
-        Verb::Track(arguments) => verbs::track::run(arguments, general),
+        Verb::Track(arguments) => verbs::run::track(arguments, general),
         Verb::Plot(arguments) => verbs::plot::run(arguments, general),
         Verb::Run(arguments) => verbs::run::run(arguments, general),
         Verb::Replay(arguments) => verbs::replay::run(arguments, general),

@@ -2,10 +2,11 @@
 
 use sinew::Error;
 use sinew::control::stretch::PREVIEW_HORIZON;
-use sinew::control::supervisor::{Mode, Request};
+use sinew::control::supervisor::{Mode, Request, Supervisor, SupervisorCommand};
 use sinew::machine::{Machine, Task};
 use sinew::trajectory::online::{JointLimits, Setpoint, SetpointFollower};
-use sinew::trajectory::{Reference, Trajectory, finite_ranges};
+use sinew::trajectory::{Moment, Reference, Trajectory, finite_ranges};
+use sinew_session::{CycleTime, Feedback, Motion, References, Wanted};
 use std::sync::Arc;
 
 /// What is followed in [`Mode::Run`].
@@ -21,9 +22,9 @@ enum Goal {
     Stay,
 }
 
-/// Motion of one simulated machine.
+/// What the page asks of one simulated machine.
 #[derive(Debug, Clone)]
-pub(crate) struct Motion {
+pub(crate) struct PageMotion {
     trajectory: Arc<Trajectory>,
     closed: bool,
     follower: SetpointFollower,
@@ -32,26 +33,31 @@ pub(crate) struct Motion {
     /// Where the end point is to go once the machine rests.
     waiting: Option<[f64; 3]>,
     first: Vec<f64>,
-    pub(crate) current: Reference,
-    pub(crate) previewed: Reference,
+    /// Mode after the last cycle.
+    mode: Mode,
 }
 
 /// Joint error, rad or m, and time, s, at which the beginning of the path counts as reached.
 const NEAR: f64 = 1e-3;
 const NEAR_FOR: f64 = 0.3;
 
-impl Motion {
+impl PageMotion {
     /// Along a trajectory, from its beginning.
-    pub(crate) fn new(machine: &Machine, trajectory: Arc<Trajectory>, h: f64) -> Result<Self, Error> {
+    pub(crate) fn new(
+        machine: &Machine,
+        trajectory: Arc<Trajectory>,
+        h: f64,
+        mode: Mode,
+    ) -> Result<Self, Error> {
         let ranges = finite_ranges(&machine.robot, &machine.start)?;
         let limits = JointLimits::of_motion(&trajectory, ranges)?;
         let point = match machine.task {
             Task::EndPoint { site, axes } => Some((site, axes, &machine.redundancy)),
             Task::Joints => None,
         };
-        let mut current = Reference::new(trajectory.joints());
-        trajectory.sample(0.0, &mut current)?;
-        let first = current.q.clone();
+        let mut start = Reference::new(trajectory.joints());
+        trajectory.sample(0.0, &mut start)?;
+        let first = start.q;
         let follower = SetpointFollower::new(&machine.robot, limits, point, &first, [PREVIEW_HORIZON, h])?;
         Ok(Self {
             closed: trajectory.is_closed(),
@@ -61,21 +67,20 @@ impl Motion {
             request: Request::Run,
             waiting: None,
             first,
-            previewed: current.clone(),
-            current,
+            mode,
         })
     }
 
-    /// What is asked of the supervisor.
-    pub(crate) fn request(&self) -> Request {
-        self.request
+    /// Where the motion begins, rad or m: `[joints]`.
+    pub(crate) fn first(&self) -> &[f64] {
+        &self.first
     }
 
     /// Asks for a mode; to run leads to the beginning of the path and along it.
-    pub(crate) fn ask(&mut self, request: Request, mode: Mode) {
+    pub(crate) fn ask(&mut self, request: Request) {
         self.waiting = None;
         self.request = request;
-        let on_its_path = mode == Mode::Run && matches!(self.goal, Goal::Path { .. });
+        let on_its_path = self.mode == Mode::Run && matches!(self.goal, Goal::Path { .. });
         if request == Request::Run && !on_its_path {
             self.goal = Goal::PathStart { near_for: 0.0 };
         }
@@ -84,15 +89,15 @@ impl Motion {
     /// The end point is dragged; a machine that moves along its path comes to rest first.
     ///
     /// Only where running or holding is asked for: a stop of the same picture, from this page or another, must stand.
-    pub(crate) fn drag(&mut self, target: [f64; 3], mode: Mode) {
+    pub(crate) fn drag(&mut self, target: [f64; 3]) {
         if !matches!(self.request, Request::Run | Request::Hold) {
             return;
         }
         match self.goal {
-            Goal::Drag(_) if mode == Mode::Run => self.goal = Goal::Drag(target),
+            Goal::Drag(_) if self.mode == Mode::Run => self.goal = Goal::Drag(target),
             _ => {
                 self.waiting = Some(target);
-                if mode == Mode::Run && !matches!(self.goal, Goal::Stay) {
+                if self.mode == Mode::Run && !matches!(self.goal, Goal::Stay) {
                     self.request = Request::Hold;
                 }
             }
@@ -108,13 +113,14 @@ impl Motion {
     }
 
     /// The references of the next cycle, `h` s after the last.
-    pub(crate) fn sample(&mut self, h: f64, mode: Mode) -> Result<(), Error> {
+    fn follow(&mut self, h: f64, References { current, previewed }: &mut References) -> Result<(), Error> {
+        let mode = self.mode;
         if let Some(target) = self.waiting
             && (mode == Mode::Hold || (mode == Mode::Run && self.goal == Goal::Stay))
         {
             (self.goal, self.waiting, self.request) = (Goal::Drag(target), None, Request::Run);
         }
-        let Self { trajectory, follower, current, previewed, .. } = self;
+        let Self { trajectory, follower, .. } = self;
         let running = mode == Mode::Run;
         let setpoint = match self.goal {
             Goal::Path { time } => {
@@ -144,11 +150,25 @@ impl Motion {
         };
         self.follower.step(setpoint, current, previewed).map(drop)
     }
+}
 
-    /// After the supervisor: what is held is where set-points begin.
-    pub(crate) fn settle(&mut self, mode: Mode, held: &Reference) {
-        if mode != Mode::Run {
-            self.follower.rest_at(&held.q);
+impl Motion for PageMotion {
+    fn sample(
+        &mut self,
+        at: CycleTime,
+        _supervisor: &mut Supervisor,
+        references: &mut References,
+    ) -> Result<Wanted, Error> {
+        self.follow(at.period, references)?;
+        let moment = Moment { time: at.seconds(), repeat: None, repeat_time: None, rested: 0.0 };
+        Ok(Wanted { moment, request: self.request, command_age: None })
+    }
+
+    /// What is held is where set-points begin.
+    fn see(&mut self, _at: CycleTime, command: &SupervisorCommand<'_>, _feedback: &Feedback) {
+        self.mode = command.mode;
+        if self.mode != Mode::Run {
+            self.follower.rest_at(&command.reference.q);
             if matches!(self.goal, Goal::Path { time } if time > 0.0) {
                 self.goal = Goal::PathStart { near_for: 0.0 };
             }

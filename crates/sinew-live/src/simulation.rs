@@ -2,16 +2,15 @@
 
 use crate::drawing::{Drawing, FREE_POINTS, POINTS, SHEATH_POINTS};
 use crate::frame::Along;
-use crate::motion::Motion;
+use crate::motion::PageMotion;
 use crate::signals::{Signals, fault_numbers};
 use sinew::Error;
-use sinew::control::arm::{ArmMeasurement, PreviewedReference};
-use sinew::control::supervisor::{ExchangeStatus, Mode, NamedFault, Request, Supervisor};
-use sinew::drive::DriveCommand;
+use sinew::control::supervisor::{Mode, NamedFault, Request, Supervisor};
 use sinew::machine::Machine;
 use sinew::trajectory::Trajectory;
 use sinew::transmission::cable::CableLaw;
 use sinew::twin::arm::{ArmTwin, Failure, InjectedFault};
+use sinew_session::{Plant, Session, TwinPlant, VirtualClock};
 use std::sync::Arc;
 
 /// Control cycle, s.
@@ -36,11 +35,8 @@ pub struct SimulationParts {
 #[derive(Debug)]
 pub struct Simulation {
     machine: Machine,
-    plant: ArmTwin,
-    supervisor: Supervisor,
-    motion: Motion,
+    session: Session<TwinPlant, PageMotion>,
     faults: Vec<InjectedFault>,
-    commands: Vec<DriveCommand>,
     shown: Shown,
     cables: Vec<CableView>,
     /// Cycle of the last picture.
@@ -50,15 +46,11 @@ pub struct Simulation {
 /// What the last cycle commanded and estimated.
 #[derive(Debug, Clone)]
 struct Shown {
-    cycle: u64,
-    mode: Mode,
     fault: Option<NamedFault>,
     reference: Vec<f64>,
     estimated: Vec<f64>,
     desired_tension: Vec<f64>,
     estimated_tension: Vec<f64>,
-    /// Whether the plant moved faster than the laws of its cables allow: it stands since.
-    failed: bool,
 }
 
 /// One cable between two pictures.
@@ -82,7 +74,7 @@ impl Simulation {
     /// Parts of different machines.
     pub fn new(parts: SimulationParts) -> Result<Self, Error> {
         let SimulationParts { machine, plant, supervisor, trajectory } = parts;
-        let motion = Motion::new(&machine, trajectory, CYCLE)?;
+        let motion = PageMotion::new(&machine, trajectory, CYCLE, supervisor.mode())?;
         let view = |(k, design): (usize, &sinew::machine::MuscleDesign)| {
             let specimen = &plant.specimen().cables[k];
             let cells = plant.cable_tensions(k)?.count();
@@ -100,18 +92,14 @@ impl Simulation {
         let cables = machine.muscles.iter().enumerate().map(view).collect::<Result<_, Error>>()?;
         let [muscles, joints] = supervisor.dimensions();
         let shown = Shown {
-            cycle: 0,
-            mode: supervisor.mode(),
             fault: None,
-            reference: motion.current.q.clone(),
+            reference: motion.first().to_vec(),
             estimated: vec![f64::NAN; joints],
             desired_tension: vec![f64::NAN; muscles],
             estimated_tension: vec![f64::NAN; muscles],
-            failed: false,
         };
-        let commands = vec![DriveCommand::Velocity(0.0); muscles];
-        let faults = Vec::new();
-        Ok(Self { machine, plant, supervisor, motion, faults, commands, shown, cables, shown_at: 0 })
+        let session = Session::new(TwinPlant::new(plant, CYCLE), supervisor, motion, CYCLE);
+        Ok(Self { machine, session, faults: Vec::new(), shown, cables, shown_at: 0 })
     }
 
     /// The machine as designed.
@@ -123,7 +111,7 @@ impl Simulation {
     /// The plant.
     #[must_use]
     pub fn plant(&self) -> &ArmTwin {
-        &self.plant
+        self.session.plant().arm()
     }
 
     /// Failures that were injected and are not known to be over.
@@ -135,52 +123,40 @@ impl Simulation {
     /// Mode of the supervisor in the last cycle.
     #[must_use]
     pub fn mode(&self) -> Mode {
-        self.shown.mode
+        self.session.mode()
     }
 
     /// Simulated time, s.
     #[must_use]
     pub fn time(&self) -> f64 {
-        self.shown.cycle as f64 * CYCLE
+        self.session.time().seconds()
     }
 
     /// One control cycle. A plant whose integration failed stands. Nothing is allocated.
     ///
     /// # Errors
-    /// As [`Supervisor::step`].
+    /// As [`Session::step`].
     pub fn step(&mut self) -> Result<(), Error> {
-        if self.shown.failed {
+        let Self { session, shown, cables, .. } = self;
+        if session.plant().has_failed() {
             return Ok(());
         }
-        let Self { plant, supervisor, motion, commands, shown, cables, .. } = self;
-        motion.sample(CYCLE, shown.mode)?;
-        let reading = plant.reading();
-        let measurement =
-            ArmMeasurement { motor: &reading.motor, tension: &reading.tension, joint: &reading.joint };
-        let reference =
-            PreviewedReference { current: &motion.current, previewed: &motion.previewed, repeat_time: None };
-        let request = motion.request();
-        let command =
-            supervisor.step(CYCLE, &measurement, &reference, request, &ExchangeStatus::default())?;
-        commands.copy_from_slice(command.arm.drives);
-        (shown.mode, shown.fault) = (command.mode, command.fault);
+        let command = session.step(&mut VirtualClock::default(), 0)?.command;
+        shown.fault = command.fault;
         shown.reference.copy_from_slice(&command.reference.q);
         shown.estimated.copy_from_slice(command.arm.q);
         shown.desired_tension.copy_from_slice(command.arm.desired_tension);
         shown.estimated_tension.copy_from_slice(command.arm.estimated_tension);
-        let mode = command.mode;
-        motion.settle(mode, command.reference);
-        shown.failed = plant.step(commands, CYCLE).is_err();
-        for (view, drive) in cables.iter_mut().zip(plant.truth().drives) {
+        session.plant_mut().pass();
+        for (view, drive) in cables.iter_mut().zip(session.plant().arm().truth().drives) {
             view.travel += drive.moved;
         }
-        shown.cycle += 1;
         Ok(())
     }
 
     /// Asks the supervisor for a mode.
     pub fn ask(&mut self, request: Request) {
-        self.motion.ask(request, self.shown.mode);
+        self.session.motion_mut().ask(request);
     }
 
     /// Where the end point is to go, m.
@@ -191,13 +167,13 @@ impl Simulation {
         if self.machine.task.site().is_none() {
             return Err("the machine has no end point".to_owned());
         }
-        self.motion.drag(target, self.shown.mode);
+        self.session.motion_mut().drag(target);
         Ok(())
     }
 
     /// The end point stays where it is.
     pub fn release(&mut self) {
-        self.motion.release();
+        self.session.motion_mut().release();
     }
 
     /// Injects a failure from the next cycle on.
@@ -205,15 +181,15 @@ impl Simulation {
     /// # Errors
     /// As [`InjectedFault::validate`].
     pub fn inject(&mut self, failure: Failure, duration: f64) -> Result<(), Error> {
-        let fault = InjectedFault { start: self.plant.truth().time, duration, failure };
-        let [muscles, joints] = self.supervisor.dimensions();
+        let fault = InjectedFault { start: self.plant().truth().time, duration, failure };
+        let [muscles, joints] = self.session.supervisor().dimensions();
         fault.validate(muscles, joints)?;
         self.inject_all(&[fault])
     }
 
     /// Adds failures; nothing changes where the plant refuses one.
     fn inject_all(&mut self, faults: &[InjectedFault]) -> Result<(), Error> {
-        let now = self.plant.truth().time;
+        let now = self.plant().truth().time;
         // Those that are over need no place, and a part that has failed for good cannot fail again.
         let mut all: Vec<InjectedFault> =
             self.faults.iter().copied().filter(|fault| fault.start + fault.duration >= now).collect();
@@ -224,7 +200,7 @@ impl Simulation {
                 all.push(*fault);
             }
         }
-        self.plant = self.plant.clone().with_faults(&all)?;
+        self.session.plant_mut().set_faults(&all)?;
         self.faults = all;
         Ok(())
     }
@@ -240,7 +216,7 @@ impl Simulation {
         force: [f64; 3],
         duration: f64,
     ) -> Result<usize, Error> {
-        let (q, now) = (self.plant.truth().q.to_vec(), self.plant.truth().time);
+        let (q, now) = (self.plant().truth().q.to_vec(), self.plant().truth().time);
         let mut pushes = Vec::new();
         // The torques that do the same work: F dx/dq.
         let h = 1e-6;
@@ -255,7 +231,7 @@ impl Simulation {
             if torque.abs() > 1e-9 {
                 let failure = Failure::Push { joint, torque };
                 let push = InjectedFault { start: now, duration, failure };
-                let [muscles, joints] = self.supervisor.dimensions();
+                let [muscles, joints] = self.session.supervisor().dimensions();
                 push.validate(muscles, joints)?;
                 pushes.push(push);
             }
@@ -265,11 +241,11 @@ impl Simulation {
 
     /// The signals after the last cycle.
     pub(crate) fn signals(&self) -> Signals {
-        let Self { shown, plant, .. } = self;
+        let (shown, plant) = (&self.shown, self.plant());
         let (truth, reading) = (plant.truth(), plant.reading());
         Signals {
             time: self.time(),
-            mode: f64::from(shown.mode as u8),
+            mode: f64::from(self.mode() as u8),
             fault: fault_numbers(shown.fault),
             cycle_us: [f64::NAN; 2],
             joint_reference: shown.reference.clone(),
@@ -288,10 +264,11 @@ impl Simulation {
     pub(crate) fn along_cables(&mut self) -> Result<Along, Error> {
         let (mut tension, mut sliding) = (Vec::new(), Vec::new());
         // While time stands, what slid before is shown.
-        let elapsed = (self.shown.cycle - self.shown_at) as f64 * CYCLE;
-        self.shown_at = self.shown.cycle;
+        let (now, plant) = (self.session.time().index, self.session.plant().arm());
+        let elapsed = (now - self.shown_at) as f64 * CYCLE;
+        self.shown_at = now;
         for (k, view) in self.cables.iter_mut().enumerate() {
-            let now: Vec<f64> = self.plant.cable_tensions(k)?.collect();
+            let now: Vec<f64> = plant.cable_tensions(k)?.collect();
             let mut moved = view.travel - view.before.1;
             let steps: Vec<f64> = now
                 .iter()
@@ -303,7 +280,7 @@ impl Simulation {
                 })
                 .collect();
             // The law's pretension acts at the anchor, behind the sheath.
-            let pretension = self.plant.truth().cables[k].tension_out - now.last().copied().unwrap_or(0.0);
+            let pretension = plant.truth().cables[k].tension_out - now.last().copied().unwrap_or(0.0);
             for point in 0..POINTS {
                 let offset = if point < SHEATH_POINTS { 0.0 } else { pretension };
                 let share = if point < SHEATH_POINTS {

@@ -11,8 +11,8 @@ use core::alloc::{GlobalAlloc, Layout};
 use core::cell::Cell;
 use sinew::control::supervisor::Mode;
 use sinew_live::{Observed, RunParts, Server, ServerSettings, Source, Tap, tap};
-use sinew_runtime::bus::{SimulatedBus, TwinBus};
 use sinew_runtime::cycle::{Cycle, CycleRecord, Timing, VirtualClock, run};
+use sinew_session::TwinPlant;
 use std::alloc::System;
 use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -59,7 +59,7 @@ fn tapped(setup: &Setup) -> (Tap, Server) {
     (tap, Server::start(ServerSettings { address, source: Box::new(run), foxglove: None }).unwrap())
 }
 
-fn show(tap: &mut Tap, record: &CycleRecord<'_, TwinBus>) {
+fn show(tap: &mut Tap, record: &CycleRecord<'_, TwinPlant>) {
     tap.show(&Observed {
         time: record.moment.time,
         mode: record.command.mode,
@@ -69,7 +69,7 @@ fn show(tap: &mut Tap, record: &CycleRecord<'_, TwinBus>) {
         command: &record.command.arm,
         tension_in: &record.feedback.tension,
         winch_position: &record.feedback.motor,
-        truth: Some(record.bus.arm().truth()),
+        truth: record.truth(),
     });
 }
 
@@ -78,7 +78,7 @@ fn run_through(setup: &Setup, mut tap: Option<&mut Tap>) -> (Vec<u64>, usize) {
     let (mut bits, stop, mut timing) = (Vec::with_capacity(1 << 20), AtomicBool::new(false), Timing::new());
     let mut cycle = setup.cycle();
     let before = ALLOCATIONS.get();
-    let see = |record: &CycleRecord<'_, TwinBus>| {
+    let see = |record: &CycleRecord<'_, TwinPlant>| {
         let command = &record.command.arm;
         bits.extend(command.q.iter().chain(command.estimated_tension).map(|x| x.to_bits()));
         if let Some(tap) = &mut tap {
@@ -127,7 +127,7 @@ fn a_run_is_the_same_to_the_bit_with_eight_viewers_and_its_cycle_allocates_nothi
 fn the_page_stops_a_run_through_its_supervisor() {
     let setup = Setup::new("planar_leg", 1);
     let (mut tap, server) = tapped(&setup);
-    let mut cycle: Cycle<'_, TwinBus> = setup.cycle().with_stop(tap.stop().clone());
+    let mut cycle: Cycle<'_, TwinPlant> = setup.cycle().with_stop(tap.stop().clone());
     let mut clock = VirtualClock::default();
     for _ in 0..400 {
         show(&mut tap, &cycle.step(&mut clock, 0).unwrap());

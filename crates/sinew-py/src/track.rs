@@ -159,9 +159,6 @@ pub(crate) struct Conditions {
     trace_interval_s: f64,
 }
 
-/// Repeats of a closed motion where none are given.
-const REPEATS: u32 = 6;
-
 /// Rules with which drawn machines track a motion, as JSON, and a warning where they do so inaccurately; see `sinew.verify`.
 #[pyfunction]
 pub(crate) fn verify(
@@ -271,7 +268,7 @@ pub(crate) fn track<'py>(
 fn number_of_repeats(given: Option<u32>, closed: bool) -> Result<u32, Failure> {
     match given {
         Some(0) => Err(Failure::refused("repeats must be at least 1")),
-        _ if closed => Ok(given.unwrap_or(REPEATS)),
+        _ if closed => Ok(given.unwrap_or(1)),
         None | Some(1) => Ok(1),
         Some(many) => Err(Failure::refused(format!(
             "repeats must be 1 for a motion that does not end where it begins, but is {many}"

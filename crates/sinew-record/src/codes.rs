@@ -2,7 +2,7 @@
 
 use sinew::control::arm::{ArmStatus, Symptom};
 use sinew::control::supervisor::NamedFault;
-use sinew_runtime::bus::BusFault;
+use sinew_session::BusFault;
 
 /// Status and fault: 0 following, 1 holding, 2 degraded, 3 stopped; the fault as [`fault_of`] reads it, with the symptom of the
 /// supervisor's fault where that is the same.

@@ -56,9 +56,6 @@ pub enum Error {
     /// A value outside the domain of the physics, or a machine of other dimensions.
     #[error(transparent)]
     Physics(#[from] sinew::Error),
-    /// A cycle that cannot be replayed.
-    #[error(transparent)]
-    Runtime(#[from] sinew_runtime::Error),
 }
 
 impl Error {

@@ -12,9 +12,8 @@ use crate::view::{View, pose, state};
 use rtrb::{Consumer, Producer, RingBuffer};
 use sinew::control::arm::ArmStatus;
 use sinew::machine::Machine;
-use sinew::twin::arm::ArmTruth;
-use sinew_runtime::cycle::CycleRecord;
 use sinew_runtime::link::{Tape, TapeReader};
+use sinew_session::{CycleRecord, Plant};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -80,9 +79,8 @@ impl Recorder {
     }
 
     /// As [`start`](Self::start), for a run that a client commands or that may be stopped from elsewhere: what is put on the returned
-    /// tape is recorded too; see [`Cycle::with_tape`].
-    ///
-    /// [`Cycle::with_tape`]: sinew_runtime::cycle::Cycle::with_tape
+    /// tape is recorded too; see
+    /// [`RunMotion::with_tape`](sinew_runtime::link::RunMotion::with_tape).
     ///
     /// # Errors
     /// As [`start`](Self::start).
@@ -120,8 +118,8 @@ impl Recorder {
 
     /// Puts a cycle into the ring; `false` where there is no room for it: it is counted and missing in the recording.
     /// Allocates nothing, takes no lock and makes no system call.
-    pub fn record<B>(&mut self, record: &CycleRecord<'_, B>, truth: Option<&ArmTruth<'_>>) -> bool {
-        let put = self.try_record(record, truth);
+    pub fn record<P: Plant>(&mut self, record: &CycleRecord<'_, P>) -> bool {
+        let put = self.try_record(record);
         if !put {
             self.shared.dropped.fetch_add(1, Ordering::Relaxed);
         }
@@ -131,8 +129,8 @@ impl Recorder {
 
     /// As [`record`](Self::record), but waits for room: on virtual time, where no deadline passes meanwhile. A cycle after
     /// the thread has ended is counted as dropped.
-    pub fn record_all<B>(&mut self, record: &CycleRecord<'_, B>, truth: Option<&ArmTruth<'_>>) {
-        while !self.try_record(record, truth) {
+    pub fn record_all<P: Plant>(&mut self, record: &CycleRecord<'_, P>) {
+        while !self.try_record(record) {
             if self.thread.as_ref().is_none_or(JoinHandle::is_finished) {
                 self.shared.dropped.fetch_add(1, Ordering::Relaxed);
                 break;
@@ -142,13 +140,13 @@ impl Recorder {
         self.index += 1;
     }
 
-    fn try_record<B>(&mut self, record: &CycleRecord<'_, B>, truth: Option<&ArmTruth<'_>>) -> bool {
+    fn try_record<P: Plant>(&mut self, record: &CycleRecord<'_, P>) -> bool {
         let first = *self.first_deadline.get_or_insert(record.times.deadline);
         let deadline_us = record.times.deadline.saturating_sub(first) as f64 * 1e-3;
         // The ring holds whole samples only, so that none is split at its end.
         let Ok(mut chunk) = self.ring.write_chunk(self.layout.words()) else { return false };
         let (words, _) = chunk.as_mut_slices();
-        fill(words, self.layout, (self.index, deadline_us), record, truth);
+        fill(words, self.layout, (self.index, deadline_us), record);
         chunk.commit_all();
         true
     }

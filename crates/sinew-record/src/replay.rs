@@ -10,14 +10,14 @@ use crc32fast::Hasher;
 use sinew::control::supervisor::Supervisor;
 use sinew::drive::DriveCommand;
 use sinew::trajectory::Schedule;
-use sinew_runtime::Error as RuntimeError;
-use sinew_runtime::bus::{Bus, Exchange, Feedback};
-use sinew_runtime::cycle::{Clock, Cycle};
-use sinew_runtime::link::{CycleInput, LinkedMotion};
+use sinew_runtime::cycle::Cycle;
+use sinew_runtime::link::{CycleInput, LinkedMotion, RunMotion};
+use sinew_session::{Clock, Exchange, Feedback, Plant};
+use std::io;
 
 /// The readings of a recording, one cycle after the other.
 #[derive(Debug)]
-struct RecordedBus<'a> {
+struct RecordedPlant<'a> {
     blocks: Blocks<'a>,
     block: Block,
     /// Of the next reading.
@@ -26,6 +26,8 @@ struct RecordedBus<'a> {
     places: [usize; 4],
     /// Columns of bus fault and detail.
     fault: [usize; 2],
+    /// Whether its machine did.
+    waits: bool,
 }
 
 /// How a recording goes on.
@@ -37,7 +39,7 @@ enum Next {
     Gap(u64),
 }
 
-impl RecordedBus<'_> {
+impl RecordedPlant<'_> {
     fn next(&mut self) -> Result<Next, Error> {
         if self.row < self.block.count {
             return Ok(Next::Row);
@@ -59,7 +61,9 @@ impl RecordedBus<'_> {
             *value = self.at(first + k, self.row);
         }
     }
+}
 
+impl Plant for RecordedPlant<'_> {
     fn read(&mut self, feedback: &mut Feedback) -> Exchange {
         self.read_into(&mut feedback.motor, self.places[0]);
         self.read_into(&mut feedback.tension, self.places[1]);
@@ -67,6 +71,12 @@ impl RecordedBus<'_> {
         let [kind, detail] = self.fault.map(|column| self.at(column, self.row));
         self.row += 1;
         Exchange { fault: bus_fault_of(kind, detail) }
+    }
+
+    fn write(&mut self, _commands: &[DriveCommand]) {}
+
+    fn waits(&self) -> bool {
+        self.waits
     }
 }
 
@@ -105,7 +115,7 @@ impl Clock for Late {
         self.0
     }
 
-    fn wait_until(&mut self, _deadline: u64) -> Result<(), RuntimeError> {
+    fn wait_until(&mut self, _deadline: u64) -> io::Result<()> {
         Ok(())
     }
 }
@@ -113,7 +123,7 @@ impl Clock for Late {
 /// A controller that runs over a recording, cycle by cycle.
 #[derive(Debug)]
 pub struct Replay<'a> {
-    cycle: Cycle<'a, ReplayBus<'a>>,
+    cycle: Cycle<'a, RecordedPlant<'a>>,
     /// Column of the delay after the deadline.
     delay: Option<usize>,
     muscles: usize,
@@ -125,18 +135,6 @@ pub struct Replay<'a> {
     same_references: Vec<bool>,
     gap: Option<u64>,
     empty: bool,
-}
-
-/// The readings as the bus of a cycle, shared with the replay, which knows where they end.
-#[derive(Debug)]
-struct ReplayBus<'a>(std::rc::Rc<std::cell::RefCell<RecordedBus<'a>>>);
-
-impl Bus for ReplayBus<'_> {
-    fn read(&mut self, feedback: &mut Feedback) -> Exchange {
-        self.0.borrow_mut().read(feedback)
-    }
-
-    fn write(&mut self, _commands: &[DriveCommand]) {}
 }
 
 impl<'a> Replay<'a> {
@@ -155,8 +153,7 @@ impl<'a> Replay<'a> {
             let (name, got) = ("joints of the motion", schedule.joints());
             return Err(sinew::Error::WrongLength { name, expected: joints, got }.into());
         }
-        let period = recording.head.period_s();
-        Self::over(recording, supervisor, |bus, supervisor| Cycle::new(bus, supervisor, schedule, period))
+        Self::over(recording, supervisor, schedule.into())
     }
 
     /// The same of a run that a client commanded, with what it sent; `motion` is one that is
@@ -169,14 +166,13 @@ impl<'a> Replay<'a> {
         supervisor: Supervisor,
         motion: LinkedMotion,
     ) -> Result<Self, Error> {
-        let period = recording.head.period_s();
-        Self::over(recording, supervisor, |bus, supervisor| Cycle::linked(bus, supervisor, motion, period))
+        Self::over(recording, supervisor, motion.into())
     }
 
     fn over(
         recording: &'a Recording<'_>,
         supervisor: Supervisor,
-        cycle: impl FnOnce(ReplayBus<'a>, Supervisor) -> Cycle<'a, ReplayBus<'a>>,
+        mut motion: RunMotion<'a>,
     ) -> Result<Self, Error> {
         let head = &recording.head;
         let [muscles, joints] = [head.muscles.len(), head.joints.len()];
@@ -209,12 +205,9 @@ impl<'a> Replay<'a> {
         let mut block = first.unwrap_or(none);
         let gap = (block.first > 0 || block.dropped_link > 0).then_some(0);
         let link = std::mem::take(&mut block.link);
-        let bus = RecordedBus { blocks, block, row: 0, places, fault };
-        let bus = ReplayBus(std::rc::Rc::new(std::cell::RefCell::new(bus)));
-        let mut cycle = cycle(bus, supervisor);
-        supply(&mut cycle, link);
-        // A simulated machine waits for its cycles.
-        let cycle = if head.simulated { cycle.with_waiting_machine() } else { cycle };
+        supply(&mut motion, link);
+        let plant = RecordedPlant { blocks, block, row: 0, places, fault, waits: head.simulated };
+        let cycle = Cycle::new(plant, supervisor, motion, head.period_s());
         let delay = head.fast.iter().position(|column| column.name == "wake_up_us");
         Ok(Self {
             cycle,
@@ -240,32 +233,30 @@ impl<'a> Replay<'a> {
     /// Replays the next cycle; none at the end of the recording and at its first gap.
     ///
     /// # Errors
-    /// Those of the recording's next block; [`Error::Runtime`] as [`Cycle::step`].
+    /// Those of the recording's next block; [`Error::Physics`] as [`Session::step`](sinew_session::Session::step).
     pub fn step(&mut self) -> Result<Option<ReplayedCycle<'_>>, Error> {
         if self.gap.is_some() || self.empty {
             return Ok(None);
         }
-        let shared = self.cycle.bus().0.clone();
-        {
-            let mut bus = shared.borrow_mut();
-            match bus.next()? {
-                Next::Row => {}
-                Next::Block(block) if block.dropped_link > 0 => {
-                    self.gap = Some(block.first);
-                    return Ok(None);
-                }
-                Next::Block(mut block) => {
-                    supply(&mut self.cycle, std::mem::take(&mut block.link));
-                    (bus.block, bus.row) = (block, 0);
-                }
-                Next::End => return Ok(None),
-                Next::Gap(index) => {
-                    self.gap = Some(index);
-                    return Ok(None);
-                }
+        match self.cycle.plant_mut().next()? {
+            Next::Row => {}
+            Next::Block(block) if block.dropped_link > 0 => {
+                self.gap = Some(block.first);
+                return Ok(None);
+            }
+            Next::Block(mut block) => {
+                supply(self.cycle.motion_mut(), std::mem::take(&mut block.link));
+                let plant = self.cycle.plant_mut();
+                (plant.block, plant.row) = (block, 0);
+            }
+            Next::End => return Ok(None),
+            Next::Gap(index) => {
+                self.gap = Some(index);
+                return Ok(None);
             }
         }
-        let delay = self.delay.map_or(0.0, |column| shared.borrow().at(column, shared.borrow().row));
+        let plant = self.cycle.plant();
+        let delay = self.delay.map_or(0.0, |column| plant.at(column, plant.row));
         let record = self.cycle.step(&mut Late((delay.max(0.0) * 1e3).round() as u64), 0)?;
         for (k, command) in record.command.arm.drives.iter().enumerate() {
             for (place, number) in command_code(command).into_iter().enumerate() {
@@ -276,17 +267,17 @@ impl<'a> Replay<'a> {
             add_checks(&mut self.reference_checks, numbers);
         }
         add_checks(&mut self.command_checks, &self.commands);
-        let bus = shared.borrow();
-        let row = bus.row - 1;
+        let plant = record.plant;
+        let row = plant.row - 1;
         for (k, recorded) in self.recorded.iter_mut().enumerate() {
-            *recorded = bus.at(bus.places[3] + k, row);
+            *recorded = plant.at(plant.places[3] + k, row);
         }
-        let same = bus.block.cycle_checks.get(row) == Some(&cycle_check(&self.commands));
-        let (index, first) = (bus.block.first + row as u64, bus.block.first);
-        let ends = bus.row == bus.block.count;
+        let same = plant.block.cycle_checks.get(row) == Some(&cycle_check(&self.commands));
+        let (index, first) = (plant.block.first + row as u64, plant.block.first);
+        let ends = plant.row == plant.block.count;
         if ends {
-            compare(&mut self.same_commands, &mut self.command_checks, &bus.block.command_checks);
-            compare(&mut self.same_references, &mut self.reference_checks, &bus.block.reference_checks);
+            compare(&mut self.same_commands, &mut self.command_checks, &plant.block.command_checks);
+            compare(&mut self.same_references, &mut self.reference_checks, &plant.block.reference_checks);
         }
         let checks = BlockChecks { first, commands: &self.same_commands, references: &self.same_references };
         let block = ends.then_some(checks);
@@ -294,8 +285,8 @@ impl<'a> Replay<'a> {
     }
 }
 
-fn supply<B: Bus>(cycle: &mut Cycle<'_, B>, inputs: Vec<CycleInput>) {
-    inputs.into_iter().for_each(|input| cycle.supply(input));
+fn supply(motion: &mut RunMotion<'_>, inputs: Vec<CycleInput>) {
+    inputs.into_iter().for_each(|input| motion.supply(input));
 }
 
 fn compare(same: &mut [bool], checks: &mut [Hasher], recorded: &[u32]) {

@@ -8,8 +8,7 @@ use crate::codes::{bus_code, fault_code, status_code};
 use crate::head::CYCLE_COLUMNS;
 use sinew::control::tension::Status;
 use sinew::drive::DriveCommand;
-use sinew::twin::arm::ArmTruth;
-use sinew_runtime::cycle::CycleRecord;
+use sinew_session::{CycleRecord, Plant};
 
 /// Numbers of muscles and joints, and places in a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,14 +68,14 @@ impl Cursor<'_> {
 ///
 /// # Shapes
 /// `words: [layout.words()]`.
-pub(crate) fn fill<B>(
+pub(crate) fn fill<P: Plant>(
     words: &mut [f64],
     layout: Layout,
     (index, deadline_us): (u64, f64),
-    record: &CycleRecord<'_, B>,
-    truth: Option<&ArmTruth<'_>>,
+    record: &CycleRecord<'_, P>,
 ) {
     let mut out = Cursor { words, next: 0 };
+    let truth = record.truth();
     let times = record.times;
     let us = |from: u64, to: u64| to.saturating_sub(from) as f64 * 1e-3;
     out.put(index as f64);
@@ -108,8 +107,8 @@ pub(crate) fn fill<B>(
     out.put_all(record.command.arm.desired_tension.iter().copied());
     out.put_all(record.command.arm.estimated_tension.iter().copied());
     if layout.simulated {
-        let joints = truth.map_or(&[][..], |truth| truth.q);
-        let cables = truth.map_or(&[][..], |truth| truth.cables);
+        let joints = truth.as_ref().map_or(&[][..], |truth| truth.q);
+        let cables = truth.as_ref().map_or(&[][..], |truth| truth.cables);
         let missing =
             |present: usize, count: usize| std::iter::repeat_n(f64::NAN, count - present.min(count));
         out.put_all(joints.iter().copied().chain(missing(joints.len(), layout.joints)));

@@ -11,9 +11,9 @@ mod common;
 
 use common::{PERIOD, Setup, machine};
 use sinew::drive::DriveCommand;
-use sinew_runtime::bus::{Bus, Exchange, Feedback};
 use sinew_runtime::cycle::{Cycle, MonotonicClock};
 use sinew_runtime::ethercat::{EthercatBus, FrameStorage, Link, Master, SegmentLink};
+use sinew_session::{Exchange, Feedback, Plant};
 use std::io;
 use std::time::{Duration, Instant};
 
@@ -82,7 +82,7 @@ impl Measured<EthercatBus<'_, Timed>> {
     }
 }
 
-impl Bus for Measured<EthercatBus<'_, Timed>> {
+impl Plant for Measured<EthercatBus<'_, Timed>> {
     fn read(&mut self, feedback: &mut Feedback) -> Exchange {
         self.timed(|bus| bus.read(feedback))
     }
@@ -105,7 +105,7 @@ fn measure(name: &str) {
         let times = cycle.step(&mut clock, u64::MAX).unwrap().times;
         control.push(u128::from(times.controlled - times.read));
     }
-    let mut coding = cycle.into_bus().coding;
+    let mut coding = cycle.end().coding;
     let [coding, control] = [&mut coding, &mut control].map(|times| {
         times.sort_unstable();
         [5000, 9900].map(|part| times[times.len() * part / 10_000] as f64 / 1000.0)

@@ -62,7 +62,7 @@ fn a_cycle_over_ethercat_allocates_nothing() {
             moved = moved.max((record.command.arm.q[0] - setup.machine.start[0]).abs());
         }
         for (request, cycles) in then {
-            cycle.set_request(*request);
+            cycle.motion_mut().ask(*request);
             for _ in 0..*cycles {
                 cycle.step(&mut clock, 0).unwrap();
             }
@@ -85,7 +85,7 @@ fn a_cycle_that_a_client_commands_allocates_nothing() {
     let (server, port) = Server::start(ServerSettings { address, key: None, domain, sessions }).unwrap();
     let pose = setup.machine.start.clone();
     let motion = LinkedMotion::new(port, sessions, &setup.machine, limits, &pose, None).unwrap();
-    let mut cycle = Cycle::linked(setup.twin_bus(), setup.supervisor(), motion, common::STEP);
+    let mut cycle = Cycle::new(setup.twin_bus(), setup.supervisor(), motion, common::STEP);
     let (mut clock, stop) = (VirtualClock::default(), AtomicBool::new(false));
     let point = sinew::trajectory::online::EndPointStep::new(
         &setup.machine.robot,
@@ -116,7 +116,7 @@ fn a_cycle_that_a_client_commands_allocates_nothing() {
         while kinds != [true; 2] && cycles < 60_000 {
             let record = cycle.step(&mut clock, 0).unwrap();
             let running = record.command.mode == Mode::Run;
-            let link = cycle.link().unwrap();
+            let link = cycle.motion().link().unwrap();
             kinds[0] |= running && link.setpoint() == SetpointKind::Joint;
             kinds[1] |= running && link.setpoint() == SetpointKind::EndPoint;
             cycles += 1;

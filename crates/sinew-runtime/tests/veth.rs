@@ -98,8 +98,7 @@ fn inside() {
                 row.quantity, row.median, row.p99, row.max
             );
         }
-        let mut bus = cycle.into_bus();
-        bus.stop();
+        let mut bus = cycle.end();
         // Again in operation, and then left by an error in a cycle.
         bus.restart(&setup.machine).unwrap();
         let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), STEP);

@@ -17,13 +17,14 @@ mod path;
 mod replay;
 mod robot;
 mod run;
+mod session;
 mod simulation;
 mod study;
 mod values;
 
 pub(crate) use design::{DriveArguments, DriveSizeArguments, DriveVerb, TensionArguments};
 pub(crate) use ethercat::{
-    DeviceFileArguments, EthercatArguments, EthercatScanArguments, EthercatSimulateArguments, EthercatVerb,
+    EthercatArguments, EthercatScanArguments, EthercatSimulateArguments, EthercatVerb,
 };
 pub(crate) use fault::{Component, FaultArgument, OFFERED};
 pub(crate) use identification::{
@@ -47,6 +48,7 @@ pub(crate) use robot::{
     ArmArguments, ArmEvaluateArguments, ArmVerb, ConvertArguments, InspectArguments, TrackArguments,
 };
 pub(crate) use run::{BusArgument, RunArguments};
+pub(crate) use session::SessionArguments;
 pub(crate) use simulation::{
     BenchArguments, BenchPlanArguments, BenchRunArguments, BenchVerb, MuscleStrokes, Part,
     ReproduceArguments, TwinArguments, TwinVerb,

@@ -20,13 +20,13 @@ pub(crate) struct MotionArguments {
     #[arg(long, value_parser = PathParser,
         value_name = "NAME|tour|to:X,Y,Z|to-joints:JOINT=VALUE,..|joints:FILE.csv|FILE.csv")]
     pub(crate) path: Option<PathArgument>,
-    /// Seconds for two turns of a closed path [default: 115], of a tour [default: as fast as feasible, half or a
+    /// Seconds for two turns of a closed path [default: 40], of a tour [default: as fast as feasible, half or a
     /// quarter as fast where simulated machines do not track it, at least 12], or for a point-to-point motion
     /// [default: 5], 2 to 3600; waypoints have times of their own
     #[arg(long, value_name = "SECONDS",
         value_parser = number("2 to 3600 s", |s| (2.0..=3600.0).contains(&s)))]
     pub(crate) duration: Option<f64>,
-    /// Repeats of a closed path, 1 to 100 [default: 6]; an open path is tracked once
+    /// Repeats of a closed path, 1 to 100 [default: 1]; an open path is tracked once
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
     pub(crate) repeats: Option<u32>,
     /// Disable iterative learning from repeat to repeat

@@ -1,7 +1,6 @@
 //! Arguments of the verbs about robots.
 
-use super::motion::MotionArguments;
-use super::page::PageArguments;
+use super::session::SessionArguments;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
@@ -90,13 +89,5 @@ pub(crate) struct ConvertArguments {
 #[derive(Debug, Args)]
 pub(crate) struct TrackArguments {
     #[command(flatten)]
-    pub(crate) motion: MotionArguments,
-    /// Write an HTML report
-    #[arg(long, value_name = "FILE.html")]
-    pub(crate) report: Option<PathBuf>,
-    /// Write the run as a table (CSV), one row per 10 ms
-    #[arg(long, value_name = "FILE.csv")]
-    pub(crate) record: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) page: PageArguments,
+    pub(crate) session: SessionArguments,
 }

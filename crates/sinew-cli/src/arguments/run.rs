@@ -1,11 +1,8 @@
 //! Arguments of `sinew run`.
 
 use super::ethercat::DeviceFileArguments;
-use super::link::RunLinkArguments;
-use super::motion::MotionArguments;
-use super::page::PageArguments;
+use super::session::SessionArguments;
 use clap::{Args, ValueEnum};
-use std::path::PathBuf;
 
 /// Run a machine: its control cycle once a millisecond, on a simulated or a real bus.
 ///
@@ -19,7 +16,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub(crate) struct RunArguments {
     #[command(flatten)]
-    pub(crate) motion: MotionArguments,
+    pub(crate) session: SessionArguments,
     /// Drives and sensors
     #[arg(long, value_enum, default_value_t = BusArgument::Twin)]
     pub(crate) bus: BusArgument,
@@ -31,13 +28,6 @@ pub(crate) struct RunArguments {
     /// Do not wait for deadlines; for simulated buses
     #[arg(long, conflicts_with = "interface")]
     pub(crate) virtual_time: bool,
-    #[command(flatten)]
-    pub(crate) link: RunLinkArguments,
-    /// Record every cycle (MCAP); see `sinew log` and `sinew replay`
-    #[arg(long, value_name = "FILE.mcap")]
-    pub(crate) record: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) page: PageArguments,
 }
 
 /// Drives and sensors of a machine.

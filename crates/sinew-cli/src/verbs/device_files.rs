@@ -1,20 +1,16 @@
 //! Files that describe the devices of a simulated bus.
 
-use crate::arguments::DeviceFileArguments;
 use crate::error::Error;
 use sinew::machine::Device;
 use sinew_segment::DescriptionFile;
 use std::fs::File;
 use std::io::{self, Read as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Reads all files; each describes a device of the machine.
-pub(super) fn read(
-    arguments: &DeviceFileArguments,
-    devices: &[Device],
-) -> Result<Vec<DescriptionFile>, Error> {
+pub(super) fn read(paths: &[PathBuf], devices: &[Device]) -> Result<Vec<DescriptionFile>, Error> {
     let mut files = Vec::new();
-    for path in &arguments.files {
+    for path in paths {
         let content = content(path).map_err(|source| Error::Unreadable { file: path.clone(), source })?;
         let file = DescriptionFile::read(&path.display().to_string(), &content)?;
         let accepted = file.identities().iter().any(|of| {

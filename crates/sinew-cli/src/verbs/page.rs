@@ -4,16 +4,12 @@ use super::meshes::read_meshes;
 use super::track::setup::Setup;
 use crate::arguments::PageArguments;
 use crate::error::Error;
-use sinew::control::supervisor::{Mode, Request};
 use sinew::machine::Machine;
-use sinew::twin::arm::ArmTruth;
-use sinew_lab::experiment::TrackRow;
 use sinew_live::{Observed, RunParts, Server, ServerSettings, Tap, tap};
-use sinew_runtime::cycle::CycleRecord;
+use sinew_session::{CycleRecord, Plant};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::sync::atomic::AtomicBool;
 
 /// What moves the machine of a run.
 pub(crate) struct Shown {
@@ -30,9 +26,6 @@ pub(crate) struct Shown {
 pub(crate) struct RunPage {
     tap: Tap,
     timed: bool,
-    /// When the page asked for a stop, s of the run.
-    stopped: Option<f64>,
-    begun: Option<Instant>,
     /// Serves until it is dropped.
     _server: Server,
 }
@@ -69,7 +62,7 @@ impl RunPage {
         if arguments.open {
             open(&url);
         }
-        Ok(Some(Self { tap, timed: shown.timed, stopped: None, begun: None, _server: server }))
+        Ok(Some(Self { tap, timed: shown.timed, _server: server }))
     }
 
     /// What the page sets to ask for a safe stop.
@@ -77,13 +70,8 @@ impl RunPage {
         Arc::clone(self.tap.stop())
     }
 
-    /// When the page asked for a stop, s since the first row.
-    pub(crate) fn stopped(&self) -> Option<f64> {
-        self.stopped
-    }
-
     /// Shows a cycle of a run.
-    pub(crate) fn show<B>(&mut self, record: &CycleRecord<'_, B>, truth: Option<ArmTruth<'_>>) {
+    pub(crate) fn show<P: Plant>(&mut self, record: &CycleRecord<'_, P>) {
         let times = record.times;
         let us = |from: u64, to: u64| to.saturating_sub(from) as f64 * 1e-3;
         let cycle_us = [us(times.deadline, times.woken), us(times.woken, times.written)];
@@ -96,48 +84,9 @@ impl RunPage {
             command: &record.command.arm,
             tension_in: &record.feedback.tension,
             winch_position: &record.feedback.motor,
-            truth,
+            truth: record.truth(),
         });
     }
-
-    /// Shows a row of a simulation, no earlier than by the clock; what is asked of the supervisor next, none at the end of a stop.
-    pub(crate) fn watch(&mut self, row: &TrackRow<'_>) -> Option<Request> {
-        let begun = *self.begun.get_or_insert_with(Instant::now);
-        let due = Duration::from_secs_f64(row.time.max(0.0));
-        std::thread::sleep(due.saturating_sub(begun.elapsed()));
-        self.tap.show(&Observed {
-            time: row.time,
-            mode: row.mode,
-            fault: row.fault,
-            cycle_us: [f64::NAN; 2],
-            joint_reference: &row.reference.q,
-            command: row.command,
-            tension_in: &row.reading.tension,
-            winch_position: &row.reading.motor,
-            truth: Some(row.truth),
-        });
-        match self.is_at_rest(row.time, row.mode) {
-            true => None,
-            false if self.stopped.is_some() => Some(Request::SafeStop),
-            false => Some(Request::Run),
-        }
-    }
-
-    fn is_at_rest(&mut self, time: f64, mode: Mode) -> bool {
-        if self.stopped.is_none() && self.tap.stop().load(Ordering::Relaxed) {
-            self.stopped = Some(time);
-        }
-        // The cycle that follows is the first that knows of the stop.
-        self.stopped.is_some_and(|stopped| time > stopped)
-            && matches!(mode, Mode::Off | Mode::Ready | Mode::Fault)
-    }
-}
-
-/// Says that a run was stopped from its page, if it was.
-pub(crate) fn stopped_text(stopped: Option<f64>) -> String {
-    stopped.map_or(String::new(), |time| {
-        format!("Stopped from the page at {time:.3} s; the errors above are those until then\n")
-    })
 }
 
 /// Least and largest tension at every anchor, N: `[muscles]`.

@@ -134,8 +134,55 @@ fn where_the_disk_is_full_the_run_goes_on_and_what_was_written_is_whole() {
 #[test]
 fn the_format_of_a_record_is_not_mistaken() {
     let bench = Bench::new();
-    bench.refuses("track bench_joint --record run.mcap", &["--record", "run.mcap", ".csv", "sinew run"]);
-    bench.refuses("run bench_joint --record run.csv", &["--record", "run.csv", ".mcap", "sinew log export"]);
+    for verb in ["track", "run"] {
+        bench.refuses(
+            &format!("{verb} bench_joint --record run.txt"),
+            &["--record", "run.txt", ".mcap", ".csv"],
+        );
+        let linked = format!("{verb} bench_joint --link 127.0.0.1:0");
+        for output in ["--record run.csv", "--report run.html"] {
+            bench.refuses(
+                &format!("{linked} {output}"),
+                &[output.split(' ').next().unwrap(), "a planned motion"],
+            );
+        }
+    }
+    let real = "run bench_joint --bus ethercat --interface none0";
+    bench.refuses(&format!("{real} --record run.csv"), &["--record", "run.csv", "true state", ".mcap"]);
+    bench.refuses(&format!("{real} --report run.html"), &["--report", "run.html", "true state"]);
+}
+
+/// A motion of five seconds.
+const SHORT: &str = "bench_joint --path tour --duration 4 --repeats 1 --hold 0.5 --json";
+
+#[test]
+fn a_machine_is_tracked_and_run_with_the_same_files_and_to_the_same_bit() {
+    let bench = Bench::new();
+    let mut answers = Vec::new();
+    for (name, verb) in [("track", "track"), ("run", "run --virtual-time")] {
+        for record in ["mcap", "csv"] {
+            let outputs = format!("--record {name}.{record} --report {name}-{record}.html");
+            let mut answer = json(&bench.succeeds(&format!("{verb} {SHORT} {outputs}")).stdout);
+            assert_eq!(answer["written"].as_array().unwrap().len(), 2, "{answer}");
+            assert_eq!(answer["recording"].is_object(), record == "mcap", "{answer}");
+            answers.push(answer["tracking"].take());
+        }
+        assert_eq!(json(&bench.succeeds(&format!("replay {name}.mcap --json")).stdout)["reproduced"], true);
+    }
+    assert!(answers.iter().all(|answer| answer.is_object() && *answer == answers[0]), "{answers:?}");
+    assert_eq!(bench.read("track.csv"), bench.read("run.csv"));
+    assert_eq!(bench.read("track-csv.html"), bench.read("run-csv.html"));
+}
+
+#[test]
+fn a_client_commands_a_machine_that_is_tracked() {
+    let bench = Bench::new();
+    let outcome =
+        bench.run("track bench_joint --link 127.0.0.1:0 --until 0.2 --page --bind 127.0.0.1:0 --json");
+    assert!(outcome.stderr.contains("link: bench_joint listens on"), "{}", outcome.stderr);
+    let answer = json(&outcome.stdout);
+    assert_eq!((&answer["run"]["ended"], &answer["run"]["cycles"]), (&"as_planned".into(), &200.into()));
+    assert!(answer["link"].is_object() && answer["timing_us"].is_null(), "{answer}");
 }
 
 #[test]

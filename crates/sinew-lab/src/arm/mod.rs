@@ -23,7 +23,7 @@ pub use feasibility::{InfeasibleMotion, first_infeasibility, infeasible_motion};
 pub use heat::{DriveHeat, drive_heat};
 pub use largest_errors::{JointShare, LargestError};
 pub use outcome::{MAX_END_POINT_ERROR_M, MAX_JOINT_ERROR_SHARE, TrackOutcome, max_end_point_error};
-pub use plan::{DesiredMotion, initial_pose, plan, plan_tour};
+pub use plan::{CLOSED_PATH_S, DesiredMotion, initial_pose, plan, plan_tour};
 pub use report::{
     ErrorRange, ErrorSpread, Hold, MuscleSpread, TrackHealth, TrackIncident, TrackJoint, TrackMode,
     TrackingNumbers,
@@ -33,6 +33,6 @@ pub use stop_reason::{fault_name, stop_reason};
 pub use trace::{CycleSignals, Trace, TraceRow};
 pub use tracking::{
     CalibratedArm, INITIAL_REST_S, PreparedRun, TrackingResult, TrackingTask, calibration_programmes,
-    track_arm, track_arm_watched,
+    track_arm,
 };
 pub use verification::{Verified, VerifiedMotion, VerifiedTour, verify, verify_tour};

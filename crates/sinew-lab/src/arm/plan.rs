@@ -11,8 +11,9 @@ use sinew::trajectory::{
 const TURNS: f64 = 2.0;
 /// Knots of the joint path over a turn or over a path through waypoints.
 const KNOTS: usize = 720;
-/// Defaults of the duration of two turns of a closed path, and of a motion to a point or a pose, s.
-const CLOSED_PATH_S: f64 = 115.0;
+/// Duration of two turns of a closed path where none is given, s.
+pub const CLOSED_PATH_S: f64 = 40.0;
+/// The same of a motion to a point or a pose, s.
 const POINT_TO_POINT_S: f64 = 5.0;
 
 /// A desired motion, from rest to rest.
@@ -46,7 +47,7 @@ impl DesiredMotion {
 
 /// Plans a trajectory of the independent joints, from rest to rest.
 ///
-/// `duration` is in s; by default 115 s for a closed path, 5 s to a point or a pose. Waypoints have their own
+/// `duration` is in s; by default 40 s for a closed path, 5 s to a point or a pose. Waypoints have their own
 /// times. A part of the motion that the end point cannot reach is cut off:
 /// [`first_infeasibility`](super::first_infeasibility) reports it.
 ///

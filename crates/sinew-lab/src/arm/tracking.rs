@@ -4,15 +4,12 @@ use super::calibrate::{CalibrationProgramme, calibrate_arm};
 use super::controller::{Parts, controller};
 use super::outcome::joint_error_limits;
 use super::report::TrackingNumbers;
-use super::stop_reason::fault_name;
-use super::trace::{CycleSignals, Trace, TraceRow};
+use super::trace::{Trace, TraceRow};
 use crate::experiment::arm::{TrackRun, TrackSession};
 use crate::experiment::{TrackRow, TrackSummary, oracle_models};
 use crate::{CompensationVariant, Error};
-use sinew::body::Robot;
-use sinew::control::arm::{ArmController, ArmGains, ArmStatus, synthesize};
-use sinew::control::supervisor::{Limits, Mode, Request, Supervisor};
-use sinew::drive::DriveCommand;
+use sinew::control::arm::{ArmController, ArmGains, synthesize};
+use sinew::control::supervisor::{Limits, Supervisor};
 use sinew::machine::{Characteristics, Machine};
 use sinew::predictor::CableModel;
 use sinew::trajectory::{Reference, Trajectory};
@@ -236,99 +233,26 @@ impl<'a> PreparedRun<'a> {
 /// Runs a tracking task with the controller of a variant.
 ///
 /// # Errors
-/// As [`PreparedRun::new`], [`PreparedRun::supervisor`] and [`track_supervised`].
-///
-/// [`track_supervised`]: crate::experiment::arm::track_supervised
+/// As [`PreparedRun::new`], [`PreparedRun::supervisor`] and [`TrackSession::step`].
 pub fn track_arm(
     arm: &CalibratedArm,
     variant: CompensationVariant,
     task: &TrackingTask<'_>,
-) -> Result<TrackingResult, Error> {
-    track_arm_watched(arm, variant, task, |_| Some(Request::Run))
-}
-
-/// The same under somebody's eyes: `watch` sees every row and says what is asked of the supervisor next; none ends the run. The
-/// errors are those until something else than to run is asked for.
-///
-/// # Errors
-/// As [`track_arm`].
-pub fn track_arm_watched(
-    arm: &CalibratedArm,
-    variant: CompensationVariant,
-    task: &TrackingTask<'_>,
-    mut watch: impl FnMut(&TrackRow<'_>) -> Option<Request>,
 ) -> Result<TrackingResult, Error> {
     let prepared = PreparedRun::new(arm, variant, task)?;
     let stride = (task.trace_interval * 1e3).round().clamp(1.0, 1e9) as u64;
     let (mut trace, mut count) = (Vec::new(), 0_u64);
     let run = prepared.run();
     let mut session = TrackSession::supervised(&run, prepared.supervisor()?)?;
-    let (mut request, mut followed) = (Some(Request::Run), None);
-    while let Some(asked) = request {
-        if asked != Request::Run && followed.is_none() {
-            followed = Some(session.clone().finish());
+    let mut see = |row: &TrackRow<'_>| {
+        if count.is_multiple_of(stride) {
+            trace.push(TraceRow::of(row, &arm.machine.robot));
         }
-        let exchange = session.exchange();
-        let goes_on = session.step_with(asked, &exchange, |row| {
-            if count.is_multiple_of(stride) {
-                trace.push(trace_row(row, &arm.machine.robot));
-            }
-            count += 1;
-            request = watch(row);
-        })?;
-        if !goes_on {
-            break;
-        }
-    }
-    let summary = followed.unwrap_or_else(|| session.finish());
+        count += 1;
+    };
+    while session.step(&mut see)? {}
+    let summary = session.finish();
     let numbers =
         TrackingNumbers::new(&summary, &arm.machine, &prepared.tension_limits, &arm.joint_error_limits())?;
     Ok(TrackingResult { numbers, summary, trace })
-}
-
-fn trace_row(row: &TrackRow<'_>, robot: &Robot) -> TraceRow {
-    TraceRow {
-        time_s: row.time,
-        repeat: row.repeat,
-        wanted_m: row.reference_point,
-        end_point_m: row.end_point,
-        length_m: row.length.to_vec(),
-        length_error_m: row.length_error.to_vec(),
-        wanted_n: row.command.desired_tension.to_vec(),
-        anchor_n: row.truth.cables.iter().map(|cable| cable.tension_out).collect(),
-        drive_n: row.truth.cables.iter().map(|cable| cable.tension_in).collect(),
-        cycle: CycleSignals {
-            status: status(row, robot),
-            joint_reference: row.reference.q.clone(),
-            joint_true: row.truth.q.to_vec(),
-            joint_read: row.reading.joint.clone(),
-            joint_believed: row.command.q.to_vec(),
-            winch_read_m: row.reading.motor.clone(),
-            winch_command_m_per_s: row.command.drives.iter().map(commanded_speed).collect(),
-            load_cell_n: row.reading.tension.clone(),
-            anchor_believed_n: row.command.estimated_tension.to_vec(),
-        },
-    }
-}
-
-/// Operating state in words.
-fn status(row: &TrackRow<'_>, robot: &Robot) -> String {
-    if !row.mode.is_controlled() && !matches!(row.mode, Mode::SafeStop | Mode::Fault) {
-        return row.mode.name().replace('_', " ");
-    }
-    match row.command.status {
-        ArmStatus::Following => "following".to_owned(),
-        ArmStatus::Holding => "holding".to_owned(),
-        ArmStatus::Degraded(fault) => format!("degraded: {}", fault_name(fault, robot)),
-        ArmStatus::Stopped(fault) => format!("stopped: {}", fault_name(fault, robot)),
-    }
-}
-
-/// Commanded cable speed, m/s; NaN where none is commanded.
-fn commanded_speed(command: &DriveCommand) -> f64 {
-    match *command {
-        DriveCommand::Velocity(speed) => speed,
-        DriveCommand::Tension { feed, .. } => feed,
-        DriveCommand::Off | DriveCommand::Brake | DriveCommand::Current(_) => f64::NAN,
-    }
 }

@@ -5,19 +5,13 @@ pub use super::run::TrackRun;
 use super::track_row::TrackRow;
 use super::track_summary::TrackSummary;
 use sinew::Error;
-use sinew::control::arm::{ArmController, ArmMeasurement, PreviewedReference};
-use sinew::control::stretch::PREVIEW_HORIZON;
-use sinew::control::supervisor::{ExchangeStatus, Limits, Request, Supervisor};
-use sinew::drive::DriveCommand;
-use sinew::trajectory::{Reference, Schedule};
-use sinew::twin::arm::{ArmReading, ArmTwin, ExchangeFailure, InjectedFault};
+use sinew::control::arm::ArmController;
+use sinew::control::supervisor::{Limits, Request, Supervisor};
+use sinew::twin::arm::{ArmTwin, InjectedFault};
+use sinew_session::{Exchange, Plant, Scheduled, Session, TwinPlant, VirtualClock};
 
 /// Control cycle, s.
 pub const STEP: f64 = 1e-3;
-/// Time without commands after which the drives stop by themselves, s.
-const WATCHDOG: f64 = 0.02;
-/// Lateness of a late cycle, s.
-const LATE: f64 = 0.5e-3;
 
 /// Runs the plant under the controller, calls `see` with every row, and returns the errors of the run.
 ///
@@ -51,20 +45,8 @@ pub fn track_supervised(
 /// that have slid toward their motors.
 #[derive(Debug, Clone)]
 pub struct TrackSession<'a> {
-    schedule: Schedule<'a>,
-    arm: ArmTwin,
-    supervisor: Supervisor,
+    session: Session<TwinPlant, Scheduled<'a>>,
     evaluation: Evaluation<'a>,
-    commands: Vec<DriveCommand>,
-    /// Age of the last command, s.
-    stale_for: f64,
-    /// Time without readings, s.
-    lost_for: f64,
-    /// Readings of a cycle without an answer.
-    nothing: ArmReading,
-    current: Reference,
-    previewed: Reference,
-    cycle: u64,
 }
 
 impl<'a> TrackSession<'a> {
@@ -81,22 +63,9 @@ impl<'a> TrackSession<'a> {
     /// # Errors
     /// As [`TrackRun::schedule`] and [`TrackRun::plant`].
     pub fn supervised(run: &TrackRun<'a>, supervisor: Supervisor) -> Result<Self, Error> {
-        let schedule = run.schedule()?;
-        let current = Reference::new(run.robot.independent_joints().len());
-        let arm = run.plant()?;
-        Ok(Self {
-            commands: vec![DriveCommand::Velocity(0.0); arm.specimen().drives.len()],
-            stale_for: 0.0,
-            lost_for: 0.0,
-            nothing: arm.reading().missing(),
-            arm,
-            supervisor,
-            evaluation: Evaluation::new(run)?,
-            previewed: current.clone(),
-            current,
-            cycle: 0,
-            schedule,
-        })
+        let motion = Scheduled::new(run.schedule()?);
+        let session = Session::new(TwinPlant::new(run.plant()?, STEP), supervisor, motion, STEP);
+        Ok(Self { session, evaluation: Evaluation::new(run)? })
     }
 
     /// Replaces the failures of the plant.
@@ -104,20 +73,20 @@ impl<'a> TrackSession<'a> {
     /// # Errors
     /// As [`ArmTwin::with_faults`].
     pub fn with_faults(mut self, faults: &[InjectedFault]) -> Result<Self, Error> {
-        self.arm = self.arm.with_faults(faults)?;
+        self.session.plant_mut().set_faults(faults)?;
         Ok(self)
     }
 
     /// Time of the next control cycle, s.
     #[must_use]
     pub fn time(&self) -> f64 {
-        self.cycle as f64 * STEP
+        self.session.time().seconds()
     }
 
     /// The supervisor.
     #[must_use]
     pub fn supervisor(&self) -> &Supervisor {
-        &self.supervisor
+        self.session.supervisor()
     }
 
     /// Other limits of the supervisor.
@@ -125,82 +94,50 @@ impl<'a> TrackSession<'a> {
     /// # Errors
     /// As [`Supervisor::set_limits`].
     pub fn with_limits(mut self, limits: Limits) -> Result<Self, Error> {
-        self.supervisor.set_limits(limits)?;
+        self.session.supervisor_mut().set_limits(limits)?;
         Ok(self)
     }
 
     /// The plant.
     #[must_use]
     pub fn plant(&self) -> &ArmTwin {
-        &self.arm
+        self.session.plant().arm()
+    }
+
+    /// Asks something else than to run of the supervisor, from the next cycle on.
+    pub fn ask(&mut self, request: Request) {
+        self.session.motion_mut().ask(request);
+    }
+
+    /// How exchanges go from the next cycle on; none: by the injected failures.
+    pub fn set_exchange(&mut self, exchange: Option<Exchange>) {
+        self.session.plant_mut().set_exchange(exchange);
     }
 
     /// One control cycle on the way to the reference; `false` after the last one, and where the integration of the plant
     /// failed.
     ///
     /// # Errors
-    /// As [`Supervisor::step`] and [`Schedule::sample`].
-    pub fn step(&mut self, see: impl FnMut(&TrackRow<'_>)) -> Result<bool, Error> {
-        let exchange = self.exchange();
-        self.step_with(Request::Run, &exchange, see)
-    }
-
-    /// How the exchange of the next cycle goes, by the injected failures.
-    #[must_use]
-    pub fn exchange(&self) -> ExchangeStatus {
-        let complete = ExchangeStatus::default();
-        match self.arm.exchange_failure() {
-            None => complete,
-            Some(ExchangeFailure::Lost) => ExchangeStatus { received: false, ..complete },
-            Some(ExchangeFailure::Late) => ExchangeStatus { lateness: LATE, ..complete },
-            Some(ExchangeFailure::Stale) => {
-                ExchangeStatus { command_age: Some(self.stale_for + STEP), ..complete }
-            }
-        }
-    }
-
-    /// One control cycle with another request, or after an exchange that was not complete: where no readings came, none
-    /// are given to the supervisor, and the drives keep their commands.
-    ///
-    /// # Errors
-    /// As [`step`](Self::step).
-    pub fn step_with(
-        &mut self,
-        request: Request,
-        exchange: &ExchangeStatus,
-        mut see: impl FnMut(&TrackRow<'_>),
-    ) -> Result<bool, Error> {
-        let time = self.time();
-        self.stale_for = exchange.command_age.unwrap_or(0.0);
-        let Self { schedule, arm, supervisor, evaluation, current, previewed, nothing, .. } = self;
-        let cycles = libm::round(schedule.duration() / STEP) as u64;
-        if self.cycle >= cycles || evaluation.summary().plant_failed.is_some() {
+    /// As [`Session::step`].
+    pub fn step(&mut self, see: impl FnOnce(&TrackRow<'_>)) -> Result<bool, Error> {
+        let Self { session, evaluation } = self;
+        if session.is_finished() {
             return Ok(false);
         }
-        let moment = schedule.sample(time, PREVIEW_HORIZON, current, previewed)?;
-        let reading = if exchange.received { arm.reading() } else { &*nothing };
-        let measurement =
-            ArmMeasurement { motor: &reading.motor, tension: &reading.tension, joint: &reading.joint };
-        let reference = PreviewedReference { current, previewed, repeat_time: moment.repeat_time };
-        let command = supervisor.step(STEP, &measurement, &reference, request, exchange)?;
-        self.lost_for = if exchange.received { 0.0 } else { self.lost_for + STEP };
-        if exchange.received {
-            self.commands.copy_from_slice(command.arm.drives);
-        } else if self.lost_for > WATCHDOG {
-            self.commands.fill(DriveCommand::Velocity(0.0));
-        }
-        see(&evaluation.record(&moment, current, &command, arm)?);
-        self.cycle += 1;
-        let failed = arm.step(&self.commands, STEP).is_err();
-        if failed {
+        let cycle = session.step(&mut VirtualClock::default(), 0)?;
+        let time = cycle.moment.time;
+        see(&evaluation.record(&cycle.moment, cycle.reference, &cycle.command, cycle.plant.arm())?);
+        session.plant_mut().pass();
+        let goes_on = !session.plant().has_failed();
+        if !goes_on {
             evaluation.plant_failed(time);
         }
-        Ok(!failed)
+        Ok(goes_on)
     }
 
     /// The errors of the control cycles so far.
     #[must_use]
     pub fn finish(self) -> TrackSummary {
-        self.evaluation.finish(&self.supervisor)
+        self.evaluation.finish(self.session.supervisor())
     }
 }

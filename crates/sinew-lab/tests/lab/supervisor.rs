@@ -5,8 +5,9 @@
 use crate::common::{machines, supervised};
 use machines::{machine, motion};
 use rayon::prelude::*;
-use sinew::control::supervisor::{ExchangeStatus, FaultKind, Mode, NamedFault, Request};
+use sinew::control::supervisor::{FaultKind, Mode, NamedFault};
 use sinew::twin::arm::{Failure, InjectedFault, Worn};
+use sinew_session::{BusFault, Exchange};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -144,10 +145,10 @@ fn late_cycles(every: u64, lateness: f64) -> (Option<f64>, Vec<FaultKind>) {
         while session.time() < 8.0 && stopped.is_none() {
             cycle += 1;
             let late = cycle > 4000 && cycle.is_multiple_of(every);
-            let lateness = if late { lateness } else { 0.0 };
-            let exchange = ExchangeStatus { lateness, ..ExchangeStatus::default() };
+            let fault = late.then_some(BusFault::Late { by_ns: (lateness * 1e9) as u32 });
+            session.set_exchange(Some(Exchange { fault }));
             session
-                .step_with(Request::Run, &exchange, |row| {
+                .step(|row| {
                     if row.mode == Mode::SafeStop {
                         stopped = Some(row.time - 4.0);
                     }

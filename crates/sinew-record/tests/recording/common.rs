@@ -8,8 +8,8 @@ use sinew::predictor::CableModel;
 use sinew::trajectory::{MinimumJerk, Schedule, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin};
 use sinew_record::{Circumstances, File, Head, Recorded, Recorder, Storage};
-use sinew_runtime::bus::{SimulatedBus, TwinBus};
 use sinew_runtime::cycle::{Cycle, CycleRecord, Timing, VirtualClock, run};
+use sinew_session::TwinPlant;
 use std::io::{self, Write};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
@@ -74,9 +74,9 @@ impl Setup {
         Supervisor::new(self.controller.clone(), limits).unwrap()
     }
 
-    pub(crate) fn cycle(&self) -> Cycle<'_, TwinBus> {
-        let bus = TwinBus::new(self.plant.clone(), 1e-3);
-        Cycle::new(bus, self.supervisor(), self.schedule(), 1e-3).with_waiting_machine()
+    pub(crate) fn cycle(&self) -> Cycle<'_, TwinPlant> {
+        let bus = TwinPlant::new(self.plant.clone(), 1e-3);
+        Cycle::new(bus, self.supervisor(), self.schedule(), 1e-3)
     }
 
     pub(crate) fn head(&self) -> Head {
@@ -103,8 +103,8 @@ impl Setup {
     ) -> (Result<Recorded, sinew_record::Error>, Vec<Seen>) {
         let (mut recorder, mut seen) = (self.recorder(storage), Vec::new());
         let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect();
-        let see = |record: &CycleRecord<'_, TwinBus>| {
-            recorder.record_all(record, Some(&record.bus.arm().truth()));
+        let see = |record: &CycleRecord<'_, TwinPlant>| {
+            recorder.record_all(record);
             let feedback = record.feedback;
             let [position, tension, joint] =
                 [&feedback.motor, &feedback.tension, &feedback.joint].map(|x| bits(x));

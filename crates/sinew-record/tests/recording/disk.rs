@@ -2,7 +2,6 @@
 
 use crate::common::{Memory, Setup};
 use sinew_record::{Recorder, Recording};
-use sinew_runtime::bus::SimulatedBus;
 use sinew_runtime::cycle::VirtualClock;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -30,7 +29,7 @@ fn a_full_disk_leaves_whole_cycles_and_one_message() {
         let mut cycles = 0;
         while !cycle.is_finished() {
             let record = cycle.step(&mut clock, 0).unwrap();
-            recorder.record_all(&record, Some(&record.bus.arm().truth()));
+            recorder.record_all(&record);
             cycles += 1;
         }
         assert_eq!(cycles, 2500, "the cycle goes on");

@@ -1,5 +1,5 @@
-use super::one::CycleTimes;
 use hdrhistogram::Histogram;
+use sinew_session::CycleTimes;
 
 /// How well the deadlines of a cycle are kept: histograms that record without allocation or lock.
 #[derive(Debug, Clone)]

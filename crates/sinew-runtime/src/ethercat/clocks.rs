@@ -7,9 +7,9 @@
 
 use super::bring_up::{FIRST_STATION, PreOpPdiGroup, protocol};
 use super::error::EthercatError;
-use crate::bus::ClockReport;
 use ethercrab::error::Error;
 use ethercrab::{Command, MainDevice, RegisterAddress};
+use sinew_session::ClockReport;
 
 /// Cyclic operation and SYNC0, register 0x0981.
 const CYCLIC_SYNC0: u8 = 0x03;

@@ -1,4 +1,5 @@
-use crate::bus::BusFault;
+use super::simulated_machine::SimulatedMachine;
+use sinew_session::BusFault;
 use std::io;
 
 /// What carries Ethernet frames to the devices and back.
@@ -29,6 +30,11 @@ pub trait Link {
 
     /// Of a simulated machine: what is wrong by injection in the cycle that has begun; of a lost exchange no frame comes back.
     fn injected(&self) -> Option<BusFault> {
+        None
+    }
+
+    /// The simulated machine behind the devices; none behind real ones.
+    fn simulated(&self) -> Option<&SimulatedMachine> {
         None
     }
 }

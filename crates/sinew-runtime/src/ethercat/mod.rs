@@ -5,7 +5,7 @@
 //! ```
 //!
 //! The states of the bus are types: only an [`EthercatBus`], whose devices matched the machine and are operational, is a
-//! [`Bus`](crate::bus::Bus), so that no torque can be written before.
+//! [`Plant`](sinew_session::Plant), so that no torque can be written before.
 //!
 //! Frames are pumped in the calling thread, so that a cycle starts no other thread and allocates nothing.
 

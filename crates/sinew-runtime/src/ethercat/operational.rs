@@ -10,12 +10,14 @@ use super::master::{Master, matching};
 use super::process_data::ProcessData;
 use super::pump::Pump;
 use super::recovery;
+use super::simulated_machine::SimulatedMachine;
 use super::slots::{Slot, SlotRole, slots};
-use crate::bus::{Bus, BusFault, ClockReport, Exchange, Feedback};
 use ethercrab::error::Error;
 use ethercrab::{MainDevice, SubDeviceState};
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
+use sinew::twin::arm::ArmTwin;
+use sinew_session::{BusFault, ClockReport, Exchange, Feedback, Plant};
 
 /// Devices in OP that matched the machine, their drives enabled. It owns the drives: dropped it [stops](Self::stop) them, whatever has
 /// happened.
@@ -155,12 +157,6 @@ impl<'a, L: Link> EthercatBus<'a, L> {
     /// The link.
     pub fn link_mut(&mut self) -> &mut L {
         self.pump.link_mut()
-    }
-
-    /// How the cycle and the clocks of the devices agree; none where no device has a clock.
-    #[must_use]
-    pub fn clocks(&self) -> Option<ClockReport> {
-        self.clocks.as_ref().map(Clocks::report)
     }
 
     /// Brings all drives to rest on a ramp, then takes their power, so that their brakes close; the devices stay in OP.
@@ -342,7 +338,7 @@ fn concerns_drive(fault: &BusFault) -> bool {
     matches!(fault, BusFault::Drive { .. } | BusFault::NotOperational { muscle: Some(_), .. })
 }
 
-impl<L: Link> Bus for EthercatBus<'_, L> {
+impl<L: Link> Plant for EthercatBus<'_, L> {
     fn read(&mut self, feedback: &mut Feedback) -> Exchange {
         let period = self.corrected_period();
         self.pump.link_mut().begin_cycle(period);
@@ -384,7 +380,23 @@ impl<L: Link> Bus for EthercatBus<'_, L> {
         self.recover(deadline);
     }
 
+    fn stop(&mut self) {
+        EthercatBus::stop(self);
+    }
+
     fn period_correction(&self) -> i64 {
         self.clocks.as_ref().map_or(0, Clocks::correction)
+    }
+
+    fn clocks(&self) -> Option<ClockReport> {
+        self.clocks.as_ref().map(Clocks::report)
+    }
+
+    fn simulated(&self) -> Option<&ArmTwin> {
+        self.link().simulated().map(SimulatedMachine::arm)
+    }
+
+    fn has_failed(&self) -> bool {
+        self.link().simulated().is_some_and(SimulatedMachine::failed)
     }
 }

@@ -3,10 +3,8 @@
 use super::link::Link;
 use super::pump::MAX_FRAME;
 use super::simulated_machine::SimulatedMachine;
-use crate::bus::{BusFault, ClockReport, SimulatedBus};
-use crate::ethercat::EthercatBus;
-use sinew::twin::arm::ArmTwin;
 use sinew_segment::{Passed, Segment};
+use sinew_session::BusFault;
 use std::io;
 
 /// Frames that go through a simulated segment, whose drives and sensors are those of a simulated machine.
@@ -121,18 +119,8 @@ impl Link for SegmentLink {
     fn injected(&self) -> Option<BusFault> {
         self.injected
     }
-}
 
-impl SimulatedBus for EthercatBus<'_, SegmentLink> {
-    fn arm(&self) -> &ArmTwin {
-        self.link().machine().arm()
-    }
-
-    fn plant_failed(&self) -> bool {
-        self.link().machine().failed()
-    }
-
-    fn clocks(&self) -> Option<ClockReport> {
-        EthercatBus::clocks(self)
+    fn simulated(&self) -> Option<&SimulatedMachine> {
+        Some(&self.machine)
     }
 }

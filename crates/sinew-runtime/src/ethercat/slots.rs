@@ -4,9 +4,9 @@ use super::bring_up::Mappings;
 use super::drive::DriveSlot;
 use super::error::EthercatError;
 use super::image::Field;
-use crate::bus::{BusFault, Feedback};
 use ethercrab::SubDeviceState;
 use sinew::machine::{DeviceRole, Machine, SensorChannel, Signal};
+use sinew_session::{BusFault, Feedback};
 
 /// A device of the machine and what it does in a cycle.
 pub(super) struct Slot {

@@ -3,17 +3,17 @@ use super::observed;
 use super::source::Source;
 use super::tape::{CycleInput, Taken, Tape};
 use crate::Error;
-use crate::bus::Feedback;
 use sinew::control::stretch::PREVIEW_HORIZON;
-use sinew::control::supervisor::{Mode, Request, Supervisor, SupervisorCommand};
+use sinew::control::supervisor::{Mode, Supervisor, SupervisorCommand};
 use sinew::machine::{Machine, Task};
+use sinew::trajectory::Moment;
 use sinew::trajectory::online::{
     EndPointStep, JointLimits, Limited, MuscleLengthStep, Setpoint, SetpointFollower,
 };
-use sinew::trajectory::{Moment, Reference};
 use sinew_link::host::{Input, Port, SessionSettings};
 use sinew_link::wire::{MAX_VALUES, flags};
 use sinew_link::{Command, Counters, Playout, Pushed, SetpointKind, Snapshot};
+use sinew_session::{CycleTime, Feedback, References, Wanted};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -147,12 +147,6 @@ impl LinkedMotion {
         })
     }
 
-    /// What is asked of the supervisor in this cycle.
-    #[must_use]
-    pub fn request(&self) -> Request {
-        self.goal.request()
-    }
-
     /// Kind of the set-points that are followed.
     #[must_use]
     pub fn setpoint(&self) -> SetpointKind {
@@ -160,8 +154,7 @@ impl LinkedMotion {
     }
 
     /// Time since the last command, s; none before the first.
-    #[must_use]
-    pub fn command_age(&self, now: u64) -> Option<f64> {
+    fn command_age(&self, now: u64) -> Option<f64> {
         self.commanded_at.map(|at| now.saturating_sub(at) as f64 * 1e-9)
     }
 
@@ -295,11 +288,12 @@ impl LinkedMotion {
     /// As [`SetpointFollower::step`] and [`Supervisor::set_tensions`].
     pub fn sample(
         &mut self,
-        now: u64,
+        at: CycleTime,
         supervisor: &mut Supervisor,
-        [current, previewed]: [&mut Reference; 2],
+        References { current, previewed }: &mut References,
         tape: Option<&mut Tape>,
-    ) -> Result<Moment, Error> {
+    ) -> Result<Wanted, sinew::Error> {
+        let now = at.ns();
         self.take_inputs(now, tape);
         self.goal.pass(self.mode, now);
         let values = match self.kind {
@@ -323,8 +317,8 @@ impl LinkedMotion {
         }
         self.limited = self.follower.step(setpoint, current, previewed)?;
         supervisor.set_tensions(tension.then_some(&*x))?;
-        let time = now as f64 * 1e-9;
-        Ok(Moment { time, repeat: None, repeat_time: None, rested: 0.0 })
+        let moment = Moment { time: now as f64 * 1e-9, repeat: None, repeat_time: None, rested: 0.0 };
+        Ok(Wanted { moment, request: self.goal.request(), command_age: self.command_age(now) })
     }
 
     /// After the supervisor: what the next cycle begins with, and the state for the client. Nothing is allocated.

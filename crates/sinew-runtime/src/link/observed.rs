@@ -1,8 +1,8 @@
-use crate::bus::Feedback;
 use sinew::control::supervisor::{Mode, NamedFault, SupervisorCommand};
 use sinew::drive::DriveCommand;
 use sinew_link::Snapshot;
 use sinew_link::wire::flags;
+use sinew_session::Feedback;
 
 /// Writes what a cycle has read and commanded into a state; a number that is missing stays as it was and is flagged.
 pub(super) fn write(

@@ -5,9 +5,9 @@ use sinew::control::arm::{ArmStatus, Fault};
 use sinew::control::supervisor::{FaultKind, Mode, NamedFault};
 use sinew::drive::DriveCommand;
 use sinew::twin::arm::{ExchangeFailure, Failure, InjectedFault};
-use sinew_runtime::bus::{Bus, BusFault, BusStatistics, Feedback, SimulatedBus};
 use sinew_runtime::ethercat::{EthercatBus, EthercatError, FrameStorage, Link, Master, SegmentLink};
 use sinew_segment::{AlStatusCode, Device, DeviceSettings, FaultKind as DeviceFault, builtin};
+use sinew_session::{BusFault, BusStatistics, Feedback, Plant};
 
 /// Position of a load cell, of a drive and of the joint encoders of the planar leg.
 const DRIVE: usize = 2;
@@ -49,11 +49,13 @@ fn run(device: usize, kind: DeviceFault, duration: Option<u64>) -> Outcome {
             ArmStatus::Following | ArmStatus::Holding => {}
         }
         if outcome.stopped.is_none() {
-            for (reference, truth) in record.reference.q.iter().zip(record.bus.arm().truth().q) {
+            for (reference, truth) in
+                record.reference.q.iter().zip(record.plant.simulated().unwrap().truth().q)
+            {
                 outcome.error = outcome.error.max((reference - truth).abs());
             }
         }
-        for device in record.bus.link().segment().devices() {
+        for device in record.plant.link().segment().devices() {
             let powered = device.drive().is_some_and(|drive| drive.brake_released());
             let operational = device.state() == sinew_segment::AlState::Op;
             // A drive that left OP brakes with its own power.
@@ -69,7 +71,7 @@ fn run(device: usize, kind: DeviceFault, duration: Option<u64>) -> Outcome {
 }
 
 /// Stop, modes and the first report of a run with an injected failure of the exchange.
-fn exchange<B: Bus>(setup: &Setup, bus: B) -> (Option<Fault>, Vec<Mode>, Option<FaultKind>) {
+fn exchange<B: Plant>(setup: &Setup, bus: B) -> (Option<Fault>, Vec<Mode>, Option<FaultKind>) {
     let (mut stopped, mut modes, mut reported) = (None, Vec::new(), None);
     setup.run(bus, |record| {
         let command = &record.command;
@@ -218,7 +220,7 @@ fn a_device_without_power_stops_the_machine_and_a_new_start_finds_it_again() {
             stopped |= matches!(record.command.arm.status, ArmStatus::Stopped(_));
         });
         assert!(stopped && cycle.statistics().first.is_some(), "{device}: {:?}", cycle.statistics());
-        let mut bus = cycle.into_bus();
+        let mut bus = cycle.end();
         bus.restart(&setup.machine).unwrap();
         assert_in_operation(bus, &setup);
     }
@@ -253,7 +255,7 @@ fn another_device_in_the_place_of_one_is_named_and_gets_no_set_point() {
         }
     });
     assert_eq!(stopped, Some(Fault::Drive(1)));
-    let text = cycle.into_bus().restart(&setup.machine).unwrap_err().to_string();
+    let text = cycle.end().restart(&setup.machine).unwrap_err().to_string();
     assert!(
         text.contains("position 2") && text.contains("drive of hip_extensor") && text.contains("SIM-LC1"),
         "{text}"

@@ -4,10 +4,10 @@ use crate::common::{PERIOD, STEP, Setup, machine, with_mode};
 use sinew::control::supervisor::Mode;
 use sinew::machine::{DeviceRole, DriveDevice, DriveMode, Machine};
 use sinew_runtime::Error;
-use sinew_runtime::bus::BusFault;
 use sinew_runtime::cycle::{Cycle, CycleRecord, Timing, VirtualClock, run};
 use sinew_runtime::ethercat::{EthercatBus, FrameStorage, Link, Master, SegmentLink};
 use sinew_segment::AxisCommand;
+use sinew_session::BusFault;
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::rc::Rc;
@@ -92,7 +92,7 @@ fn ended(setup: &Setup, watched: &Watched, end: End) -> usize {
     }
     let (at_once, stop) = (AtomicBool::new(false), Arc::new(AtomicBool::new(false)));
     let cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), STEP);
-    let mut cycle = cycle.with_waiting_machine().with_stop(Arc::clone(&stop));
+    let mut cycle = cycle.with_stop(Arc::clone(&stop));
     let (mut timing, mut cycles, mut last) = (Timing::new(), 0, Mode::Off);
     let see = |record: &CycleRecord<'_, EthercatBus<'_, Watched>>| {
         (cycles, last) = (cycles + 1, record.command.mode);

@@ -2,15 +2,15 @@
 
 use crate::common::{Setup, machine};
 use sinew::machine::{DeviceRole, Machine};
-use sinew_runtime::bus::ClockReport;
 use sinew_runtime::ethercat::FrameStorage;
+use sinew_session::{ClockReport, Plant};
 
 fn report(machine: Machine) -> ClockReport {
     let setup = Setup::new(machine, 3, &[]);
     let storage = FrameStorage::new();
     let cycle = setup.run(setup.segment_bus(&storage), |_| {});
     assert_eq!(cycle.statistics().first, None);
-    cycle.bus().clocks().unwrap()
+    cycle.plant().clocks().unwrap()
 }
 
 #[test]

@@ -7,9 +7,9 @@ use sinew::machine::{DeviceRole, DriveMode, Machine};
 use sinew::predictor::CableModel;
 use sinew::trajectory::{MinimumJerk, Schedule, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, InjectedFault};
-use sinew_runtime::bus::{Bus, TwinBus};
 use sinew_runtime::cycle::{Cycle, CycleRecord, Timing, VirtualClock, run};
 use sinew_runtime::ethercat::{EthercatBus, FrameStorage, Master, SegmentLink, SimulatedMachine};
+use sinew_session::{Plant, TwinPlant};
 use std::sync::atomic::AtomicBool;
 
 pub(crate) const PERIOD: u64 = 1_000_000;
@@ -83,8 +83,8 @@ impl Setup {
         Schedule::new(&self.trajectory, 1, 0.3, 0.7).unwrap()
     }
 
-    pub(crate) fn twin_bus(&self) -> TwinBus {
-        TwinBus::new(self.plant.clone(), STEP)
+    pub(crate) fn twin_bus(&self) -> TwinPlant {
+        TwinPlant::new(self.plant.clone(), STEP)
     }
 
     pub(crate) fn link(&self) -> SegmentLink {
@@ -100,7 +100,7 @@ impl Setup {
     }
 
     /// Runs the motion and gives every cycle to `see`; returns the bus.
-    pub(crate) fn run<B: Bus>(&self, bus: B, mut see: impl FnMut(&CycleRecord<'_, B>)) -> Cycle<'_, B> {
+    pub(crate) fn run<B: Plant>(&self, bus: B, mut see: impl FnMut(&CycleRecord<'_, B>)) -> Cycle<'_, B> {
         let mut cycle = Cycle::new(bus, self.supervisor(), self.schedule(), STEP);
         let (stop, mut timing) = (AtomicBool::new(false), Timing::new());
         let see = |record: &CycleRecord<'_, B>| {

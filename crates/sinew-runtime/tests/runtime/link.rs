@@ -6,9 +6,9 @@ use sinew::trajectory::online::{EndPointStep, JointLimits, MuscleLengthStep};
 use sinew_link::client::Client;
 use sinew_link::host::{Server, ServerSettings, SessionSettings};
 use sinew_link::{Command, Mode, Request, SetpointKind, Setpoints, Snapshot};
-use sinew_runtime::bus::TwinBus;
 use sinew_runtime::cycle::{Cycle, Timing, VirtualClock, run};
 use sinew_runtime::link::{LinkedMotion, domain};
+use sinew_session::TwinPlant;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -65,8 +65,7 @@ fn drive<T: Send>(setup: &Setup, client: impl FnOnce(Driver) -> T + Send) -> T {
     let (server, port) = Server::start(ServerSettings { address, key: None, domain, sessions }).unwrap();
     let start = &setup.machine.start;
     let motion = LinkedMotion::new(port, sessions, &setup.machine, limits, start, None).unwrap();
-    let mut cycle: Cycle<'_, TwinBus> =
-        Cycle::linked(setup.twin_bus(), setup.supervisor(), motion, STEP).with_waiting_machine();
+    let mut cycle: Cycle<'_, TwinPlant> = Cycle::new(setup.twin_bus(), setup.supervisor(), motion, STEP);
     let (stop, mut timing) = (AtomicBool::new(false), Timing::new());
     let address = server.address();
     std::thread::scope(|scope| {

@@ -8,9 +8,9 @@ use sinew::twin::arm::{ExchangeFailure, Failure, InjectedFault};
 use sinew_link::Command;
 use sinew_link::client::Client;
 use sinew_link::host::{Input, Server, ServerSettings, SessionSettings};
-use sinew_runtime::bus::TwinBus;
 use sinew_runtime::cycle::{Cycle, MonotonicClock, Timing, VirtualClock, run};
 use sinew_runtime::link::{CycleInput, LinkedMotion, Taken, domain};
+use sinew_session::TwinPlant;
 use std::path::{Path, PathBuf};
 use std::process::Command as Process;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -40,7 +40,7 @@ fn settings(lock_step: bool) -> SessionSettings {
 
 /// A machine whose sessions and commands are given cycle by cycle.
 struct Given<'a> {
-    cycle: Cycle<'a, TwinBus>,
+    cycle: Cycle<'a, TwinPlant>,
     cycles: u64,
     mode: Mode,
 }
@@ -50,12 +50,12 @@ impl<'a> Given<'a> {
         let limits = JointLimits::of_motion(&setup.trajectory, setup.machine.ranges().unwrap()).unwrap();
         let start = &setup.machine.start;
         let motion = LinkedMotion::replayed(settings(false), &setup.machine, limits, start).unwrap();
-        let cycle = Cycle::linked(setup.twin_bus(), setup.supervisor(), motion, STEP).with_waiting_machine();
+        let cycle = Cycle::new(setup.twin_bus(), setup.supervisor(), motion, STEP);
         Self { cycle, cycles: 0, mode: Mode::Off }
     }
 
     fn give(&mut self, input: Input) {
-        self.cycle.supply(CycleInput { at_ns: self.cycles * PERIOD, what: Taken::Link(input) });
+        self.cycle.motion_mut().supply(CycleInput { at_ns: self.cycles * PERIOD, what: Taken::Link(input) });
     }
 
     fn ask(&mut self, request: Request) {
@@ -222,7 +222,7 @@ fn linked<T: Send>(lock_step: bool, client: impl FnOnce(std::net::SocketAddr) ->
     let (server, port) = Server::start(ServerSettings { address, key: None, domain, sessions }).unwrap();
     let start = &setup.machine.start;
     let motion = LinkedMotion::new(port, sessions, &setup.machine, limits, start, None).unwrap();
-    let mut cycle = Cycle::linked(setup.twin_bus(), setup.supervisor(), motion, STEP).with_waiting_machine();
+    let mut cycle = Cycle::new(setup.twin_bus(), setup.supervisor(), motion, STEP);
     let (end, mut timing, mut modes) = (AtomicBool::new(false), Timing::new(), Vec::new());
     let address = server.address();
     let client = std::thread::scope(|scope| {
@@ -230,7 +230,7 @@ fn linked<T: Send>(lock_step: bool, client: impl FnOnce(std::net::SocketAddr) ->
             let _end = Ending(&end);
             client(address)
         });
-        let see = |record: &sinew_runtime::cycle::CycleRecord<'_, TwinBus>| {
+        let see = |record: &sinew_runtime::cycle::CycleRecord<'_, TwinPlant>| {
             if modes.last() != Some(&record.command.mode) {
                 modes.push(record.command.mode);
             }

@@ -3,12 +3,12 @@
 use crate::common::{Errors, PERIOD, Setup, machine, with_mode};
 use sinew::control::arm::ArmStatus;
 use sinew::machine::{Device, DriveMode, Signal};
-use sinew_runtime::bus::{Bus, SimulatedBus};
 use sinew_runtime::ethercat::{FrameStorage, Master, SegmentLink, SimulatedMachine};
 use sinew_segment::builtin;
+use sinew_session::Plant;
 
 /// Errors of the joints and a digest of all commands.
-fn tracked<B: Bus + SimulatedBus>(setup: &Setup, bus: B) -> (Errors, u64) {
+fn tracked<B: Plant>(setup: &Setup, bus: B) -> (Errors, u64) {
     let (mut errors, mut digest) = (Errors::default(), 0xcbf2_9ce4_8422_2325_u64);
     let cycle = setup.run(bus, |record| {
         assert!(
@@ -16,7 +16,7 @@ fn tracked<B: Bus + SimulatedBus>(setup: &Setup, bus: B) -> (Errors, u64) {
             "{:?}",
             record.moment
         );
-        errors.record(&record.reference.q, record.bus.arm().truth().q);
+        errors.record(&record.reference.q, record.plant.simulated().unwrap().truth().q);
         for estimate in record.command.arm.q.iter().chain(record.command.arm.estimated_tension) {
             digest = (digest ^ estimate.to_bits()).wrapping_mul(0x0000_0100_0000_01b3);
         }

@@ -20,7 +20,7 @@ const PERIOD: u64 = 1_000_000;
 
 pub(super) fn run(arguments: &EthercatSimulateArguments, general: &General) -> Result<Answer, Error> {
     let machine = load_machine(&arguments.machine, None)?.machine;
-    let descriptions = device_files::read(&arguments.devices, &machine.devices)?;
+    let descriptions = device_files::read(&arguments.devices.files, &machine.devices)?;
     let socket = RawSocket::open(&arguments.interface)?;
     let design = ArmSpecimen::nominal(&machine)?;
     let (gains, _) = synthesize(&machine, &oracle_models(&design), std::slice::from_ref(&machine.start))?;

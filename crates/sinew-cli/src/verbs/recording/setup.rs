@@ -21,6 +21,9 @@ use std::path::{Path, PathBuf};
 /// Name of the attachment.
 pub(crate) const SETUP: &str = "setup.json";
 
+/// Duration of a closed path in recordings of programs until 2026-11-26 that do not say it, s.
+const CLOSED_PATH_ONCE_S: f64 = 115.0;
+
 /// Everything that a run's commands follow from beside its readings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct RunSetup {
@@ -187,7 +190,8 @@ impl RunSetup {
             let path = PathArgument::without_file(&self.path);
             let path =
                 path.ok_or_else(|| attachment(file, SETUP, format!("unknown path `{}`", self.path)))?;
-            return motion::trajectory(machine, &path, self.duration_s);
+            let unwritten = matches!(path, PathArgument::Named(_)).then_some(CLOSED_PATH_ONCE_S);
+            return motion::trajectory(machine, &path, self.duration_s.or(unwritten));
         };
         let bytes = recording.file(name);
         let bytes = bytes.ok_or_else(|| attachment(file, name, "expected the waypoints".to_owned()))?;

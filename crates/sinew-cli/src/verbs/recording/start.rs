@@ -1,17 +1,18 @@
 //! Starts and ends a recording beside a run.
 
 use super::setup::{Controller, LinkSetup, RunSetup};
-use crate::arguments::{BusArgument, RunArguments};
+use crate::arguments::PathArgument;
 use crate::error::Error;
 use crate::output::{Written, one_line};
+use crate::verbs::run::{Door, Pace};
 use crate::verbs::track::setup::Setup;
 use serde_json::{Value, json};
 use sinew::control::arm::ArmGains;
 use sinew::predictor::CableModel;
-use sinew::twin::arm::ArmTruth;
+use sinew_lab::arm::CLOSED_PATH_S;
 use sinew_record::{Circumstances, Head, Recorded, Recorder};
-use sinew_runtime::cycle::CycleRecord;
 use sinew_runtime::link::Tape;
+use sinew_session::{CycleRecord, Plant};
 use std::fs::OpenOptions;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -21,7 +22,7 @@ const PERIOD_NS: u64 = 1_000_000;
 
 /// What is to be recorded, and how.
 pub(crate) struct Request<'a> {
-    pub(crate) arguments: &'a RunArguments,
+    pub(crate) door: &'a Door<'a>,
     pub(crate) setup: &'a Setup,
     pub(crate) gains: &'a ArmGains,
     pub(crate) models: &'a [CableModel],
@@ -56,17 +57,17 @@ impl Recording {
     /// Creates the file and starts its thread; none where nothing is to be recorded. Before the cycle's thread has its
     /// priority, which a thread started later would inherit.
     pub(crate) fn start(request: &Request<'_>) -> Result<Option<Self>, Error> {
-        let Request { arguments, setup, .. } = request;
-        let Some(path) = &arguments.record else { return Ok(None) };
+        let Request { door, setup, .. } = request;
+        let Some(path) = door.recording() else { return Ok(None) };
         let (_, files) = RunSetup::new(setup, request.controller())?;
-        let virtual_time = arguments.virtual_time;
+        let virtual_time = door.pace == Pace::Virtual;
         let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
         let head = Head::new(
             &setup.machine,
             Circumstances {
                 program: env!("CARGO_PKG_VERSION").to_owned(),
                 commit: env!("SINEW_COMMIT").to_owned(),
-                simulated: arguments.bus != BusArgument::Ethercat,
+                simulated: door.is_simulated(),
                 virtual_time,
                 start_ns: if virtual_time { 0 } else { since_1970.as_nanos() as u64 },
                 period_ns: PERIOD_NS,
@@ -96,13 +97,13 @@ impl Recording {
     }
 
     /// Records a cycle.
-    pub(crate) fn record<B>(&mut self, record: &CycleRecord<'_, B>, truth: Option<&ArmTruth<'_>>) {
+    pub(crate) fn record<P: Plant>(&mut self, record: &CycleRecord<'_, P>) {
         self.started = true;
         let Some(recorder) = &mut self.recorder else { return };
         if self.virtual_time {
-            recorder.record_all(record, truth);
+            recorder.record_all(record);
         } else {
-            recorder.record(record, truth);
+            recorder.record(record);
         }
     }
 
@@ -150,14 +151,15 @@ impl Drop for Recording {
 
 impl<'a> Request<'a> {
     fn controller(&self) -> Controller<'a> {
-        let motion = &self.arguments.motion;
+        let motion = &self.door.arguments.motion;
+        let closed = matches!(self.setup.path, PathArgument::Named(_));
         Controller {
             gains: self.gains,
             models: self.models,
             calibrated: self.calibrated,
-            bus: self.arguments.bus.name(),
+            bus: self.door.bus.name(),
             faults: motion.fault.iter().map(|fault| fault.text.clone()).collect(),
-            duration_s: motion.duration,
+            duration_s: motion.duration.or(closed.then_some(CLOSED_PATH_S)),
             link: self.link,
         }
     }

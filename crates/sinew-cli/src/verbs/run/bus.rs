@@ -1,7 +1,7 @@
 //! Exchanges of a run: JSON, and a line for people where something was wrong.
 
 use sinew::machine::Machine;
-use sinew_runtime::bus::{BusFault, BusStatistics, ClockReport};
+use sinew_session::{BusFault, BusStatistics, ClockReport};
 
 pub(super) fn json(statistics: &BusStatistics, clocks: Option<ClockReport>) -> serde_json::Value {
     let clocks = clocks.map(|clocks| {

@@ -1,154 +1,241 @@
-//! `sinew run`.
+//! `sinew track` and `sinew run`: one session with a machine, whatever moves it and whatever it follows.
 
 mod bus;
-mod linked;
-mod measured;
-mod seen;
-mod shortcomings;
-mod simulated;
+mod door;
+mod ended;
+mod link;
 mod stopping;
 mod timing;
+mod watch;
 
 use super::device_files;
 use super::page::{RunPage, Shown};
-use super::track::{setup::Setup, summary_text};
-use crate::answer::{Answer, Content, Outcome};
-use crate::arguments::{BusArgument, General, MotionArguments, PathArgument, RunArguments};
+use super::recording::{LinkSetup, Recording, Request};
+use super::track::setup::Setup;
+use crate::answer::Answer;
+use crate::arguments::{BusArgument, General, RunArguments, TrackArguments};
 use crate::error::Error;
-use crate::output::refuse_overwrite;
 use crate::progress::Progress;
-pub(crate) use linked::Follower;
-use measured::Measured;
-use shortcomings::warn;
-use simulated::{Executed, execute};
-use sinew_lab::CompensationVariant;
-use sinew_lab::arm::TrackOutcome;
-use std::collections::BTreeMap;
-use stopping::Stopped;
+pub(crate) use door::{Door, Pace};
+use ended::Ended;
+pub(crate) use link::Follower;
+use sinew::control::arm::ArmGains;
+use sinew::control::supervisor::{Limits, Supervisor};
+use sinew::predictor::CableModel;
+use sinew::trajectory::Schedule;
+use sinew_lab::arm::{INITIAL_REST_S, IdentifiedMachine, PreparedRun, TrackingNumbers};
+use sinew_lab::experiment::Evaluation;
+use sinew_lab::experiment::arm::STEP;
+use sinew_runtime::cycle::{Cycle, MonotonicClock, RealTime, Timing, run as step_through};
+use sinew_runtime::ethercat::{
+    EthercatError, FrameStorage, Master, RawSocketLink, SegmentLink, SimulatedMachine,
+};
+use sinew_runtime::link::{LinkedMotion, RunMotion};
+use sinew_segment::DescriptionFile;
+use sinew_session::{CycleRecord, Plant, TwinPlant, VirtualClock};
+use stopping::Stopping;
+use watch::{Judged, Seen, Watch};
+
+/// Control cycle, ns.
+const PERIOD: u64 = 1_000_000;
 
 pub(crate) fn run(arguments: &RunArguments, general: &General) -> Result<Answer, Error> {
-    let interface = arguments.interface.as_deref().filter(|_| arguments.bus == BusArgument::Ethercat);
-    if interface.is_some() {
-        refuse_simulated(&arguments.motion)?;
-    }
-    if let Some(file) = arguments.devices.files.first().filter(|_| arguments.bus != BusArgument::Segment) {
-        let value = file.display().to_string();
-        return Err(Error::Argument { flag: "--device", value, expected: "it with --bus segment" });
-    }
-    check_outputs(arguments, general.no_clobber)?;
-    if let Some(address) = arguments.link.link {
-        return linked::execute(arguments, address, general);
-    }
+    start(&Door::run(arguments), general)
+}
+
+pub(crate) fn track(arguments: &TrackArguments, general: &General) -> Result<Answer, Error> {
+    start(&Door::track(arguments), general)
+}
+
+fn start(door: &Door<'_>, general: &General) -> Result<Answer, Error> {
+    door.check(general.no_clobber)?;
     let progress = Progress::new();
     progress.show("planning and verifying the motion", 0.0);
-    let setup = Setup::new(&arguments.motion);
+    let setup = door.setup();
     drop(progress);
     let setup = setup?;
-    let (simulated, timed) = (interface.is_none(), !arguments.virtual_time);
-    let shown = Shown { bus: arguments.bus.name(), simulated, linked: false, timed };
-    let page = RunPage::start(&arguments.page, &setup, &shown)?;
-    let progress = Progress::new();
-    if let Some(interface) = interface {
-        let measured = measured::execute(&setup, (arguments, page), interface, &progress)?;
-        drop(progress);
-        return report_measured(&setup, measured, general.json);
-    }
-    let descriptions = device_files::read(&arguments.devices, &setup.machine.devices)?;
-    progress.show("calibrating the machine's cables", 0.0);
-    let arm = setup.calibrate()?;
-    let executed = execute(&setup, &arm, (arguments, &descriptions, page), &progress)?;
-    drop(progress);
-    let whole = executed.recording.as_ref().is_none_or(|recording| recording.whole);
-    let completed = executed.numbers.ended == TrackOutcome::Completed && executed.stopped.is_none();
-    let outcome = Outcome::of(completed && whole);
-    let content = content(arguments, &setup, &executed, general.json)?;
-    let written = executed.recording.into_iter().map(|recording| recording.written).collect();
-    Ok(Answer { outcome, content, written })
-}
-
-/// The recording replaces no file that is read.
-fn check_outputs(arguments: &RunArguments, no_clobber: bool) -> Result<(), Error> {
-    if let Some(file) = arguments.record.as_ref().filter(|file| file.extension().is_some_and(|e| e == "csv"))
-    {
-        let expected = "a recording that ends in .mcap; `sinew log export` writes it as a table";
-        return Err(Error::Argument { flag: "--record", value: file.display().to_string(), expected });
-    }
-    let outputs: Vec<_> = arguments.record.iter().cloned().collect();
-    let motion = &arguments.motion;
-    let waypoints = motion.path.as_ref().and_then(PathArgument::file);
-    let inputs =
-        [&motion.model].into_iter().chain(waypoints).chain(&motion.gains).chain(&arguments.devices.files);
-    refuse_overwrite(inputs, &outputs, no_clobber)
-}
-
-/// What only a simulated machine can do.
-fn refuse_simulated(motion: &MotionArguments) -> Result<(), Error> {
-    let refuse = |flag, value: String| {
-        let expected = "it with a simulated bus only";
-        Err(Error::Argument { flag, value, expected })
-    };
-    if let Some(fault) = motion.fault.first() {
-        return refuse("--fault", fault.text.clone());
-    }
-    if motion.compensation != CompensationVariant::Observer {
-        return refuse("--compensation", motion.compensation.to_string());
-    }
-    Ok(())
-}
-
-fn content(
-    arguments: &RunArguments,
-    setup: &Setup,
-    executed: &Executed,
-    json: bool,
-) -> Result<Content, Error> {
-    let tracking = BTreeMap::from([(setup.variant, executed.numbers.clone())]);
-    let timed = !arguments.virtual_time;
-    if json {
-        let mut all = serde_json::json!({
-            "simulated": true, "seed": setup.seed, "tracking": tracking,
-            "bus": bus::json(&executed.statistics, executed.clocks),
-        });
-        if timed {
-            all["timing_us"] = timing::json(&executed.timing);
-        }
-        if let Some(recording) = &executed.recording {
-            all["recording"] = recording.json.clone();
-        }
-        if let Some(stopped) = executed.stopped {
-            all[stopped.key()] = stopped.time.into();
-        }
-        return Content::json(&all);
-    }
-    let mut text = summary_text(&tracking) + &bus::text(&executed.statistics, &setup.machine);
-    text += &bus::clocks_text(executed.clocks);
-    if timed {
-        text += &timing::text(&executed.timing);
-    }
-    text += executed.recording.as_ref().map_or("", |recording| &recording.text);
-    text += &executed.stopped.map_or(String::new(), Stopped::text);
-    warn(&executed.real_time);
-    Ok(Content::Text(text))
-}
-
-fn report_measured(setup: &Setup, measured: Measured, json: bool) -> Result<Answer, Error> {
-    let (numbers, recording) = (&measured.numbers, measured.recording.as_ref());
-    let content = if json {
-        let mut all = serde_json::json!({
-            "simulated": false, "run": numbers, "bus": bus::json(&measured.statistics, measured.clocks),
-            "timing_us": timing::json(&measured.timing),
-        });
-        if let Some(recording) = recording {
-            all["recording"] = recording.json.clone();
-        }
-        Content::json(&all)?
+    let descriptions = device_files::read(door.devices, &setup.machine.devices)?;
+    door.tell_duration(&setup);
+    let timed = door.pace == Pace::RealTime;
+    let shown =
+        Shown { bus: door.bus.name(), simulated: door.is_simulated(), linked: door.is_linked(), timed };
+    let page = RunPage::start(&door.arguments.page, &setup, &shown)?;
+    let prepared = Prepared { door, setup: &setup, progress: Progress::new() };
+    let ended = if let Some(interface) = door.interface {
+        prepared.on_hardware(interface, page)?
     } else {
-        warn(&measured.real_time);
-        let text = measured::text(&measured, &setup.machine) + &timing::text(&measured.timing);
-        Content::Text(text + recording.map_or("", |recording| &recording.text))
+        prepared.simulated(&descriptions, page)?
     };
-    let whole = recording.is_none_or(|recording| recording.whole);
-    let outcome = Outcome::of(numbers.ended == "as_planned" && whole);
-    let written = measured.recording.into_iter().map(|recording| recording.written).collect();
-    Ok(Answer { outcome, content, written })
+    drop(prepared);
+    ended.answer(door, &setup, general.json)
+}
+
+/// A run before its machine.
+struct Prepared<'a> {
+    door: &'a Door<'a>,
+    setup: &'a Setup,
+    progress: Progress,
+}
+
+impl Prepared<'_> {
+    /// With the devices on an interface, and what the machine file says of their cables.
+    fn on_hardware(&self, interface: &str, page: Option<RunPage>) -> Result<Ended, Error> {
+        let Self { setup, progress, .. } = self;
+        progress.show("bringing the devices into operation", 0.0);
+        let task = setup.task();
+        let identified = IdentifiedMachine::designed(&setup.machine, &setup.trajectory, task.gains)?;
+        let mut controller = identified.plain_controller()?;
+        if task.learning && task.repeats > 1 {
+            controller = controller.with_iterative_learning(setup.trajectory.duration())?;
+        }
+        let limits = Limits::of(&setup.machine, controller.gains())?;
+        let supervisor = Supervisor::new(controller, limits)?;
+        let storage = FrameStorage::new();
+        let master = Master::new(&storage, RawSocketLink::open(interface)?)?;
+        // Before any drive moves, and before the thread has its priority.
+        let recording = self.record(&identified.gains, &identified.models, false)?;
+        // From here on drives have power: whoever ends the run stops them.
+        let watch = self.watch(recording, page, None);
+        let matched = master.match_devices(&setup.machine.devices).map_err(EthercatError::from)?;
+        self.step(matched.operate(&setup.machine, PERIOD)?, supervisor, watch).map(|(ended, ..)| ended)
+    }
+
+    /// With a specimen that is drawn and calibrated, alone or behind simulated devices.
+    fn simulated(&self, descriptions: &[DescriptionFile], page: Option<RunPage>) -> Result<Ended, Error> {
+        let Self { door, setup, progress } = self;
+        progress.show("calibrating the machine's cables", 0.0);
+        let arm = setup.calibrate()?;
+        let prepared = PreparedRun::new(&arm, setup.variant, &setup.task())?;
+        let conditions = prepared.run();
+        let (plant, supervisor) = (conditions.plant()?, prepared.supervisor()?);
+        let judged = Judged {
+            evaluation: Evaluation::new(&conditions)?,
+            robot: &arm.machine.robot,
+            stride: self.stride(),
+            trace: Vec::new(),
+            count: 0,
+            time: 0.0,
+        };
+        let recording = self.record(&prepared.gains, &arm.models, true)?;
+        let watch = self.watch(recording, page, Some(judged).filter(|_| !door.is_linked()));
+        let (mut ended, judged, supervisor) = match door.bus {
+            BusArgument::Twin => self.step(TwinPlant::new(plant, STEP), supervisor, watch)?,
+            // The latter has an interface and is not simulated.
+            BusArgument::Segment | BusArgument::Ethercat => {
+                let simulated = SimulatedMachine::new(plant, &setup.machine);
+                let segment = simulated.segment(descriptions)?;
+                let storage = FrameStorage::new();
+                let master = Master::new(&storage, SegmentLink::new(segment, simulated))?;
+                let matched = master.match_devices(&setup.machine.devices).map_err(EthercatError::from)?;
+                self.step(matched.operate(&setup.machine, PERIOD)?, supervisor, watch)?
+            }
+        };
+        if let Some(judged) = judged {
+            let summary = judged.evaluation.finish(&supervisor);
+            let limits = (conditions.tension_limits, arm.joint_error_limits());
+            let numbers = TrackingNumbers::new(&summary, &arm.machine, limits.0, &limits.1);
+            ended.tracking = Some(numbers.map_err(sinew_lab::Error::from)?);
+            ended.trace = judged.trace;
+        }
+        Ok(ended)
+    }
+
+    /// Cycles from row to row of the trace that a table or a report needs.
+    fn stride(&self) -> Option<u64> {
+        let interval = match (self.door.table(), &self.door.arguments.report) {
+            (Some(_), _) => super::track::RECORD_INTERVAL_S,
+            (None, Some(_)) => self.setup.motion_s() / super::track::REPORT_ROWS,
+            (None, None) => return None,
+        };
+        Some((interval / STEP).round().clamp(1.0, 1e9) as u64)
+    }
+
+    fn record(
+        &self,
+        gains: &ArmGains,
+        models: &[CableModel],
+        calibrated: bool,
+    ) -> Result<Option<Recording>, Error> {
+        let Self { door, setup, .. } = self;
+        let link = door.is_linked().then(|| LinkSetup::of(&link::settings(door, &setup.machine)));
+        Recording::start(&Request { door, setup, gains, models, calibrated, link })
+    }
+
+    /// From here on Ctrl-C is answered by a safe stop.
+    fn watch<'a>(
+        &'a self,
+        recording: Option<Recording>,
+        page: Option<RunPage>,
+        judged: Option<Judged<'a>>,
+    ) -> Watch<'a> {
+        let linked = self.door.is_linked();
+        Watch {
+            seen: Seen::new(self.setup.trajectory.joints(), linked),
+            judged,
+            recording,
+            page,
+            stopping: Stopping::begin(),
+            progress: (!linked).then(|| (&self.progress, self.setup.run_s())),
+            ends_at_fault: !self.door.is_simulated() && !linked,
+        }
+    }
+
+    /// The cycles, to the end of the motion, of the client's use of the machine, or of a stop.
+    fn step<'a, P: Plant>(
+        &self,
+        plant: P,
+        supervisor: Supervisor,
+        mut watch: Watch<'a>,
+    ) -> Result<(Ended, Option<Judged<'a>>, Supervisor), Error> {
+        let Self { door, setup, .. } = self;
+        let (motion, server) = match door.arguments.link.link {
+            Some(address) => {
+                self.progress.end();
+                let (server, motion) = link::start(door, setup, address, &supervisor)?;
+                (RunMotion::from(motion), Some(server))
+            }
+            None => {
+                let (repeats, rest) = (setup.repeats, setup.hold_s);
+                (Schedule::new(&setup.trajectory, repeats, INITIAL_REST_S, rest)?.into(), None)
+            }
+        };
+        let motion = motion.with_tape(watch.recording.as_mut().and_then(Recording::take_tape));
+        let cycle = Cycle::new(plant, supervisor, motion, STEP);
+        let mut cycle = watch.stopping.of(cycle, watch.page.as_ref());
+        let (end, mut timing) = (watch.stopping.at_once(), Timing::new());
+        let see = |record: &CycleRecord<'_, P>| watch.see(record);
+        let mut real_time = RealTime::default();
+        match door.pace {
+            Pace::Virtual => {
+                step_through(&mut cycle, &mut VirtualClock::default(), PERIOD, end, &mut timing, see)?;
+            }
+            Pace::Watched => step_through(&mut cycle, &mut MonotonicClock, PERIOD, end, &mut timing, see)?,
+            Pace::RealTime => {
+                real_time = RealTime::request();
+                step_through(&mut cycle, &mut MonotonicClock, PERIOD, end, &mut timing, see)?;
+            }
+        }
+        let counts = cycle.motion().link().map(LinkedMotion::counts);
+        let (statistics, clocks) = (cycle.statistics(), cycle.plant().clocks());
+        let supervisor = cycle.supervisor().clone();
+        // The machine stops here, before anything is waited for.
+        drop(cycle);
+        drop(server);
+        let Watch { seen, judged, recording, page, stopping, .. } = watch;
+        let ended = Ended {
+            stopped: stopping.stopped(page.as_ref()),
+            threshold: seen.stopped.and_then(|(_, fault)| supervisor.threshold(fault)),
+            health: supervisor.health().to_vec(),
+            seen,
+            tracking: None,
+            trace: Vec::new(),
+            timing,
+            real_time,
+            statistics,
+            clocks,
+            counts,
+            recording: recording.map(Recording::end),
+        };
+        Ok((ended, judged, supervisor))
+    }
 }

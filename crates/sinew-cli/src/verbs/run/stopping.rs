@@ -4,8 +4,8 @@
 use crate::interrupt;
 use crate::verbs::page::RunPage;
 use sinew::control::supervisor::Mode;
-use sinew_runtime::bus::Bus;
-use sinew_runtime::cycle::{Cycle, CycleRecord};
+use sinew_runtime::cycle::Cycle;
+use sinew_session::{CycleRecord, Plant};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::thread::JoinHandle;
@@ -39,7 +39,7 @@ impl Stopping {
     }
 
     /// A cycle that follows the terminal's stop, and the page's.
-    pub(super) fn of<'a, B: Bus>(&self, cycle: Cycle<'a, B>, page: Option<&RunPage>) -> Cycle<'a, B> {
+    pub(super) fn of<'a, P: Plant>(&self, cycle: Cycle<'a, P>, page: Option<&RunPage>) -> Cycle<'a, P> {
         let cycle = cycle.with_stop(Arc::clone(&self.safely));
         match page {
             Some(page) => cycle.with_stop(page.stop()),

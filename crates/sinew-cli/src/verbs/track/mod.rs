@@ -1,4 +1,4 @@
-//! `sinew track`.
+//! The motion of a run, and its results as text, table and report.
 
 pub(crate) mod fault;
 mod joints;
@@ -7,105 +7,51 @@ pub(crate) mod record;
 pub(crate) mod setup;
 mod waypoints;
 
-use crate::answer::{Answer, Content, Outcome};
-use crate::arguments::{General, PathArgument, TrackArguments};
+use crate::arguments::SessionArguments;
 use crate::error::Error;
-use crate::output::{refuse_overwrite, write_all};
-use crate::progress::Progress;
 use crate::table::{number, table};
 use crate::verbs::meshes::read_meshes;
-use crate::verbs::page::{RunPage, Shown, stopped_text};
+use crate::verbs::run::Door;
 use record::RunHead;
 use setup::Setup;
 use sinew::body::Robot;
-use sinew::control::supervisor::Request;
 use sinew_lab::CompensationVariant;
-use sinew_lab::arm::{ErrorRange, INITIAL_REST_S, TraceRow, TrackOutcome, TrackingNumbers, TrackingResult};
+use sinew_lab::arm::{ErrorRange, INITIAL_REST_S, TraceRow, TrackOutcome, TrackingNumbers};
 use sinew_report::tracking::{TrackView, page, response};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Rows of a report's trace.
-const REPORT_ROWS: f64 = 3000.0;
+pub(crate) const REPORT_ROWS: f64 = 3000.0;
 /// Interval between the rows of a record, s.
-const RECORD_INTERVAL_S: f64 = 0.01;
-
-pub(crate) fn run(arguments: &TrackArguments, general: &General) -> Result<Answer, Error> {
-    check_outputs(arguments, general.no_clobber)?;
-    let progress = Progress::new();
-    progress.show("planning and verifying the motion", 0.0);
-    let setup = Setup::new(&arguments.motion);
-    drop(progress);
-    let setup = setup?;
-    let shown = Shown { bus: "twin", simulated: true, linked: false, timed: false };
-    let mut page = RunPage::start(&arguments.page, &setup, &shown)?;
-    let progress = Progress::new();
-    progress.show("calibrating the arm's cables", 0.0);
-    let arm = setup.calibrate()?;
-    progress.show("tracking", 0.4);
-    let recorded = arguments.record.is_some();
-    let interval = if recorded { RECORD_INTERVAL_S } else { setup.motion_s() / REPORT_ROWS };
-    let result = setup.track(&arm, interval, |row| match &mut page {
-        Some(page) => page.watch(row),
-        None => Some(Request::Run),
-    })?;
-    let stopped = page.and_then(|page| page.stopped());
-    drop(progress);
-    let files = files(arguments, &setup, &result)?;
-    let bytes: Vec<_> = files.iter().map(|(path, text)| (path.clone(), text.as_bytes())).collect();
-    let written = write_all(&bytes)?;
-    let outcome = Outcome::of(result.numbers.ended == TrackOutcome::Completed && stopped.is_none());
-    let tracking = BTreeMap::from([(setup.variant, result.numbers)]);
-    let content = if general.json {
-        let mut all = serde_json::json!({"simulated": true, "seed": setup.seed, "tracking": tracking});
-        if let Some(time) = stopped {
-            all["stopped_from_page_s"] = time.into();
-        }
-        Content::json(&all)?
-    } else {
-        Content::Text(summary_text(&tracking) + &stopped_text(stopped))
-    };
-    Ok(Answer { outcome, content, written })
-}
-
-fn check_outputs(arguments: &TrackArguments, no_clobber: bool) -> Result<(), Error> {
-    if let Some(file) = arguments.record.as_ref().filter(|file| file.extension().is_some_and(|e| e == "mcap"))
-    {
-        let expected = "a table that ends in .csv; `sinew run --record` writes MCAP";
-        return Err(Error::Argument { flag: "--record", value: file.display().to_string(), expected });
-    }
-    let outputs: Vec<PathBuf> =
-        [&arguments.report, &arguments.record].into_iter().flatten().cloned().collect();
-    let waypoints = arguments.motion.path.as_ref().and_then(PathArgument::file);
-    refuse_overwrite([&arguments.motion.model].into_iter().chain(waypoints), &outputs, no_clobber)
-}
+pub(crate) const RECORD_INTERVAL_S: f64 = 0.01;
 
 /// The contents of the report and the record.
-fn files(
-    arguments: &TrackArguments,
+pub(crate) fn files(
+    door: &Door<'_>,
     setup: &Setup,
-    result: &TrackingResult,
+    (numbers, trace): (&TrackingNumbers, &[TraceRow]),
 ) -> Result<Vec<(PathBuf, String)>, Error> {
     let parts = setup.machine.robot.parts();
     let joints = setup.machine.robot.independent_joints().into_iter();
     let head = RunHead {
         title: format!("{} along {}", parts.name, setup.path),
-        conditions: conditions(arguments, setup),
+        conditions: conditions(door.arguments, setup),
         compensation: setup.variant.to_string(),
         repeats: setup.repeats,
         muscles: parts.tendons.iter().map(|tendon| tendon.name.clone()).collect(),
         joints: joints.clone().map(|joint| parts.joints[joint].name.clone()).collect(),
         joint_units: joints.map(|joint| parts.joints[joint].kind.unit().to_owned()).collect(),
-        numbers: result.numbers.clone(),
+        numbers: numbers.clone(),
     };
     let mut files = Vec::new();
-    if let Some(path) = &arguments.report {
+    if let Some(path) = &door.arguments.report {
         let mut robot = setup.machine.robot.clone();
         read_meshes(&mut robot, &setup.source.path);
-        files.push((path.clone(), report(&head, setup.variant, &result.trace, Some(&robot))?));
+        files.push((path.clone(), report(&head, setup.variant, trace, Some(&robot))?));
     }
-    if let Some(path) = &arguments.record {
-        files.push((path.clone(), record::csv(&head, &result.trace)?));
+    if let Some(path) = door.table() {
+        files.push((path.clone(), record::csv(&head, trace)?));
     }
     Ok(files)
 }
@@ -138,7 +84,7 @@ pub(crate) fn report(
 }
 
 /// The conditions of the run, for the head of its report.
-fn conditions(arguments: &TrackArguments, setup: &Setup) -> String {
+fn conditions(arguments: &SessionArguments, setup: &Setup) -> String {
     let mut text = format!("{} s", (1e3 * setup.trajectory.duration()).round() / 1e3);
     match setup.repeats {
         1 => text += ", once",

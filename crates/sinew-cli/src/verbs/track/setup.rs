@@ -6,21 +6,16 @@ use crate::error::Error;
 use crate::verbs::machine_source::{self, MachineSource};
 use crate::verbs::{read_text, verification};
 use sinew::control::arm::ArmGains;
-use sinew::control::supervisor::Request;
 use sinew::description::machine::Places;
 use sinew::machine::Machine;
 use sinew::trajectory::Trajectory;
 use sinew::twin::arm::InjectedFault;
+use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
-    CalibratedArm, INITIAL_REST_S, InfeasibleMotion, TrackingResult, TrackingTask, Verified,
-    infeasible_motion, track_arm_watched, verify, verify_tour,
+    CalibratedArm, INITIAL_REST_S, InfeasibleMotion, TrackingTask, Verified, infeasible_motion, verify,
+    verify_tour,
 };
-use sinew_lab::experiment::TrackRow;
-use sinew_lab::{CompensationVariant, Error as LabError};
 use std::path::Path;
-
-/// Default of the repeats of a closed path.
-const REPEATS: u32 = 6;
 
 /// A run that can be simulated.
 pub(crate) struct Setup {
@@ -56,7 +51,7 @@ impl Setup {
 
     /// Refuses a fault that would begin when the run is over: nothing would come of it, without a word.
     fn check_faults(&self, faults: &[FaultArgument]) -> Result<(), Error> {
-        let end_s = INITIAL_REST_S + self.motion_s() + self.hold_s;
+        let end_s = self.run_s();
         let late = faults.iter().find(|fault| fault.start_s >= end_s);
         late.map_or(Ok(()), |fault| Err(Error::LateFault { value: fault.text.clone(), end_s }))
     }
@@ -157,6 +152,11 @@ impl Setup {
         self.trajectory.duration() * f64::from(self.repeats)
     }
 
+    /// The same with the rests before and after it, s.
+    pub(crate) fn run_s(&self) -> f64 {
+        INITIAL_REST_S + self.motion_s() + self.hold_s
+    }
+
     /// The arm with its deviations from the model, every cable calibrated.
     pub(crate) fn calibrate(&self) -> Result<CalibratedArm, Error> {
         let arm = CalibratedArm::new(&self.machine, self.seed);
@@ -164,8 +164,8 @@ impl Setup {
         Ok(arm.with_normal_errors(self.normal_errors.clone()))
     }
 
-    /// The motion with its conditions, and a row of its trace every `trace_interval` s.
-    pub(crate) fn task(&self, trace_interval: f64) -> TrackingTask<'_> {
+    /// The motion with its conditions.
+    pub(crate) fn task(&self) -> TrackingTask<'_> {
         TrackingTask {
             trajectory: &self.trajectory,
             repeats: self.repeats,
@@ -173,18 +173,8 @@ impl Setup {
             final_rest: self.hold_s,
             faults: &self.faults,
             gains: self.gains.as_ref(),
-            trace_interval,
+            trace_interval: 1.0,
         }
-    }
-
-    /// Simulates the run, with a row of its trace every `trace_interval` s; `watch` as of [`track_arm_watched`].
-    pub(crate) fn track(
-        &self,
-        arm: &CalibratedArm,
-        trace_interval: f64,
-        watch: impl FnMut(&TrackRow<'_>) -> Option<Request>,
-    ) -> Result<TrackingResult, LabError> {
-        track_arm_watched(arm, self.variant, &self.task(trace_interval), watch)
     }
 }
 
@@ -201,7 +191,7 @@ pub(crate) fn read_gains(path: &Path) -> Result<ArmGains, Error> {
 /// An open path is tracked once.
 fn repeats(given: Option<u32>, closed: bool) -> Result<u32, Error> {
     match given {
-        _ if closed => Ok(given.unwrap_or(REPEATS)),
+        _ if closed => Ok(given.unwrap_or(1)),
         None | Some(1) => Ok(1),
         Some(many) => Err(Error::Argument {
             flag: "--repeats",

@@ -1,6 +1,6 @@
 //! Campaigns of single faults on supervised machines: detection, safe stop, recovery.
 
-use sinew::control::supervisor::{ExchangeStatus, FaultKind, Mode, NamedFault, Request};
+use sinew::control::supervisor::{FaultKind, Mode, NamedFault, Request};
 use sinew::machine::Machine;
 use sinew::random::Random;
 use sinew::trajectory::Trajectory;
@@ -9,6 +9,7 @@ use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{CalibratedArm, PreparedRun, TrackingTask};
 use sinew_lab::experiment::TrackRow;
 use sinew_lab::experiment::arm::{STEP, TrackSession};
+use sinew_session::{BusFault, Exchange};
 
 /// Rest after the motion: time for a safe stop and for the recovery, s.
 const AFTER: f64 = 90.0;
@@ -241,10 +242,10 @@ impl Bench {
             let mut lossy = healthy.clone();
             let mut lost = Random::new(self.seed ^ 0x105e);
             while lossy.time() < self.end() {
-                let received = lost.unit() >= 1e-3;
-                let exchange = ExchangeStatus { received, ..ExchangeStatus::default() };
+                let fault = (lost.unit() < 1e-3).then_some(BusFault::Lost);
+                lossy.set_exchange(Some(Exchange { fault }));
                 lossy
-                    .step_with(Request::Run, &exchange, |row| {
+                    .step(|row| {
                         if row.mode != Mode::Run {
                             result.reports.push(format!(
                                 "{name} {}: one in 1000 lost: {:.3} {:?}",
@@ -318,20 +319,20 @@ impl Bench {
             recovered: None,
             again: None,
         };
-        let drive = (injection == Injection::DriveReport).then_some(part);
+        if injection == Injection::DriveReport {
+            session.set_exchange(Some(Exchange { fault: Some(BusFault::Drive { muscle: part, code: 0 }) }));
+        }
         let mut mode = Mode::Run;
         let until = start + OBSERVED;
         let mut end = until;
         let mut began = false;
         while session.time() < end && mode != Mode::Fault {
-            let exchange = ExchangeStatus { drive, ..session.exchange() };
             // Loss for good ends when the drives have stopped: the readings come back.
-            let exchange = match injection {
-                Injection::LostCycles if session.time() > start + 0.5 => ExchangeStatus::default(),
-                _ => exchange,
-            };
+            if injection == Injection::LostCycles && session.time() > start + 0.5 {
+                session.set_exchange(Some(Exchange::default()));
+            }
             let going = session
-                .step_with(Request::Run, &exchange, |row| {
+                .step(|row| {
                     // A load counts from the cycle on in which it raises the tension above its limit.
                     if injection == Injection::Overload && !began && case.reported.is_none() {
                         began = row.truth.cables[part].tension_in > ratio[part];
@@ -414,12 +415,13 @@ impl Case {
     fn recover(&mut self, session: TrackSession<'_>, broken: bool) {
         let keep = if broken { self.part } else { usize::MAX };
         let mut session = session.with_faults(&[]).unwrap();
+        session.set_exchange(None);
         let start = session.time();
         let (mut held, mut again) = (0.0, None);
         while session.time() < start + RECOVERY && held < 1.0 && again.is_none() {
-            let request = if session.time() < start + 0.002 { Request::Reset } else { Request::Hold };
+            session.ask(if session.time() < start + 0.002 { Request::Reset } else { Request::Hold });
             let going = session
-                .step_with(request, &ExchangeStatus::default(), |row| {
+                .step(|row| {
                     if row.mode == Mode::Hold {
                         held += STEP;
                     }

@@ -1,26 +1,6 @@
 use sinew::control::arm::ArmMeasurement;
 use sinew::control::supervisor::ExchangeStatus;
-use sinew::drive::DriveCommand;
 use sinew::twin::arm::ExchangeFailure;
-
-/// Drives and sensors of a machine: a cycle reads once and then writes once.
-pub trait Bus {
-    /// Begins a cycle and reads the sensors. What went wrong since the last reading is in the answer, the last writing
-    /// included.
-    fn read(&mut self, feedback: &mut Feedback) -> Exchange;
-
-    /// Writes the commands, which hold until the next ones. Before the first the drives stand.
-    ///
-    /// # Shapes
-    /// `commands: [muscles]`.
-    fn write(&mut self, commands: &[DriveCommand]);
-
-    /// Time, ns, by which the next period is to be longer than its nominal length, so that the cycle keeps pace with the
-    /// clocks of the devices.
-    fn period_correction(&self) -> i64 {
-        0
-    }
-}
 
 /// Readings of all sensors; a number that is missing in this cycle is NaN.
 #[derive(Debug, Clone, PartialEq)]
@@ -132,11 +112,8 @@ pub enum BusFault {
 impl BusFault {
     /// The fault of a simulated exchange, by what was injected; `stale_for` are the cycles of a `period`, s, for which no command
     /// has come, and are counted on.
-    pub(crate) fn injected(
-        failure: Option<ExchangeFailure>,
-        stale_for: &mut u32,
-        period: f64,
-    ) -> Option<Self> {
+    #[must_use]
+    pub fn injected(failure: Option<ExchangeFailure>, stale_for: &mut u32, period: f64) -> Option<Self> {
         *stale_for = if failure == Some(ExchangeFailure::Stale) { stale_for.saturating_add(1) } else { 0 };
         Some(match failure? {
             ExchangeFailure::Lost => Self::Lost,

@@ -1,0 +1,110 @@
+use super::motion::LinkedMotion;
+use super::tape::{CycleInput, Taken, Tape};
+use sinew::Error;
+use sinew::control::supervisor::{Request, Supervisor, SupervisorCommand};
+use sinew::trajectory::Schedule;
+use sinew_session::{CycleTime, Feedback, Motion, References, Scheduled, Wanted};
+
+/// Along a schedule or commanded by a client, with a tape of what is taken from elsewhere, so that the run can be replayed.
+#[derive(Debug)]
+pub struct RunMotion<'a> {
+    way: Way<'a>,
+    tape: Option<Tape>,
+    /// Machine time at which a recorded run was asked to stop, ns.
+    stop_at: Option<u64>,
+}
+
+#[derive(Debug)]
+enum Way<'a> {
+    Schedule(Scheduled<'a>),
+    Linked(Box<LinkedMotion>),
+}
+
+impl<'a> From<Schedule<'a>> for RunMotion<'a> {
+    fn from(schedule: Schedule<'a>) -> Self {
+        Self { way: Way::Schedule(Scheduled::new(schedule)), tape: None, stop_at: None }
+    }
+}
+
+impl From<LinkedMotion> for RunMotion<'_> {
+    fn from(motion: LinkedMotion) -> Self {
+        Self { way: Way::Linked(Box::new(motion)), tape: None, stop_at: None }
+    }
+}
+
+impl RunMotion<'_> {
+    /// The same with everything that is taken from elsewhere, from a link or as a stop, on a tape, if there is one.
+    #[must_use]
+    pub fn with_tape(self, tape: Option<Tape>) -> Self {
+        Self { tape, ..self }
+    }
+
+    /// Asks something else of the supervisor, from the next cycle on, along a schedule; a client asks for itself.
+    pub fn ask(&mut self, request: Request) {
+        if let Way::Schedule(scheduled) = &mut self.way {
+            scheduled.ask(request);
+        }
+    }
+
+    /// Adds what was taken in a recorded run, in its order, before the cycle that took it.
+    pub fn supply(&mut self, input: CycleInput) {
+        match (input.what, &mut self.way) {
+            (Taken::Stop, _) => self.stop_at = self.stop_at.or(Some(input.at_ns)),
+            (Taken::Link(what), Way::Linked(motion)) => motion.supply(input.at_ns, what),
+            (Taken::Link(_), Way::Schedule(_)) => {}
+        }
+    }
+
+    /// The link, if there is one.
+    #[must_use]
+    pub fn link(&self) -> Option<&LinkedMotion> {
+        match &self.way {
+            Way::Schedule(_) => None,
+            Way::Linked(motion) => Some(motion),
+        }
+    }
+}
+
+impl Motion for RunMotion<'_> {
+    fn sample(
+        &mut self,
+        at: CycleTime,
+        supervisor: &mut Supervisor,
+        references: &mut References,
+    ) -> Result<Wanted, Error> {
+        match &mut self.way {
+            Way::Schedule(scheduled) => scheduled.sample(at, supervisor, references),
+            Way::Linked(motion) => motion.sample(at, supervisor, references, self.tape.as_mut()),
+        }
+    }
+
+    fn see(&mut self, at: CycleTime, command: &SupervisorCommand<'_>, feedback: &Feedback) {
+        if let Way::Linked(motion) = &mut self.way {
+            motion.publish(at.ns(), command, feedback);
+        }
+    }
+
+    fn is_finished(&self, at: CycleTime) -> bool {
+        match &self.way {
+            Way::Schedule(scheduled) => scheduled.is_finished(at),
+            Way::Linked(motion) => motion.is_finished(at.ns()),
+        }
+    }
+
+    fn is_due(&mut self, at: CycleTime) -> bool {
+        match &mut self.way {
+            Way::Schedule(_) => true,
+            Way::Linked(motion) => motion.wait(at.ns(), self.tape.as_mut()),
+        }
+    }
+
+    fn is_stopped(&self, at: CycleTime) -> bool {
+        self.stop_at.is_some_and(|stop| stop <= at.ns())
+    }
+
+    fn stop_begins(&mut self, at: CycleTime) {
+        if let Some(tape) = &mut self.tape {
+            tape.put(CycleInput { at_ns: at.ns(), what: Taken::Stop });
+        }
+    }
+}
