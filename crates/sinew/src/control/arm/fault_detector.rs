@@ -203,11 +203,7 @@ impl FaultDetector {
         if let Some(joint) = lost {
             let slackest = self.missing_for.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
             let broken = slackest.filter(|(_, missing_for)| **missing_for > MISSING_TIME);
-            let lost = Fault::TrackingError(joint);
-            let lost = match self.isolation.cause_of(lost) {
-                Some(sensors) => (sensors, Symptom::Deviating),
-                None => (lost, Symptom::Unknown),
-            };
+            let lost = (Fault::TrackingError(joint), Symptom::Unknown);
             let (fault, symptom) = broken.map_or(lost, |(cable, _)| self.missing_by[cable]);
             self.stop(fault, symptom);
         }
@@ -356,7 +352,9 @@ impl FaultDetector {
         let missing_for = self.missing_for[k];
         // Where a cell is bridged that had deviated, its estimate has just changed, and the force with it.
         let deviating = matches!(self.isolation.bridged(k), Some((_, Symptom::Deviating | Symptom::Noisy)));
-        if missing_for <= PERSISTENCE_TIME || missing_for > BREAK_MEMORY || deviating {
+        // A cell that was bridged before does not tell that its cable breaks.
+        let known = self.isolation.is_bridged_since(k, missing_for + JUDGEMENT_TIME);
+        if missing_for <= PERSISTENCE_TIME || missing_for > BREAK_MEMORY || deviating || known {
             return;
         }
         let [early, late] = BROKEN_SHARES;
@@ -421,9 +419,11 @@ impl FaultDetector {
         }
     }
 
-    /// Stops the arm, unless it has stopped already.
+    /// Stops the arm, unless it has stopped already. What sensors under trial have led to is named by them.
     pub(super) fn stop(&mut self, fault: Fault, symptom: Symptom) {
         if !self.is_stopped() {
+            let sensors = self.isolation.cause_of(fault).map(|sensors| (sensors, Symptom::Deviating));
+            let (fault, symptom) = sensors.unwrap_or((fault, symptom));
             (self.status, self.symptom) = (ArmStatus::Stopped(fault), symptom);
         }
     }

@@ -267,6 +267,11 @@ impl Isolation {
         Some((fault, bridge.symptom))
     }
 
+    /// Whether a load cell has been bridged for longer than some time, s.
+    pub(super) fn is_bridged_since(&self, muscle: usize, time: f64) -> bool {
+        self.muscles[muscle].bridge.is_some_and(|bridge| bridge.age > time)
+    }
+
     /// The least tension that a cable may have, N, by its load cell or, where the cell has begun to deviate, without it.
     pub(super) fn least_tension(&self, muscle: usize, measured: f64) -> f64 {
         let watched = &self.muscles[muscle];
@@ -279,9 +284,12 @@ impl Isolation {
         let on_trial = self.muscles.iter().position(|watched| watched.bridge.is_some_and(|b| b.undecided));
         let muscle = match found {
             Fault::Slack(k) => on_trial.or(self.is_drawn_down(k).then_some(k)),
-            Fault::Overload(_) | Fault::TensionRate(_) | Fault::JointRange(_) | Fault::TrackingError(_) => {
-                on_trial
-            }
+            Fault::Overload(_)
+            | Fault::TensionRate(_)
+            | Fault::JointRange(_)
+            | Fault::TrackingError(_)
+            | Fault::Drive(_)
+            | Fault::Cable(_) => on_trial,
             _ => None,
         };
         muscle.map(Fault::TensionOrMotorSensor)
