@@ -7,7 +7,7 @@ use crate::common::machines::{machine, motion};
 use crate::common::sensors::{crossings, drawn, names};
 use crate::common::supervised::Bench;
 use rayon::prelude::*;
-use sinew::control::supervisor::{ExchangeStatus, Mode, NamedFault, Request};
+use sinew::control::supervisor::{Mode, NamedFault, Request};
 use sinew::twin::arm::InjectedFault;
 
 const MACHINES: [&str; 4] = ["lm_arm", "finger", "bench_joint", "planar_leg"];
@@ -102,10 +102,9 @@ fn cases(name: &'static str, seed: u64, count: usize) -> Vec<Case> {
                 let until = if stops { middle + AFTER } else { end + AFTER };
                 while session.time() < until && case.ended != Mode::Fault {
                     let stop = stops && session.time() >= middle;
-                    let request = if stop { Request::SafeStop } else { Request::Run };
-                    let exchange = ExchangeStatus::default();
+                    session.ask(if stop { Request::SafeStop } else { Request::Run });
                     session
-                        .step_with(request, &exchange, |row| {
+                        .step(|row| {
                             case.first = case.first.or(row.fault.map(|fault| (row.time, fault)));
                             let tensions = row.truth.cables.iter().zip(&limits);
                             let over = tensions.map(|(cable, limit)| cable.tension_in / limit);

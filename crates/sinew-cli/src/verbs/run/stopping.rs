@@ -15,15 +15,20 @@ use std::time::Duration;
 pub(super) struct Stopping {
     safely: Arc<AtomicBool>,
     at_once: &'static AtomicBool,
-    /// Mode of a machine that is being stopped; [`NOT_STOPPING`] before, [`ENDED`] at last.
-    shown: Arc<AtomicU8>,
+    shown: Arc<Shown>,
     teller: Option<JoinHandle<()>>,
     /// When the stop was asked for, s of the run.
     stopped: Option<f64>,
 }
 
+/// What is said of a run.
+struct Shown {
+    /// Mode of a machine that is being stopped; [`NOT_STOPPING`] before.
+    mode: AtomicU8,
+    ended: AtomicBool,
+}
+
 const NOT_STOPPING: u8 = 0xff;
-const ENDED: u8 = 0xfe;
 /// Between two looks at the mode.
 const LOOK: Duration = Duration::from_millis(20);
 
@@ -31,7 +36,7 @@ impl Stopping {
     /// From here on Ctrl-C is answered. Before the cycle's thread has its priority, which a thread that is started later would inherit.
     pub(super) fn begin() -> Self {
         let (safely, at_once) = interrupt::answer_twice();
-        let shown = Arc::new(AtomicU8::new(NOT_STOPPING));
+        let shown = Arc::new(Shown { mode: AtomicU8::new(NOT_STOPPING), ended: AtomicBool::new(false) });
         let seen = Arc::clone(&shown);
         // Without the thread the stop is the same, and nothing is said of it.
         let teller = std::thread::Builder::new().name("stopping".into()).spawn(move || tell(&seen)).ok();
@@ -56,7 +61,7 @@ impl Stopping {
     pub(super) fn see<B>(&mut self, record: &CycleRecord<'_, B>) {
         if record.stopping {
             self.stopped.get_or_insert(record.moment.time);
-            self.shown.store(record.command.mode as u8, Ordering::Relaxed);
+            self.shown.mode.store(record.command.mode as u8, Ordering::Relaxed);
         }
     }
 
@@ -75,7 +80,7 @@ impl Stopping {
 
 impl Drop for Stopping {
     fn drop(&mut self) {
-        self.shown.store(ENDED, Ordering::Relaxed);
+        self.shown.ended.store(true, Ordering::Release);
         if let Some(teller) = self.teller.take() {
             let _ = teller.join();
         }
@@ -115,19 +120,21 @@ impl Stopped {
 }
 
 /// Says what a machine that is being stopped does, until the run has ended.
-fn tell(shown: &AtomicU8) {
+fn tell(shown: &Shown) {
     let mut last = NOT_STOPPING;
     loop {
-        let now = shown.load(Ordering::Relaxed);
-        if now != last && last == NOT_STOPPING && now != ENDED {
-            eprintln!("\nstopping; Ctrl-C again ends at once, with the brakes on");
-        }
-        if now == ENDED {
-            return;
-        }
+        // Read first, so that the last mode is said, too.
+        let ended = shown.ended.load(Ordering::Acquire);
+        let now = shown.mode.load(Ordering::Relaxed);
         if now != last {
+            if last == NOT_STOPPING {
+                eprintln!("\nstopping; Ctrl-C again ends at once, with the brakes on");
+            }
             last = now;
             eprintln!("{}", Mode::from_number(now).map_or("", words));
+        }
+        if ended {
+            return;
         }
         std::thread::sleep(LOOK);
     }
