@@ -1,5 +1,5 @@
-//! Ctrl-C in long runs, and what means the same, a request to terminate and a closed terminal: they end by themselves, so that no
-//! machine is left without commands.
+//! Ctrl-C in long runs, and what means the same, a request to terminate and a closed terminal: they end by
+//! themselves, so that no machine is left without commands.
 
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, LazyLock};
@@ -16,15 +16,15 @@ pub(crate) fn answer() -> &'static AtomicBool {
     &FIRST
 }
 
-/// From here on the first Ctrl-C sets the one flag, which asks a machine for its safe stop, and the second the other, at which the run
-/// ends at once.
+/// From here on the first Ctrl-C sets the one flag, which asks a machine for its safe stop, and the second
+/// the other, at which the run ends at once.
 pub(crate) fn answer_twice() -> (Arc<AtomicBool>, &'static AtomicBool) {
     ANSWERED.fetch_max(2, Ordering::SeqCst);
     (Arc::clone(&FIRST), &SECOND)
 }
 
-/// Called on Ctrl-C: requests the end where a run answers it. False where none does, and from the first time on that none does: the
-/// program is then ended at once.
+/// Called on Ctrl-C: requests the end where a run answers it. False where none does, and from the first time
+/// on that none does: the program is then ended at once.
 pub(crate) fn is_answered() -> bool {
     let before = COUNT.load(Ordering::SeqCst);
     if before >= ANSWERED.load(Ordering::SeqCst) {

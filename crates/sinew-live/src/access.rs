@@ -69,7 +69,8 @@ impl Access {
     }
 }
 
-/// Whether a request names one host and at most one origin: of several, another program on its way may have checked another one.
+/// Whether a request names one host and at most one origin: of several, another program on its way may have
+/// checked another one.
 pub(crate) fn is_unambiguous(headers: &HeaderMap) -> bool {
     headers.get_all(HOST).iter().count() == 1 && headers.get_all(ORIGIN).iter().count() <= 1
 }

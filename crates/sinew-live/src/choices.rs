@@ -9,7 +9,8 @@ pub struct Choices {
     pub variants: Vec<String>,
     /// Least and largest tension at every anchor, N: `[muscles]`.
     pub tension_limits: Vec<[f64; 2]>,
-    /// Failures that a muscle can be given, as [`SimulationSource::failure`](crate::SimulationSource::failure) reads them, with what
-    /// they are; `{}` is its name.
+    /// Failures that a muscle can be given, as
+    /// [`SimulationSource::failure`](crate::SimulationSource::failure) reads them, with what they are; `{}`
+    /// is its name.
     pub failures: Vec<(&'static str, &'static str)>,
 }

@@ -1,7 +1,7 @@
 //! Connections of a page: so many from one address and in all, and none for longer than a request takes.
 //!
-//! Where a limit is reached, the connection that has waited longest for its request gives way to the new one: who sends a request at
-//! once always finds a place, however many half-open connections others hold.
+//! Where a limit is reached, the connection that has waited longest for its request gives way to the new one:
+//! who sends a request at once always finds a place, however many half-open connections others hold.
 
 use std::net::{IpAddr, Ipv6Addr};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -72,7 +72,8 @@ impl Connections {
         Self(Arc::new(Mutex::new(Places { limits, places: Vec::new(), next: 0 })))
     }
 
-    /// A place for a connection from this address, and what ends when it has to give way; none where all places stream.
+    /// A place for a connection from this address, and what ends when it has to give way; none where all
+    /// places stream.
     pub(crate) fn admit(&self, address: IpAddr) -> Option<(Connection, oneshot::Receiver<()>)> {
         let (open, closed) = oneshot::channel();
         let number = self.with(|places| places.admit(network_of(address), open))?;

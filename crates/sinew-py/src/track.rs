@@ -180,8 +180,9 @@ pub(crate) fn verify(
     })
 }
 
-/// Rules with which drawn machines track a motion, a warning where they do so inaccurately, and the largest errors of their joints. Where none
-/// do, a refusal, or the machine's own rules if it is to be started nevertheless.
+/// Rules with which drawn machines track a motion, a warning where they do so inaccurately, and the largest
+/// errors of their joints. Where none do, a refusal, or the machine's own rules if it is to be started
+/// nevertheless.
 fn verified(
     machine: &sinew::machine::Machine,
     trajectory: &sinew::trajectory::Trajectory,

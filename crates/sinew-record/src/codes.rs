@@ -4,8 +4,8 @@ use sinew::control::arm::{ArmStatus, Symptom};
 use sinew::control::supervisor::NamedFault;
 use sinew_session::BusFault;
 
-/// Status and fault: 0 following, 1 holding, 2 degraded, 3 stopped; the fault as [`fault_of`] reads it, with the symptom of the
-/// supervisor's fault where that is the same.
+/// Status and fault: 0 following, 1 holding, 2 degraded, 3 stopped; the fault as [`fault_of`] reads it, with
+/// the symptom of the supervisor's fault where that is the same.
 pub(crate) fn status_code(status: ArmStatus, named: Option<NamedFault>) -> [f64; 2] {
     let code = |fault| {
         let named = named.filter(|named| named.fault == fault);

@@ -78,8 +78,8 @@ impl Recorder {
         Self::start_with(storage, (head, machine, files), None, failed)
     }
 
-    /// As [`start`](Self::start), for a run that a client commands or that may be stopped from elsewhere: what is put on the returned
-    /// tape is recorded too; see
+    /// As [`start`](Self::start), for a run that a client commands or that may be stopped from elsewhere:
+    /// what is put on the returned tape is recorded too; see
     /// [`RunMotion::with_tape`](sinew_runtime::link::RunMotion::with_tape).
     ///
     /// # Errors

@@ -233,7 +233,8 @@ impl<'a> Replay<'a> {
     /// Replays the next cycle; none at the end of the recording and at its first gap.
     ///
     /// # Errors
-    /// Those of the recording's next block; [`Error::Physics`] as [`Session::step`](sinew_session::Session::step).
+    /// Those of the recording's next block; [`Error::Physics`] as
+    /// [`Session::step`](sinew_session::Session::step).
     pub fn step(&mut self) -> Result<Option<ReplayedCycle<'_>>, Error> {
         if self.gap.is_some() || self.empty {
             return Ok(None);

@@ -10,8 +10,9 @@
 //! | [`Motion`] | [`Scheduled`] here; a client over a link, and what a page asks for, elsewhere |
 //! | [`Clock`] | [`VirtualClock`] here; the system's elsewhere |
 //!
-//! Who wants to know what happens, be it a recorder, a page or an evaluation, looks at the [`CycleRecord`] of every cycle. A cycle
-//! allocates nothing, takes no lock and makes no system call but those of its plant, its motion and its clock.
+//! Who wants to know what happens, be it a recorder, a page or an evaluation, looks at the [`CycleRecord`] of
+//! every cycle. A cycle allocates nothing, takes no lock and makes no system call but those of its plant, its
+//! motion and its clock.
 
 mod clock;
 mod exchange;

@@ -31,7 +31,8 @@ pub trait Motion {
         true
     }
 
-    /// Whether a safe stop belongs to the motion from this cycle on, as to that of a run in which one was asked for.
+    /// Whether a safe stop belongs to the motion from this cycle on, as to that of a run in which one was
+    /// asked for.
     fn is_stopped(&self, _at: CycleTime) -> bool {
         false
     }

@@ -4,10 +4,11 @@ use sinew::twin::arm::ArmTwin;
 
 /// Drives and sensors of a machine: a cycle reads once and then writes once.
 ///
-/// A plant whose drives have power owns them: dropped, by an error or a panic as well, it brings them to rest.
+/// A plant whose drives have power owns them: dropped, by an error or a panic as well, it brings them to
+/// rest.
 pub trait Plant {
-    /// Begins a cycle and reads the sensors. What went wrong since the last reading is in the answer, the last writing
-    /// included.
+    /// Begins a cycle and reads the sensors. What went wrong since the last reading is in the answer, the
+    /// last writing included.
     fn read(&mut self, feedback: &mut Feedback) -> Exchange;
 
     /// Writes the commands, which hold until the next ones. Before the first the drives stand.
@@ -19,8 +20,8 @@ pub trait Plant {
     /// Brings the machine to rest and takes the power of its drives, as a drop does; once.
     fn stop(&mut self) {}
 
-    /// Time, ns, by which the next period is to be longer than its nominal length, so that the cycle keeps pace with the
-    /// clocks of the devices.
+    /// Time, ns, by which the next period is to be longer than its nominal length, so that the cycle keeps
+    /// pace with the clocks of the devices.
     fn period_correction(&self) -> i64 {
         0
     }

@@ -10,7 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A machine under its supervisor: the only place where [`Supervisor::step`] is called.
 ///
-/// The session owns the plant, so that whatever ends it stops the machine: [`end`](Self::end), an error, a panic.
+/// The session owns the plant, so that whatever ends it stops the machine: [`end`](Self::end), an error, a
+/// panic.
 #[derive(Debug, Clone)]
 pub struct Session<P, M> {
     plant: P,
@@ -48,8 +49,8 @@ impl<P: Plant, M: Motion> Session<P, M> {
         }
     }
 
-    /// The same with a safe stop that can be asked for from elsewhere, whatever else is asked for: by setting the flag. The cycles then
-    /// go on until the machine is let down. There may be several such flags.
+    /// The same with a safe stop that can be asked for from elsewhere, whatever else is asked for: by setting
+    /// the flag. The cycles then go on until the machine is let down. There may be several such flags.
     #[must_use]
     pub fn with_stop(mut self, stop: Arc<AtomicBool>) -> Self {
         self.stops.push(stop);
@@ -119,7 +120,8 @@ impl<P: Plant, M: Motion> Session<P, M> {
         self.motion.is_finished(self.time())
     }
 
-    /// Whether the next cycle may begin: false where it waits for a client in lock-step. A stop waits for nobody.
+    /// Whether the next cycle may begin: false where it waits for a client in lock-step. A stop waits for
+    /// nobody.
     pub fn is_due(&mut self) -> bool {
         let at = self.time();
         self.is_stop_asked() || self.motion.is_due(at)
@@ -131,8 +133,8 @@ impl<P: Plant, M: Motion> Session<P, M> {
             || self.motion.is_stopped(self.time())
     }
 
-    /// One cycle: reads the sensors; limits and faults, observers, computed muscle force; writes the commands of the winches.
-    /// `deadline` is when it was to begin, ns. Nothing is allocated.
+    /// One cycle: reads the sensors; limits and faults, observers, computed muscle force; writes the commands
+    /// of the winches. `deadline` is when it was to begin, ns. Nothing is allocated.
     ///
     /// # Errors
     /// As [`Motion::sample`] and [`Supervisor::step`].

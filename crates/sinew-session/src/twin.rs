@@ -7,7 +7,8 @@ use sinew::twin::arm::{ArmTwin, InjectedFault};
 /// Time without commands after which the drives stop by themselves, s.
 const WATCHDOG: f64 = 0.02;
 
-/// A simulated machine without wires. A period passes before it is read, the first time excepted, or when it is told to.
+/// A simulated machine without wires. A period passes before it is read, the first time excepted, or when it
+/// is told to.
 ///
 /// # Example
 /// ```

@@ -215,7 +215,8 @@ fn the_second_ctrl_c_ends_a_run_at_once_with_its_results() {
     replays(&bench, "moving.mcap");
 }
 
-/// A run on devices of another process, over a pair of virtual interfaces in a network of their own, until signals end it.
+/// A run on devices of another process, over a pair of virtual interfaces in a network of their own, until
+/// signals end it.
 const TWO_PROCESSES: &str = r#"
 ip link add sinew0 type veth peer name sinew1 && ip link set sinew0 up && ip link set sinew1 up || exit 9
 "$SINEW" ethercat simulate leg.toml --interface sinew1 --duration 240 --json > devices.json & DEVICES=$!

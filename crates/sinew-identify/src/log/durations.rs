@@ -8,8 +8,8 @@ const SHORTEST_S: f64 = 0.5;
 /// Deviation of single sampling intervals from their median up to which a log is sampled evenly.
 const EVEN: f64 = 0.02;
 
-/// Deviation of a ratio of intervals from a simple fraction up to which it is one: a rate that was chosen. Of a large
-/// whole number it is [`WHOLE`] at most, or every ratio would be near one.
+/// Deviation of a ratio of intervals from a simple fraction up to which it is one: a rate that was chosen. Of
+/// a large whole number it is [`WHOLE`] at most, or every ratio would be near one.
 const SIMPLE: f64 = 0.005;
 const WHOLE: f64 = 0.05;
 

@@ -17,12 +17,12 @@ use sinew::predictor::Estimator;
 /// other: good logs of one rig that move through different ranges come to half of it.
 const CONTRADICTS: f64 = 0.7;
 
-/// How many times larger it is than the errors between halves of the logs: what does not foretell its own log judges no
-/// other.
+/// How many times larger it is than the errors between halves of the logs: what does not foretell its own log
+/// judges no other.
 const WORSE: f64 = 3.0;
 
-/// Error of one half of a log by a model of its other half, over the standard deviation of its far side, below
-/// which it foretells itself.
+/// Error of one half of a log by a model of its other half, over the standard deviation of its far side,
+/// below which it foretells itself.
 const FORETELLS: f64 = 0.5;
 
 /// How many times larger it is than that of the pair that agrees, for the third log to be the odd one.
@@ -103,8 +103,8 @@ fn judge_by(logs: &ConditionedLogs, recipe: &Recipe) -> Verdict {
     }
 }
 
-/// Error of one half of a log by a model of its other half, over the standard deviation of its far side; infinite where
-/// nothing can be fitted.
+/// Error of one half of a log by a model of its other half, over the standard deviation of its far side;
+/// infinite where nothing can be fitted.
 fn own_error(recipe: &Recipe, runs: &[&Run]) -> f64 {
     let halves = |first: bool| -> Vec<Run> {
         let half = |run: &&Run| {
@@ -131,16 +131,16 @@ fn own_error(recipe: &Recipe, runs: &[&Run]) -> f64 {
 }
 
 /// The smaller error, of two kinds of models, of one half of a log by a model of its other half, over its
-/// deviation. In a log that hardly moves it is large: what friction holds from before its beginning looks like
-/// any fault.
+/// deviation. In a log that hardly moves it is large: what friction holds from before its beginning looks
+/// like any fault.
 fn least_own_error(logs: &ConditionedLogs, runs: &[&Run]) -> f64 {
     let recipes = [comparison_recipe(logs), influence_recipe(logs)];
     recipes.iter().map(|recipe| own_error(recipe, runs)).fold(f64::INFINITY, f64::min)
 }
 
-/// What a wrong channel explains of log `k` by a model of the logs `sound`; `None` where either of two kinds of
-/// models predicts it inside of their ranges, where no channel explains it, and where it, corrected, does not
-/// foretell itself.
+/// What a wrong channel explains of log `k` by a model of the logs `sound`; `None` where either of two kinds
+/// of models predicts it inside of their ranges, where no channel explains it, and where it, corrected, does
+/// not foretell itself.
 pub(crate) fn explanation(logs: &ConditionedLogs, k: usize, sound: &[usize]) -> Option<Explanation> {
     let training: Vec<&Run> = logs.runs.iter().filter(|run| sound.contains(&run.log)).collect();
     let (runs, ranges) = (of_log(&logs.runs, k), Ranges::of(&training));

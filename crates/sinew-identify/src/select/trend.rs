@@ -19,7 +19,8 @@ const LEAVES: f64 = 0.15;
 /// Fewest logs: three are in order by chance in a third of all cases.
 const FEWEST: usize = 4;
 
-/// Error of a log's own cell, over the standard deviation of its far side, beyond which its width means nothing.
+/// Error of a log's own cell, over the standard deviation of its far side, beyond which its width means
+/// nothing.
 const FITS: f64 = 0.15;
 
 /// Adds a defect to the last log where the width of the hysteresis rises or falls from every log to the next.

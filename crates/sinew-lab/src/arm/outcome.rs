@@ -7,10 +7,11 @@ use sinew::body::Robot;
 use sinew::control::arm::Fault;
 use sinew::machine::Machine;
 
-/// Largest end-point error of a run that counts as completed, m, of a large machine: fault-free runs of the LM-Arm
-/// without a payload stay below 20 mm.
+/// Largest end-point error of a run that counts as completed, m, of a large machine: fault-free runs of the
+/// LM-Arm without a payload stay below 20 mm.
 pub const MAX_END_POINT_ERROR_M: f64 = 0.025;
-/// The same as a share of the machine's reach, the sum of the distances between its bodies: 3.5 mm of a finger.
+/// The same as a share of the machine's reach, the sum of the distances between its bodies: 3.5 mm of a
+/// finger.
 const MAX_ERROR_SHARE: f64 = 0.035;
 /// Largest joint error of a run that counts as completed, as a share of the joint's range.
 pub const MAX_JOINT_ERROR_SHARE: f64 = 0.1;
@@ -25,13 +26,13 @@ pub fn max_end_point_error(machine: &Machine) -> f64 {
     (MAX_ERROR_SHARE * reach).min(MAX_END_POINT_ERROR_M)
 }
 
-/// The same of a motion that was verified, as a multiple of the largest error of the drawn machines, and at least as a share of the range;
-/// never more than [`MAX_JOINT_ERROR_SHARE`].
+/// The same of a motion that was verified, as a multiple of the largest error of the drawn machines, and at
+/// least as a share of the range; never more than [`MAX_JOINT_ERROR_SHARE`].
 const NORMAL: f64 = 3.0;
 const LEAST_JOINT_ERROR_SHARE: f64 = 0.035;
 
-/// Largest error of every joint of a completed run, rad or m: `[joints]`; infinite for a joint without a range. `normal`: as
-/// [`VerifiedMotion::joint_errors`](super::VerifiedMotion::joint_errors).
+/// Largest error of every joint of a completed run, rad or m: `[joints]`; infinite for a joint without a
+/// range. `normal`: as [`VerifiedMotion::joint_errors`](super::VerifiedMotion::joint_errors).
 pub(super) fn joint_error_limits(machine: &Machine, normal: &[f64]) -> Vec<f64> {
     let limit = |(k, joint): (usize, usize)| {
         let Some([low, high]) = machine.robot.parts().joints[joint].range else { return f64::INFINITY };
@@ -59,8 +60,8 @@ impl BoundedError {
     }
 }
 
-/// The error of the end point, or of a machine without one of the joint with the largest share of its bound; none where
-/// no joint has a range.
+/// The error of the end point, or of a machine without one of the joint with the largest share of its bound;
+/// none where no joint has a range.
 pub(super) fn largest_bounded_error(summary: &TrackSummary, machine: &Machine) -> Option<BoundedError> {
     if machine.task.site().is_some() {
         let error = summary.end_point_error.max.max(summary.hold_error.max);
@@ -70,11 +71,12 @@ pub(super) fn largest_bounded_error(summary: &TrackSummary, machine: &Machine) -
     joint_errors(summary, machine, &rigid).max_by(|a, b| a.share().total_cmp(&b.share()))
 }
 
-/// Share of its dead band by which a joint may miss its reference when it breaks away from the friction of its cables.
+/// Share of its dead band by which a joint may miss its reference when it breaks away from the friction of
+/// its cables.
 const BREAK_AWAY_SHARE: f64 = 0.25;
 
-/// The error of every joint with a range, beside the largest of a completed run or what the joint's dead band, rad or m, explains, where that
-/// is more.
+/// The error of every joint with a range, beside the largest of a completed run or what the joint's dead
+/// band, rad or m, explains, where that is more.
 pub(super) fn joint_errors(
     summary: &TrackSummary,
     machine: &Machine,
@@ -89,7 +91,8 @@ pub(super) fn joint_errors(
     })
 }
 
-/// What was larger than in a completed run: the error of the end point, else that of the joint with the largest share of its limit.
+/// What was larger than in a completed run: the error of the end point, else that of the joint with the
+/// largest share of its limit.
 pub(super) fn inaccuracy(summary: &TrackSummary, machine: &Machine, limits: &[f64]) -> Option<String> {
     let at_end = machine.task.site().and_then(|_| largest_bounded_error(summary, machine));
     if let Some(error) = at_end.filter(|error| error.share() > 1.0) {
@@ -111,8 +114,8 @@ pub(super) fn inaccuracy(summary: &TrackSummary, machine: &Machine, limits: &[f6
 /// Time after the last report of a fault within which what happens may be its consequence, s.
 const LED_TO: f64 = 5.0;
 
-/// Why a run did not end as planned: first the fault, then what it led to. `consequence` happened at a time, s, and is `of` a fault if it is
-/// one itself.
+/// Why a run did not end as planned: first the fault, then what it led to. `consequence` happened at a time,
+/// s, and is `of` a fault if it is one itself.
 pub(super) fn reason(
     summary: &TrackSummary,
     robot: &Robot,
@@ -135,8 +138,9 @@ pub(super) fn reason(
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TrackOutcome {
-    /// To its end, with an end-point error of at most [`max_end_point_error`] and joint errors within their limits throughout: three
-    /// times the largest in the verification, at least 3.5 % and at most a tenth of the ranges.
+    /// To its end, with an end-point error of at most [`max_end_point_error`] and joint errors within their
+    /// limits throughout: three times the largest in the verification, at least 3.5 % and at most a tenth of
+    /// the ranges.
     #[serde(rename = "as_planned")]
     Completed,
     /// To its end, but at times with a larger error.

@@ -279,8 +279,9 @@ pub struct TrackingNumbers {
 }
 
 impl TrackingNumbers {
-    /// The numbers of a run of this machine within these limits of the desired tensions, N: `[muscles]`, and of the joint errors of a
-    /// completed run, rad or m: `[joints]`, see [`CalibratedArm::joint_error_limits`](super::CalibratedArm::joint_error_limits).
+    /// The numbers of a run of this machine within these limits of the desired tensions, N: `[muscles]`, and
+    /// of the joint errors of a completed run, rad or m: `[joints]`, see
+    /// [`CalibratedArm::joint_error_limits`](super::CalibratedArm::joint_error_limits).
     ///
     /// # Errors
     /// As [`MuscleDynamics::new`](sinew::muscle::MuscleDynamics::new).

@@ -87,14 +87,16 @@ impl CalibratedArm {
         Ok(arm)
     }
 
-    /// The same, judged in joint space by what is normal for its motion: the largest error of every joint in its verification, rad or
-    /// m: `[joints]`, or empty where it is not known; see [`VerifiedMotion::joint_errors`](super::VerifiedMotion::joint_errors).
+    /// The same, judged in joint space by what is normal for its motion: the largest error of every joint in
+    /// its verification, rad or m: `[joints]`, or empty where it is not known; see
+    /// [`VerifiedMotion::joint_errors`](super::VerifiedMotion::joint_errors).
     #[must_use]
     pub fn with_normal_errors(self, joint_errors: Vec<f64>) -> Self {
         Self { normal_errors: joint_errors, ..self }
     }
 
-    /// Largest error of every joint of a run that counts as completed, rad or m: `[joints]`; infinite for one without a range.
+    /// Largest error of every joint of a run that counts as completed, rad or m: `[joints]`; infinite for one
+    /// without a range.
     #[must_use]
     pub fn joint_error_limits(&self) -> Vec<f64> {
         joint_error_limits(&self.machine, &self.normal_errors)

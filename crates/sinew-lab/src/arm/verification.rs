@@ -34,8 +34,8 @@ pub enum Verified {
 pub struct VerifiedMotion {
     /// Whether it is tracked, and with which rules.
     pub verified: Verified,
-    /// Largest error of every joint of the drawn machines with these rules, rad or m: `[joints]`; what is normal for this motion. Empty
-    /// where it fails.
+    /// Largest error of every joint of the drawn machines with these rules, rad or m: `[joints]`; what is
+    /// normal for this motion. Empty where it fails.
     pub joint_errors: Vec<f64>,
 }
 

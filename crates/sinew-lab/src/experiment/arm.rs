@@ -114,8 +114,8 @@ impl<'a> TrackSession<'a> {
         self.session.plant_mut().set_exchange(exchange);
     }
 
-    /// One control cycle on the way to the reference; `false` after the last one, and where the integration of the plant
-    /// failed.
+    /// One control cycle on the way to the reference; `false` after the last one, and where the integration
+    /// of the plant failed.
     ///
     /// # Errors
     /// As [`Session::step`].

@@ -1,4 +1,5 @@
-//! Sensors that read something else than what there is: found, named, bridged where the machine can go on without them.
+//! Sensors that read something else than what there is: found, named, bridged where the machine can go on
+//! without them.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 #![allow(clippy::print_stdout, reason = "a campaign prints its table")]

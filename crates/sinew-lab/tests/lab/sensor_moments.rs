@@ -1,4 +1,5 @@
-//! Wrong sensors where no motion runs, and two of them at once: the reaction is safe, and the first report is right.
+//! Wrong sensors where no motion runs, and two of them at once: the reaction is safe, and the first report is
+//! right.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 #![allow(clippy::print_stdout, reason = "a campaign prints its table")]

@@ -171,8 +171,8 @@ impl Client {
         }
     }
 
-    /// Ends the session. Where a stop was asked for (SafeStop, GetReady, TurnOff), first waits until the machine has taken it, at most
-    /// a second, and asks again meanwhile.
+    /// Ends the session. Where a stop was asked for (SafeStop, GetReady, TurnOff), first waits until the
+    /// machine has taken it, at most a second, and asks again meanwhile.
     ///
     /// # Errors
     /// [`Error::StopNotAcknowledged`]: the session has ended, and the machine has perhaps not been told to stop. [`Error::Socket`].

@@ -77,8 +77,8 @@ pub struct ClientSession {
     peer: Peer,
     state: Box<Snapshot>,
     counts: StateCounts,
-    /// The stop that was asked for last, without set-points, and the number of the packet that asked first; none once the machine
-    /// has taken it, and where something else was asked for since.
+    /// The stop that was asked for last, without set-points, and the number of the packet that asked first;
+    /// none once the machine has taken it, and where something else was asked for since.
     stop: Option<(Command, u64)>,
 }
 

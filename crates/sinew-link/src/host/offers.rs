@@ -12,10 +12,11 @@ const ANSWERS_PER_SECOND: u32 = 50;
 /// Fills a nonce with random bytes; false where there are none.
 pub type RandomSource = Box<dyn FnMut(&mut Nonce) -> bool + Send>;
 
-/// What clients have asked for: sessions that are offered and have not begun, and how often each Hello was answered.
+/// What clients have asked for: sessions that are offered and have not begun, and how often each Hello was
+/// answered.
 ///
-/// A Hello can be recorded and sent again by anyone. It then takes the place and the answers of that Hello alone: a new one, whose random
-/// number nobody has seen, is answered however many are repeated.
+/// A Hello can be recorded and sent again by anyone. It then takes the place and the answers of that Hello
+/// alone: a new one, whose random number nobody has seen, is answered however many are repeated.
 #[derive(Debug)]
 pub(super) struct Offers {
     offers: Newest<u64, Offer>,

@@ -32,7 +32,8 @@ struct Numbered {
     command: Command,
 }
 
-/// What a link gives to the control cycle, in the order in which it happened. Watchers and clients that are refused give nothing.
+/// What a link gives to the control cycle, in the order in which it happened. Watchers and clients that are
+/// refused give nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "the control cycle takes it, which allocates nothing")]
 pub enum Input {
@@ -89,8 +90,8 @@ pub(super) fn queues(wake: UnixStream, counters: Arc<SharedCounters>) -> (Port, 
 }
 
 impl Port {
-    /// The next of what has happened. The commands that a session was in time to send come before its end, so that none is lost with
-    /// it.
+    /// The next of what has happened. The commands that a session was in time to send come before its end, so
+    /// that none is lost with it.
     pub fn next_input(&mut self) -> Option<Input> {
         // Before the queue is looked at: all commands of sessions before this one are in it by then.
         let newest = self.shared.session.load(Ordering::Acquire);

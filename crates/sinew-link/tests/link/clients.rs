@@ -23,8 +23,8 @@ fn drive(client: impl Fn() -> Command) {
     drive_with(&[Rejection::QueueFull], client);
 }
 
-/// Runs a client, given by the command without address and key, against a server with and without a key; packets are rejected for these
-/// reasons alone.
+/// Runs a client, given by the command without address and key, against a server with and without a key;
+/// packets are rejected for these reasons alone.
 fn drive_with(allowed: &[Rejection], client: impl Fn() -> Command) {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("key");

@@ -3,8 +3,9 @@ use crate::Error;
 use sinew_session::{Clock, CycleRecord, Motion, Plant, Session};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Runs cycles at absolute deadlines, a period of nanoseconds apart by the clocks of the devices, until the session [is
-/// finished](Session::is_finished) or `end` is set, which ends them at once, and calls `see` after every one.
+/// Runs cycles at absolute deadlines, a period of nanoseconds apart by the clocks of the devices, until the
+/// session [is finished](Session::is_finished) or `end` is set, which ends them at once, and calls `see`
+/// after every one.
 ///
 /// A cycle that ends after the next deadline is late: the following one begins at once, and deadlines that have passed
 /// are skipped, not made up for.

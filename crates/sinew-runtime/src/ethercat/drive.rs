@@ -143,7 +143,8 @@ impl DriveSlot {
         self.target.write(outputs, target.round() as i32);
     }
 
-    /// The speed, m/s, that follows the one that was commanded last on the way to rest, `h` s later: never a step.
+    /// The speed, m/s, that follows the one that was commanded last on the way to rest, `h` s later: never a
+    /// step.
     pub(super) fn braked_speed(&self, h: f64) -> f64 {
         let most = BRAKING_SHARE * self.parameters.acceleration * h;
         self.commanded - self.commanded.clamp(-most, most)

@@ -19,8 +19,8 @@ use sinew::machine::Machine;
 use sinew::twin::arm::ArmTwin;
 use sinew_session::{BusFault, ClockReport, Exchange, Feedback, Plant};
 
-/// Devices in OP that matched the machine, their drives enabled. It owns the drives: dropped it [stops](Self::stop) them, whatever has
-/// happened.
+/// Devices in OP that matched the machine, their drives enabled. It owns the drives: dropped it
+/// [stops](Self::stop) them, whatever has happened.
 pub struct EthercatBus<'a, L: Link> {
     main: MainDevice<'a>,
     pump: Pump<'a, L>,
@@ -58,7 +58,8 @@ const MAX_START_CYCLES: u64 = 8000;
 const RECOVERY_CYCLES: u32 = 10;
 /// Cycles between two looks at a device's clock.
 const CLOCK_CYCLES: u32 = 50;
-/// Cycles in which drives come to rest, in which they stand then, and in which they lose their power, at most.
+/// Cycles in which drives come to rest, in which they stand then, and in which they lose their power, at
+/// most.
 const BRAKE_CYCLES: u32 = 500;
 const STAND_CYCLES: u32 = 20;
 const DISABLE_CYCLES: u32 = 200;
@@ -95,12 +96,12 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         Ok(bus)
     }
 
-    /// Starts the bus anew: devices that were switched off or exchanged are looked for, compared with those of the machine, configured
-    /// and enabled again.
+    /// Starts the bus anew: devices that were switched off or exchanged are looked for, compared with those
+    /// of the machine, configured and enabled again.
     ///
     /// # Errors
-    /// As [`Master::match_devices`] and [`Matched::operate`](super::Matched::operate). No drive has torque then; the bus can be
-    /// started anew again.
+    /// As [`Master::match_devices`] and [`Matched::operate`](super::Matched::operate). No drive has torque
+    /// then; the bus can be started anew again.
     pub fn restart(&mut self, machine: &Machine) -> Result<(), EthercatError> {
         self.stop();
         let Self { main, pump, period, .. } = self;
@@ -159,7 +160,8 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         self.pump.link_mut()
     }
 
-    /// Brings all drives to rest on a ramp, then takes their power, so that their brakes close; the devices stay in OP.
+    /// Brings all drives to rest on a ramp, then takes their power, so that their brakes close; the devices
+    /// stay in OP.
     pub fn stop(&mut self) {
         if !std::mem::take(&mut self.in_operation) {
             return;

@@ -1,11 +1,12 @@
-//! What sessions and requests make of the goal of a linked machine: the table from which the cycle decides and from which the
-//! documentation is written.
+//! What sessions and requests make of the goal of a linked machine: the table from which the cycle decides
+//! and from which the documentation is written.
 
 use sinew::control::supervisor::{Mode, Request};
 use sinew_link::host::Input;
 use std::fmt::Write as _;
 
-/// What happens to the session of the client that commands. Watchers, and clients that are refused, are none of it.
+/// What happens to the session of the client that commands. Watchers, and clients that are refused, are none
+/// of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SessionEvent {
     /// A client's session begins.

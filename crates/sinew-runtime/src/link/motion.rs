@@ -19,9 +19,9 @@ use std::time::Duration;
 
 /// Requests and references from a link, in place of a schedule.
 ///
-/// What sessions and requests make of its goal stands in [`GOAL_ROWS`](super::GOAL_ROWS); set-points count in [`Mode::Run`] alone. In
-/// lock-step a command, and the end of its session, is taken once the machine's time is where the one before let it go, so that
-/// results do not depend on when packets arrive.
+/// What sessions and requests make of its goal stands in [`GOAL_ROWS`](super::GOAL_ROWS); set-points count in
+/// [`Mode::Run`] alone. In lock-step a command, and the end of its session, is taken once the machine's time
+/// is where the one before let it go, so that results do not depend on when packets arrive.
 #[derive(Debug)]
 pub struct LinkedMotion {
     source: Source,
@@ -174,8 +174,8 @@ impl LinkedMotion {
         }
     }
 
-    /// Lock-step: whether the cycle of a time, ns, may begin; where not, waits a while for the client, with system calls. What is
-    /// taken goes on the tape.
+    /// Lock-step: whether the cycle of a time, ns, may begin; where not, waits a while for the client, with
+    /// system calls. What is taken goes on the tape.
     pub fn wait(&mut self, now: u64, mut tape: Option<&mut Tape>) -> bool {
         if !self.settings.lock_step || matches!(self.source, Source::Recording(_)) {
             return true;
@@ -206,8 +206,8 @@ impl LinkedMotion {
         }
     }
 
-    /// Takes what the client has sent; in lock-step this is done while waiting. Behind another goal nothing is taken before the
-    /// supervisor has seen it: no request is lost because the next one came soon.
+    /// Takes what the client has sent; in lock-step this is done while waiting. Behind another goal nothing
+    /// is taken before the supervisor has seen it: no request is lost because the next one came soon.
     fn take_inputs(&mut self, now: u64, mut tape: Option<&mut Tape>) {
         while let Some(input) = self.source.next_recorded(now) {
             self.take(input, now, tape.as_deref_mut());
@@ -282,7 +282,8 @@ impl LinkedMotion {
         self.kind = kind;
     }
 
-    /// Before the supervisor: commands, which go on the tape, and the references of this cycle. Nothing is allocated.
+    /// Before the supervisor: commands, which go on the tape, and the references of this cycle. Nothing is
+    /// allocated.
     ///
     /// # Errors
     /// As [`SetpointFollower::step`] and [`Supervisor::set_tensions`].

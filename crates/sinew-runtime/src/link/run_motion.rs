@@ -5,7 +5,8 @@ use sinew::control::supervisor::{Request, Supervisor, SupervisorCommand};
 use sinew::trajectory::Schedule;
 use sinew_session::{CycleTime, Feedback, Motion, References, Scheduled, Wanted};
 
-/// Along a schedule or commanded by a client, with a tape of what is taken from elsewhere, so that the run can be replayed.
+/// Along a schedule or commanded by a client, with a tape of what is taken from elsewhere, so that the run
+/// can be replayed.
 #[derive(Debug)]
 pub struct RunMotion<'a> {
     way: Way<'a>,
@@ -33,13 +34,15 @@ impl From<LinkedMotion> for RunMotion<'_> {
 }
 
 impl RunMotion<'_> {
-    /// The same with everything that is taken from elsewhere, from a link or as a stop, on a tape, if there is one.
+    /// The same with everything that is taken from elsewhere, from a link or as a stop, on a tape, if there
+    /// is one.
     #[must_use]
     pub fn with_tape(self, tape: Option<Tape>) -> Self {
         Self { tape, ..self }
     }
 
-    /// Asks something else of the supervisor, from the next cycle on, along a schedule; a client asks for itself.
+    /// Asks something else of the supervisor, from the next cycle on, along a schedule; a client asks for
+    /// itself.
     pub fn ask(&mut self, request: Request) {
         if let Way::Schedule(scheduled) = &mut self.way {
             scheduled.ask(request);

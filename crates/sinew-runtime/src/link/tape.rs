@@ -41,8 +41,8 @@ impl CycleInput {
         }
     }
 
-    /// From what [`to_bytes`](Self::to_bytes) gives. No byte at all, in recordings of programs until 2026-11-26, is a session that
-    /// began or ended: the machine held.
+    /// From what [`to_bytes`](Self::to_bytes) gives. No byte at all, in recordings of programs until
+    /// 2026-11-26, is a session that began or ended: the machine held.
     ///
     /// # Errors
     /// Why the bytes are no command.

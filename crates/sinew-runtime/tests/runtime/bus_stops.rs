@@ -79,7 +79,8 @@ enum End {
     BusAlone,
 }
 
-/// Ends a run by what is asked for while the winches move; the cycle from which on the bus was left to itself.
+/// Ends a run by what is asked for while the winches move; the cycle from which on the bus was left to
+/// itself.
 fn ended(setup: &Setup, watched: &Watched, end: End) -> usize {
     let storage = FrameStorage::new();
     let master = Master::new(&storage, watched.clone()).unwrap();

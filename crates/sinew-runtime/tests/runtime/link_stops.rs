@@ -1,5 +1,5 @@
-//! A stop over a link holds: every event of a session in every mode, on virtual time without a network, and over sockets in real and
-//! virtual time with clients in three languages.
+//! A stop over a link holds: every event of a session in every mode, on virtual time without a network, and
+//! over sockets in real and virtual time with clients in three languages.
 
 use crate::common::{PERIOD, STEP, Setup, machine};
 use sinew::control::supervisor::{Mode, Request};
@@ -80,7 +80,8 @@ impl<'a> Given<'a> {
         panic!("{request:?} does not lead to {mode:?} but to {:?}", self.mode);
     }
 
-    /// A client that has led the machine to a mode; [`Mode::Fault`] by a bus that is lost in the first second.
+    /// A client that has led the machine to a mode; [`Mode::Fault`] by a bus that is lost in the first
+    /// second.
     fn in_mode(setup: &'a Setup, mode: Mode) -> Self {
         let mut machine = Self::new(setup);
         machine.give(Input::Begins);
@@ -211,7 +212,8 @@ struct Linked<T> {
     modes: Vec<Mode>,
 }
 
-/// Runs the machine in real time or in lock-step under `client`, which is given the address, until that has ended.
+/// Runs the machine in real time or in lock-step under `client`, which is given the address, until that has
+/// ended.
 fn linked<T: Send>(lock_step: bool, client: impl FnOnce(std::net::SocketAddr) -> T + Send) -> Linked<T> {
     let setup = setup(0.5, &[]);
     let sessions = settings(lock_step);
@@ -340,7 +342,8 @@ fn is_there(program: &str) -> bool {
     there
 }
 
-/// A client in another language that runs the machine, stops it, and closes; then nobody is there for a while.
+/// A client in another language that runs the machine, stops it, and closes; then nobody is there for a
+/// while.
 fn stopped_by(mut command: Process, lock_step: bool) {
     let linked = linked(lock_step, |address| {
         let port = address.port().to_string();

@@ -9,7 +9,8 @@ use alloc::string::{String, ToString};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Largest magnitude of a number of a robot, in SI units: squares and products of such numbers are still finite.
+/// Largest magnitude of a number of a robot, in SI units: squares and products of such numbers are still
+/// finite.
 const LARGEST: f64 = 1e12;
 const AT_MOST_LARGEST: &str = "a number of magnitude up to 1e12";
 /// Deviation from unit length that counts as rounding.

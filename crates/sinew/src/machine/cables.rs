@@ -8,7 +8,8 @@ use alloc::vec::Vec;
 
 /// Free length of a cable whose muscle has none of its own, m.
 const SHORTEST: f64 = 1e-3;
-/// Friction of a machine as built over that of its design, at most: two standard deviations, and what friction weakens with speed.
+/// Friction of a machine as built over that of its design, at most: two standard deviations, and what
+/// friction weakens with speed.
 const AS_BUILT: f64 = 1.25;
 
 impl Machine {
@@ -84,8 +85,9 @@ impl Machine {
             .collect()
     }
 
-    /// Refuses a cable that the coarsest law, the observer's, cannot describe where its sheath bends most, with as much more friction
-    /// as a machine as built may have; in the start, in which the `model` was evaluated.
+    /// Refuses a cable that the coarsest law, the observer's, cannot describe where its sheath bends most,
+    /// with as much more friction as a machine as built may have; in the start, in which the `model` was
+    /// evaluated.
     pub(super) fn check_laws(&self, model: &MuscleDynamics) -> Result<(), Error> {
         let ranges = self.ranges()?;
         for (muscle, bend) in self.sheath_bends()?.into_iter().enumerate() {

@@ -129,6 +129,23 @@ pub(crate) fn floating(kind: WrapKind, radius: f64) -> Robot {
     Robot::new(parts).unwrap()
 }
 
+/// One hinge between two muscles, one above and one below it.
+pub(crate) fn lever() -> Robot {
+    let mut parts = chain(false).parts().clone();
+    parts.bodies.truncate(2);
+    parts.joints.truncate(1);
+    parts.sites.truncate(2);
+    for k in 0..2 {
+        let mut below = parts.sites[k].clone();
+        below.name.push_str(" below");
+        below.position[2] = -below.position[2];
+        parts.sites.push(below);
+    }
+    parts.tendons.truncate(2);
+    parts.tendons[1].path = TendonPath::Spatial([PathElement::Site(2), PathElement::Site(3)].to_vec());
+    Robot::new(parts).unwrap()
+}
+
 /// Three hinges in a plane, the last of which may follow the second, with three muscles.
 pub(crate) fn chain(coupled: bool) -> Robot {
     let joint = |k: usize| Joint {

@@ -23,7 +23,8 @@ fn begins_as_recording(file: &mut std::fs::File) -> bool {
     file.read_exact(&mut start).is_ok() && start == MAGIC
 }
 
-/// The bytes of a recording; of a file that begins otherwise no more than its beginning, which is refused when it is read.
+/// The bytes of a recording; of a file that begins otherwise no more than its beginning, which is refused
+/// when it is read.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Error> {
     let unreadable = |source| Error::Unreadable { file: path.to_owned(), source };
     // Before it is opened: a pipe waits for its writer, and a device has no end.

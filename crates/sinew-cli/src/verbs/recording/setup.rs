@@ -62,7 +62,7 @@ pub(crate) struct LinkSetup {
     lock_step: bool,
     playout_delay_ns: u64,
     timeout_ns: u64,
-    /// For ever in recordings without it.
+    /// Infinite in recordings without it.
     #[serde(default = "for_ever")]
     unattended_ns: u64,
 }

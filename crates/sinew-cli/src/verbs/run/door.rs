@@ -109,7 +109,8 @@ impl<'a> Door<'a> {
         self.arguments.record.as_ref().filter(|file| file.extension().is_some_and(|e| e == "csv"))
     }
 
-    /// The motion, planned and verified; of a run that a client commands, the one whose speeds are the limits.
+    /// The motion, planned and verified; of a run that a client commands, the one whose speeds are the
+    /// limits.
     pub(super) fn setup(&self) -> Result<Setup, Error> {
         let motion = &self.arguments.motion;
         if self.is_linked() {

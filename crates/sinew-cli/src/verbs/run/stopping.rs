@@ -1,5 +1,5 @@
-//! How a run is stopped from elsewhere: the first Ctrl-C and the page ask for the same safe stop, whose states are said; the second
-//! Ctrl-C ends the run at once.
+//! How a run is stopped from elsewhere: the first Ctrl-C and the page ask for the same safe stop, whose
+//! states are said; the second Ctrl-C ends the run at once.
 
 use crate::interrupt;
 use crate::verbs::page::RunPage;
@@ -33,7 +33,8 @@ const NOT_STOPPING: u8 = 0xff;
 const LOOK: Duration = Duration::from_millis(20);
 
 impl Stopping {
-    /// From here on Ctrl-C is answered. Before the cycle's thread has its priority, which a thread that is started later would inherit.
+    /// From here on Ctrl-C is answered. Before the cycle's thread has its priority, which a thread that is
+    /// started later would inherit.
     pub(super) fn begin() -> Self {
         let (safely, at_once) = interrupt::answer_twice();
         let shown = Arc::new(Shown { mode: AtomicU8::new(NOT_STOPPING), ended: AtomicBool::new(false) });

@@ -1,4 +1,5 @@
-//! Who looks at every cycle of a run: what is kept of it, the errors of a simulated machine, recording, page, progress.
+//! Who looks at every cycle of a run: what is kept of it, the errors of a simulated machine, recording, page,
+//! progress.
 
 use super::stopping::Stopping;
 use crate::progress::Progress;

@@ -11,8 +11,8 @@ const MONTHS: [&str; 12] =
 
 /// Time since the first stamp of a column.
 ///
-/// A date of three numbers may begin with the day or the month. On one day both give the same time; which it is shows
-/// where only one of them is a date, or at midnight, where the right one advances by a day.
+/// A date of three numbers may begin with the day or the month. On one day both give the same time; which it
+/// is shows where only one of them is a date, or at midnight, where the right one advances by a day.
 #[derive(Default)]
 pub(super) struct Stopwatch {
     first: Option<Stamp>,
@@ -33,7 +33,8 @@ impl Stopwatch {
     }
 }
 
-/// Nanoseconds from an origin that all cells of a form share, with the day and with the month first in a date.
+/// Nanoseconds from an origin that all cells of a form share, with the day and with the month first in a
+/// date.
 type Stamp = [Option<i64>; 2];
 const DAY_FIRST: usize = 0;
 const MONTH_FIRST: usize = 1;
@@ -112,7 +113,8 @@ fn zone(text: &str) -> Option<(&str, i64)> {
     Some((rest.trim(), sign * minutes * 60 * SECOND))
 }
 
-/// Days since 1970 of `2026-03-01`, `01.03.2026`, `01/03/2026` and `01-Mar-2026`, with the day and with the month first.
+/// Days since 1970 of `2026-03-01`, `01.03.2026`, `01/03/2026` and `01-Mar-2026`, with the day and with the
+/// month first.
 fn date(text: &str) -> Option<[Option<i64>; 2]> {
     let mut parts = text.split(['-', '/', '.']);
     let (first, second, third) = (parts.next()?, parts.next()?, parts.next()?);

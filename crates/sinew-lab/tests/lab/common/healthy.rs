@@ -1,5 +1,5 @@
-//! Machines without a fault by seed: random chains, hands and those of `models/`, with encoders of any resolution or none,
-//! and motions from fast tours to creeping and long holds.
+//! Machines without a fault by seed: random chains, hands and those of `models/`, with encoders of any
+//! resolution or none, and motions from fast tours to creeping and long holds.
 
 use super::machines::machine;
 use super::random_machine::{self, Draw};
@@ -106,8 +106,8 @@ fn poses(draw: &mut Draw, machine: &Machine, share: f64, each: f64) -> Result<Tr
     plan(machine, &DesiredMotion::JointWaypoints(points), None)
 }
 
-/// A hand of fingers with one to four hinges each, in all one to seventeen, on pairs of tendons with constant moment arms, behind
-/// thin ropes with small drives or behind the bench's cable.
+/// A hand of fingers with one to four hinges each, in all one to seventeen, on pairs of tendons with constant
+/// moment arms, behind thin ropes with small drives or behind the bench's cable.
 fn hand(draw: &mut Draw) -> (Machine, String) {
     let joints = draw.log_between(1.0, 17.99) as usize;
     let radius = draw.log_between(0.004, 0.012);

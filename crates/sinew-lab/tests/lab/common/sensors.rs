@@ -198,8 +198,8 @@ pub(crate) fn lies(bench: &Bench, seed: u64, count: usize) -> (Vec<LieCase>, f64
     })
 }
 
-/// Faults of every kind in turn, at random parts and times, a third of them permanent; `most` are the largest tensions of the
-/// motion, N.
+/// Faults of every kind in turn, at random parts and times, a third of them permanent; `most` are the largest
+/// tensions of the motion, N.
 pub(crate) fn drawn(
     machine: &Machine,
     seed: u64,

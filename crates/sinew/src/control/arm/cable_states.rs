@@ -169,8 +169,9 @@ impl CableStates {
         Ok(())
     }
 
-    /// One cycle of the observers without load cells, after [`update`](Self::update): with the pose and the torque of the
-    /// disturbances, and whether nothing is suspected, so that copies may be made. Returns whether what they say is new.
+    /// One cycle of the observers without load cells, after [`update`](Self::update): with the pose and the
+    /// torque of the disturbances, and whether nothing is suspected, so that copies may be made. Returns
+    /// whether what they say is new.
     pub(super) fn step_open_loop(
         &mut self,
         h: f64,

@@ -3,8 +3,8 @@ use alloc::vec::Vec;
 
 /// By how much the load cells had corrected the winches some seconds ago, and in which pose.
 ///
-/// A joint encoder that slips slowly is not seen within the second or two of the open-loop observers; half a minute of
-/// corrections shows it, because all muscles of the joint agree on it.
+/// A joint encoder that slips slowly is not seen within the second or two of the open-loop observers; half a
+/// minute of corrections shows it, because all muscles of the joint agree on it.
 #[derive(Debug, Clone)]
 pub(super) struct CorrectionHistory {
     /// Corrections of the winches, m: `[SNAPSHOTS x muscles]`; poses, rad or m: `[SNAPSHOTS x joints]`.

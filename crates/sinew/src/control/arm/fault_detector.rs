@@ -47,8 +47,8 @@ const CONFIRMED_SHARE: f64 = 0.5;
 const WINCH_RESIDUAL_DECAY: f64 = 0.2;
 /// Time in which commanded travel without a change of the motor encoder is forgotten, s.
 const TRAVEL_FORGETTING_TIME: f64 = 1.0;
-/// Time in which a winch at full speed travels as far as what it does beside its command may change in one cycle, s; what it may do
-/// meanwhile, as a share of full speed, 1.
+/// Time in which a winch at full speed travels as far as what it does beside its command may change in one
+/// cycle, s; what it may do meanwhile, as a share of full speed, 1.
 const MOTOR_STEP_TIME: f64 = 1.3e-3;
 const MOTOR_UNCERTAINTY: f64 = 0.01;
 /// `t_m`, s: time for which a tension has to be missing before it is rejected; a light limb that vibrates at the mode
@@ -61,7 +61,8 @@ const MISSING_SHARE: f64 = 0.8;
 const JUDGEMENT_TIME: f64 = 0.1;
 /// Time within which it may still show that the cable has broken, s.
 const BREAK_MEMORY: f64 = 1.0;
-/// Share of its force at the anchor that a joint lacks where a cable has broken: until [`JUDGEMENT_TIME`], and later.
+/// Share of its force at the anchor that a joint lacks where a cable has broken: until [`JUDGEMENT_TIME`],
+/// and later.
 const BROKEN_SHARES: [f64; 2] = [0.12, 0.3];
 
 /// Detects faults from residuals between measurements and predictions; replaces or withholds what it rejects.
@@ -346,8 +347,8 @@ impl FaultDetector {
         }
     }
 
-    /// A tension that is missing with its force at the joint is that of a cable that has broken, or of another part that
-    /// makes its estimate false; one that is missing alone is that of a load cell.
+    /// A tension that is missing with its force at the joint is that of a cable that has broken, or of
+    /// another part that makes its estimate false; one that is missing alone is that of a load cell.
     fn judge_missing_tension(&mut self, k: usize, prediction: &Prediction<'_>) {
         let missing_for = self.missing_for[k];
         // Where a cell is bridged that had deviated, its estimate has just changed, and the force with it.
@@ -368,8 +369,8 @@ impl FaultDetector {
         }
     }
 
-    /// Holds load cells and encoders against each other, `dt` s after the last time; returns a muscle whose load cell is not
-    /// to be believed from some time before on.
+    /// Holds load cells and encoders against each other, `dt` s after the last time; returns a muscle whose
+    /// load cell is not to be believed from some time before on.
     pub(super) fn isolate(&mut self, dt: f64, seen: &Seen<'_>) -> Option<usize> {
         match self.isolation.evaluate(dt, seen) {
             Finding::Nothing => None,
@@ -381,9 +382,10 @@ impl FaultDetector {
         }
     }
 
-    /// Fault by which a cable lacks its tension, under the assumption of a single fault. A joint encoder that was already
-    /// rejected: the muscles follow its replacement. The motor encoder: while its output was unchanged, the winch was
-    /// commanded to pay out what is missing, and the tension fell in more than one cycle. Otherwise the cable itself.
+    /// Fault by which a cable lacks its tension, under the assumption of a single fault. A joint encoder that
+    /// was already rejected: the muscles follow its replacement. The motor encoder: while its output was
+    /// unchanged, the winch was commanded to pay out what is missing, and the tension fell in more than one
+    /// cycle. Otherwise the cable itself.
     fn cause_of_missing_tension(&self, k: usize, measured: f64, estimated: f64) -> (Fault, Symptom) {
         let replaced = self.encoders.iter().position(|encoder| match encoder.symptom() {
             Symptom::Lost | Symptom::Stuck => encoder.rejected_for > MISSING_TIME,

@@ -235,8 +235,8 @@ impl JointGains {
 }
 
 impl MuscleGains {
-    /// Change of a load cell's reading, N, between two cycles, to a tension, N, that no winch at the speeds of pretension and
-    /// of lowering makes.
+    /// Change of a load cell's reading, N, between two cycles, to a tension, N, that no winch at the speeds
+    /// of pretension and of lowering makes.
     #[must_use]
     pub(in crate::control) fn implausible_step(&self, tension: f64) -> f64 {
         8.0 * self.load_cell_noise + 0.3 * tension.max(0.0) + self.missing_tension

@@ -37,12 +37,13 @@ use alloc::vec::Vec;
 /// | e      | lag of the joints' observers at the anchor, forgotten in 0.3 s                 | m      |
 /// | f~     | largest deviation of `f_k` from its mean over a second, forgotten in 15 s       | N      |
 ///
-/// While the near end of a cable sticks, its far end does not move: cell and motor encoder cannot be told apart, and the
-/// joint does not feel which of them is wrong. A load cell that is bridged is trusted again once it has agreed with
-/// its observer for [`AGREEMENT`].
+/// While the near end of a cable sticks, its far end does not move: cell and motor encoder cannot be told
+/// apart, and the joint does not feel which of them is wrong. A load cell that is bridged is trusted again
+/// once it has agreed with its observer for [`AGREEMENT`].
 ///
 /// # Assumes
-/// One fault at a time, of a machine as identified. An offset below `h_s`, about 15 N on a cable of 50 N, is found as a step or not at all.
+/// One fault at a time, of a machine as identified. An offset below `h_s`, about 15 N on a cable of 50 N, is
+/// found as a step or not at all.
 ///
 /// # Source
 /// Structured residuals as in `chow1984`; thresholds from simulated machines without faults.
@@ -117,7 +118,8 @@ struct Bridge {
 }
 
 impl Bridge {
-    /// Time for which the cell has to agree, s: longer each time that it has turned out to be false after all.
+    /// Time for which the cell has to agree, s: longer each time that it has turned out to be false after
+    /// all.
     fn agreement(&self, times: u32) -> f64 {
         let once = match self.symptom {
             Symptom::Lost => return SHORT_AGREEMENT,
@@ -201,7 +203,8 @@ const EXPLAINED_FOR: f64 = 0.1;
 /// Share of the residuals that it explains, and by how much more than one drive does.
 const EXPLAINED: f64 = 0.75;
 const MARGIN: f64 = 0.05;
-/// Share from which a joint may be the reason as well as a drive: of two muscles alike, one alone gives a half.
+/// Share from which a joint may be the reason as well as a drive: of two muscles alike, one alone gives a
+/// half.
 const EXPLAINED_AS_WELL: f64 = 0.6;
 /// `lambda` of a motor encoder, and how long it has to last, s.
 const ENCODER_EXPLAINED: f64 = 0.25;
@@ -217,8 +220,8 @@ const ROUGHNESS_READINGS: f64 = 16.0;
 const SECOND_DIFFERENCE: f64 = 1.954_41;
 /// Growth of the noise that is a fault.
 const NOISE_GROWTH: f64 = 5.0;
-/// Ratio of the second to the first difference above which it is white noise, 1.73 for such noise alone, rather than a cable
-/// that vibrates.
+/// Ratio of the second to the first difference above which it is white noise, 1.73 for such noise alone,
+/// rather than a cable that vibrates.
 const WHITE_RATIO: f64 = 1.3;
 /// Share of the tension that is no noise.
 const ROUGH_SHARE: f64 = 0.02;
@@ -272,14 +275,15 @@ impl Isolation {
         self.muscles[muscle].bridge.is_some_and(|bridge| bridge.age > time)
     }
 
-    /// The least tension that a cable may have, N, by its load cell or, where the cell has begun to deviate, without it.
+    /// The least tension that a cable may have, N, by its load cell or, where the cell has begun to deviate,
+    /// without it.
     pub(super) fn least_tension(&self, muscle: usize, measured: f64) -> f64 {
         let watched = &self.muscles[muscle];
         if watched.ratio() > SUSPECTED { measured.min(watched.near) } else { measured }
     }
 
-    /// The sensors that explain a limit that has been passed: those that are under trial; of a slack cable those of its drive,
-    /// where its load cell has moved its estimate down since half a minute ago.
+    /// The sensors that explain a limit that has been passed: those that are under trial; of a slack cable
+    /// those of its drive, where its load cell has moved its estimate down since half a minute ago.
     pub(super) fn cause_of(&self, found: Fault) -> Option<Fault> {
         let on_trial = self.muscles.iter().position(|watched| watched.bridge.is_some_and(|b| b.undecided));
         let muscle = match found {
@@ -305,16 +309,17 @@ impl Isolation {
         self.muscles[muscle].force_before = self.muscles[muscle].force;
     }
 
-    /// Whether the joint lacks a share of the force that the cable of a muscle had at its anchor, N, before its tension
-    /// was missing. What a muscle without a moment arm does is not known: its force is taken as lacking.
+    /// Whether the joint lacks a share of the force that the cable of a muscle had at its anchor, N, before
+    /// its tension was missing. What a muscle without a moment arm does is not known: its force is taken as
+    /// lacking.
     pub(super) fn force_is_lacking(&self, muscle: usize, share: f64, tension_out: f64) -> bool {
         let watched = &self.muscles[muscle];
         let lacking = watched.force_before - watched.force;
         lacking.is_nan() || lacking > share * tension_out
     }
 
-    /// A reading of a load cell, `h` s after the one before, with its estimate, N: whether it is used. `agrees` is false
-    /// for a reading that another check refuses; `pose` is that of the joints.
+    /// A reading of a load cell, `h` s after the one before, with its estimate, N: whether it is used.
+    /// `agrees` is false for a reading that another check refuses; `pose` is that of the joints.
     pub(super) fn check(&mut self, k: usize, h: f64, measured: f64, estimated: f64, pose: &[f64]) -> bool {
         let on_trial = self.alarm.is_some_and(|alarm| alarm.muscle == k && alarm.on_trial);
         let watched = &mut self.muscles[k];
@@ -466,7 +471,8 @@ impl Isolation {
         Finding::Nothing
     }
 
-    /// The joint whose encoder explains the corrections of all muscles better than one drive does, for long enough.
+    /// The joint whose encoder explains the corrections of all muscles better than one drive does, for long
+    /// enough.
     fn explaining_joint(&mut self, dt: f64, seen: &Seen<'_>) -> Option<usize> {
         let mut found = None;
         for joint in 0..self.joints {
@@ -511,8 +517,8 @@ impl Isolation {
         found
     }
 
-    /// The motor encoder of a muscle; together with the encoders of its joints where one of those explains the corrections
-    /// as well.
+    /// The motor encoder of a muscle; together with the encoders of its joints where one of those explains
+    /// the corrections as well.
     fn encoder_of(&self, muscle: usize, body: &MuscleDynamics) -> Fault {
         let joint = body.crossings(muscle).any(|(joint, _)| {
             let [explained, ..] =
@@ -522,8 +528,8 @@ impl Isolation {
         if joint { Fault::MotorOrJointSensor(muscle) } else { Fault::MotorSensor(muscle) }
     }
 
-    /// Whether an error of a joint's encoder, the column `K R_j`, explains a share of the corrections, each with its bound,
-    /// N, and more than any drive alone does.
+    /// Whether an error of a joint's encoder, the column `K R_j`, explains a share of the corrections, each
+    /// with its bound, N, and more than any drive alone does.
     fn column_explains(
         &self,
         joint: usize,
@@ -536,8 +542,8 @@ impl Isolation {
         largest < 1.0 - MARGIN && explained > share && explained > alone + MARGIN
     }
 
-    /// Share of the corrections that the column `K R_j` explains, the most that one drive does, and the largest share of one
-    /// muscle in the column.
+    /// Share of the corrections that the column `K R_j` explains, the most that one drive does, and the
+    /// largest share of one muscle in the column.
     fn explanation(
         &self,
         joint: usize,

@@ -292,8 +292,9 @@ impl JointMonitor {
         lasting || (predicted.winches_move && by_reference.abs() > farthest)
     }
 
-    /// `x_max` and `x_r,max`, rad: a joint whose reference has turned stands until its cables have crossed their dead bands, and
-    /// friction decides when. A light one hardly resists them, so that all of its dead band is open.
+    /// `x_max` and `x_r,max`, rad: a joint whose reference has turned stands until its cables have crossed
+    /// their dead bands, and friction decides when. A light one hardly resists them, so that all of its dead
+    /// band is open.
     fn limits(&self, gains: &JointGains) -> [f64; 2] {
         let widest = WIDEST_BAND * gains.dead_band;
         let hidden = gains.jump.min(widest);

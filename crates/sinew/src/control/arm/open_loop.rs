@@ -5,9 +5,9 @@ use alloc::vec::Vec;
 
 /// Observers of all cables that get no load cells: copies of the corrected ones, made one to two seconds ago.
 ///
-/// A corrected observer follows its load cell, true or false. What a copy says since it was made depends on the
-/// encoders and the law alone, so that the difference is the error of a sensor or of the law. Two copies are made anew
-/// by turns, and the older one is compared: it always remembers at least [`RENEWAL`].
+/// A corrected observer follows its load cell, true or false. What a copy says since it was made depends on
+/// the encoders and the law alone, so that the difference is the error of a sensor or of the law. Two copies
+/// are made anew alternately, and the older one is compared: it always remembers at least [`RENEWAL`].
 ///
 /// # Source
 /// A bank of observers, each without one of the sensors: `clark1978`.
@@ -45,8 +45,8 @@ pub(super) struct Copied {
 
 /// s: time after which the older copy is made anew.
 const RENEWAL: f64 = 1.0;
-/// s: longest interval between two steps of a copy where cycles are shorter; an observer bridges 20 ms. A second copy may have to
-/// wait for one short cycle.
+/// s: longest interval between two steps of a copy where cycles are shorter; an observer bridges 20 ms. A
+/// second copy may have to wait for one short cycle.
 const LONGEST_INTERVAL: f64 = 0.0165;
 /// s: control cycles from which on both copies may step in the same one.
 const SHORT_CYCLE: f64 = 0.003;
@@ -107,9 +107,9 @@ impl OpenLoopCables {
         self.copies.iter_mut().try_for_each(|copy| copy.observers.set_sheath_bend(cable, bend))
     }
 
-    /// One cycle of `h` s with the positions of `samples`, whose tensions are not looked at. Returns whether the copy that
-    /// is compared has stepped to them. While `renewing`, the older copy is made anew from the corrected observers every
-    /// [`RENEWAL`].
+    /// One cycle of `h` s with the positions of `samples`, whose tensions are not looked at. Returns whether
+    /// the copy that is compared has stepped to them. While `renewing`, the older copy is made anew from the
+    /// corrected observers every [`RENEWAL`].
     pub(super) fn step(
         &mut self,
         h: f64,

@@ -116,8 +116,8 @@ impl NamedFault {
         SYMPTOM * symptom + part_of(self.fault)
     }
 
-    /// The fault of a number, of the part with this index; none for 0 and numbers without meaning. Of a sensor without a symptom, as
-    /// earlier recordings have it, no more is known.
+    /// The fault of a number, of the part with this index; none for 0 and numbers without meaning. Of a
+    /// sensor without a symptom, as earlier recordings have it, no more is known.
     #[must_use]
     pub fn of_code(code: u16, index: usize) -> Option<Self> {
         let (_, _, fault) = PARTS.get(usize::from(code % SYMPTOM).checked_sub(1)?)?;

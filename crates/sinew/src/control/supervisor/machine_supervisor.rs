@@ -214,8 +214,8 @@ impl Supervisor {
         })
     }
 
-    /// A request that differs from that of the cycle before becomes the goal. A reset has a meaning in a fault alone: asked for
-    /// earlier it does not take the place of a stop.
+    /// A request that differs from that of the cycle before becomes the goal. A reset has a meaning in a
+    /// fault alone: asked for earlier it does not take the place of a stop.
     fn take(&mut self, request: Request) {
         let early = request == Request::Reset && self.mode != Mode::Fault && self.goal.is_stop();
         if request != self.last_request && request != Request::None && !early {

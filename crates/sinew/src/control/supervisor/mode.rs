@@ -21,9 +21,9 @@ pub enum Mode {
 
 /// What a machine is asked for.
 ///
-/// It counts once, when it differs from that of the cycle before, and names a goal: the modes on the way to it are
-/// passed. A fault and a stale command end the goal, but for [`TurnOff`](Self::TurnOff); a [`Reset`](Self::Reset) before the
-/// fault mode does not take the place of a [stop](Self::is_stop).
+/// It counts once, when it differs from that of the cycle before, and names a goal: the modes on the way to
+/// it are passed. A fault and a stale command end the goal, but for [`TurnOff`](Self::TurnOff); a
+/// [`Reset`](Self::Reset) before the fault mode does not take the place of a [stop](Self::is_stop).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[repr(u8)]
 pub enum Request {

@@ -42,7 +42,8 @@ impl Places {
         }
     }
 
-    /// The place of what an error names, in words: a part with its file, line and key where it has one, else the machine.
+    /// The place of what an error names, in words: a part with its file, line and key where it has one, else
+    /// the machine.
     #[must_use]
     pub fn error(&self, error: Error) -> DescriptionError {
         let (kind, index, field, must) = match error {
@@ -78,7 +79,8 @@ impl Places {
         (file, line, self.origins.key(kind, index, field))
     }
 
-    /// In the muscle's own table, else in that for all, else in its description; of the first that has one of the keys.
+    /// In the muscle's own table, else in that for all, else in its description; of the first that has one of
+    /// the keys.
     fn of_muscle(&self, index: usize, field: &str) -> (String, usize, Option<String>) {
         let own = self.muscles.get(index).copied().flatten();
         for head in own.into_iter().chain(self.every) {

@@ -34,8 +34,8 @@ pub enum SensorFailure {
 }
 
 impl SensorFailure {
-    /// What a sensor reads in place of `measured`, `elapsed` s after its failure began; `previous` is its last reading, `noise` a number
-    /// of unit variance.
+    /// What a sensor reads in place of `measured`, `elapsed` s after its failure began; `previous` is its
+    /// last reading, `noise` a number of unit variance.
     pub(super) fn reading(
         self,
         measured: f64,

@@ -81,7 +81,8 @@ impl ArmReading {
     }
 }
 
-/// Noise of unit variance that belongs to a sensor and a time, whatever else was drawn: faults leave the other noise as it is.
+/// Noise of unit variance that belongs to a sensor and a time, whatever else was drawn: faults leave the
+/// other noise as it is.
 fn noise(time: f64, sensor: Sensor) -> f64 {
     let (kind, index) = match sensor {
         Sensor::Tension(k) => (1, k),

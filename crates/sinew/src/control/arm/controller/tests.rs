@@ -1,25 +1,8 @@
 use super::*;
-use crate::body::{PathElement, TendonPath};
+use crate::muscle::testing::lever;
 
 const H: f64 = 1e-3;
 const REST: f64 = 0.2;
-
-/// One hinge between two muscles, one above and one below it.
-fn lever() -> Robot {
-    let mut parts = crate::muscle::testing::chain(false).parts().clone();
-    parts.bodies.truncate(2);
-    parts.joints.truncate(1);
-    parts.sites.truncate(2);
-    for k in 0..2 {
-        let mut below = parts.sites[k].clone();
-        below.name.push_str(" below");
-        below.position[2] = -below.position[2];
-        parts.sites.push(below);
-    }
-    parts.tendons.truncate(2);
-    parts.tendons[1].path = TendonPath::Spatial([PathElement::Site(2), PathElement::Site(3)].to_vec());
-    Robot::new(parts).unwrap()
-}
 
 /// A lever as it is modelled: winches follow their commands, and load cells and encoder read what is predicted, the
 /// former with noise.

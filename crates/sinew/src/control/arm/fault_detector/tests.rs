@@ -252,7 +252,8 @@ fn each_fault_stops_the_arm_after_its_persistence_time_and_a_load_cell_never() {
     assert_eq!(from(100, |c| Cycle { tension: f64::NAN, ..c }), None);
     assert_eq!(from(100, |c| Cycle { tension: 100.0, ..c }), None);
     assert_eq!(from(100, |c| Cycle { tension: 40.0, ..c }), None);
-    // Stuck: seen when the muscles have moved by 16 mrad at 0.3 rad/s, 54 cycles later at the latest, for 17 cycles.
+    // Stuck: seen when the muscles have moved by 16 mrad at 0.3 rad/s, 54 cycles later at the latest, for 17
+    // cycles.
     let (k, fault, symptom) = from(100, |c| Cycle { joint: 0.23, ..c }).unwrap();
     assert!((fault, symptom) == (Fault::JointSensor(1), Symptom::Stuck) && (417..424).contains(&k), "{k}");
 }

@@ -1,6 +1,6 @@
 use super::super::open_loop::{Corrected, OpenLoopCables};
 use super::*;
-use crate::body::{PathElement, Robot, TendonPath};
+use crate::muscle::testing::lever;
 use crate::predictor::{CableModel, CableObservers, CableSample};
 
 /// s: control cycle, and time between two evaluations.
@@ -14,21 +14,9 @@ const FAR: f64 = 30.0;
 /// N, by which a reading changes in a cycle: what a winch can do.
 const RAMP: f64 = 5.0;
 
-/// One hinge between two muscles, one above and one below it.
-fn lever() -> MuscleDynamics {
-    let mut parts = crate::muscle::testing::chain(false).parts().clone();
-    parts.bodies.truncate(2);
-    parts.joints.truncate(1);
-    parts.sites.truncate(2);
-    for k in 0..2 {
-        let mut below = parts.sites[k].clone();
-        below.name.push_str(" below");
-        below.position[2] = -below.position[2];
-        parts.sites.push(below);
-    }
-    parts.tendons.truncate(2);
-    parts.tendons[1].path = TendonPath::Spatial([PathElement::Site(2), PathElement::Site(3)].to_vec());
-    let mut body = MuscleDynamics::new(&Robot::new(parts).unwrap()).unwrap();
+/// [`lever`], evaluated.
+fn body() -> MuscleDynamics {
+    let mut body = MuscleDynamics::new(&lever()).unwrap();
     body.evaluate(&[0.2]).unwrap();
     body
 }
@@ -54,8 +42,8 @@ struct Rig {
     isolation: Isolation,
     body: MuscleDynamics,
     copy: Copied,
-    /// N, by which the load cells come to read more than the copy estimates, at [`RAMP`], and by which that raises the far
-    /// estimates.
+    /// N, by which the load cells come to read more than the copy estimates, at [`RAMP`], and by which that
+    /// raises the far estimates.
     offset: [f64; 2],
     reading: [f64; 2],
     far_offset: [f64; 2],
@@ -66,7 +54,7 @@ struct Rig {
 impl Rig {
     fn new() -> Self {
         let isolation = Isolation::new(&[STIFFNESS; 2], &ArmGains::for_tests(2, 1));
-        let (body, copy) = (lever(), copy());
+        let (body, copy) = (body(), copy());
         let none = [0.0; 2];
         let mut rig =
             Self { isolation, body, copy, offset: none, reading: none, far_offset: none, torque: 0.0 };

@@ -2,7 +2,8 @@ use super::*;
 
 const H: f64 = 1e-3;
 
-/// A corrected observer and the copies beside it; its load cell reads `offset` N more than the cable has from the third second on.
+/// A corrected observer and the copies beside it; its load cell reads `offset` N more than the cable has from
+/// the third second on.
 fn run(seconds: f64, offset: f64, renewing: impl Fn(f64) -> bool) -> Vec<[f64; 2]> {
     let models = [CableModel::bench()];
     let mut observers = CableObservers::new(&models).unwrap();
