@@ -159,8 +159,8 @@ fn the_page_stops_a_run_through_its_supervisor() {
     assert!(answer.contains("\"ok\":true"), "{answer}");
     show(&mut tap, &cycle.step(&mut clock, 0).unwrap());
     assert_eq!(cycle.supervisor().mode(), Mode::SafeStop);
-    // The page that asked for it is closed: the stop goes on, beyond the end of the motion, until the machine
-    // is let down.
+    // The page that asked for it is closed: the stop goes on, beyond the end of the motion, until its
+    // cables are slack.
     drop(socket);
     drop(server);
     let mut cycles = 401;

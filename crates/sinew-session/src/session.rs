@@ -50,7 +50,7 @@ impl<P: Plant, M: Motion> Session<P, M> {
     }
 
     /// The same with a safe stop that can be asked for from elsewhere, whatever else is asked for: by setting
-    /// the flag. The cycles then go on until the machine is let down. There may be several such flags.
+    /// the flag. The cycles then go on until the tension is released. There may be several such flags.
     #[must_use]
     pub fn with_stop(mut self, stop: Arc<AtomicBool>) -> Self {
         self.stops.push(stop);

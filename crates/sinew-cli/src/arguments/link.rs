@@ -50,9 +50,9 @@ pub(crate) struct LinkWatchArguments {
 // What `sinew run` takes: no documentation comment here.
 #[derive(Debug, Args)]
 pub(crate) struct RunLinkArguments {
-    /// Take requests and set-points from a client at this address and port (0: a free one) in place of a motion; the motion's
-    /// speeds and accelerations [default: those of a tour] are the limits. In virtual time the machine's time goes on as
-    /// the client asks
+    /// Take requests and set-points from a client at this address and port (0: a free one) in place of a
+    /// motion; the motion's speeds and accelerations [default: those of a tour] are the limits. In virtual
+    /// time the machine's time goes on as the client asks
     #[arg(long, value_name = "ADDR:PORT")]
     pub(crate) link: Option<SocketAddr>,
     /// Key file of the link; needed unless the address is a loopback one

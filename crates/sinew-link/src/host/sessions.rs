@@ -30,8 +30,8 @@ pub struct SessionSettings {
     pub timeout_ns: u64,
     /// Without a valid packet, on the wall clock: then the session ends, ns.
     pub expiry_ns: u64,
-    /// From the end of a session, in the machine's time, for which a machine under tension is held before it
-    /// is let down, ns.
+    /// From the end of a session, in the machine's time, for which a machine under tension is held before its
+    /// tension is released, ns.
     pub unattended_ns: u64,
     /// Most commands per second.
     pub commands_per_second: u32,

@@ -370,7 +370,7 @@ impl FaultDetector {
     }
 
     /// Holds load cells and encoders against each other, `dt` s after the last time; returns a muscle whose
-    /// load cell is not to be believed from some time before on.
+    /// load cell was wrong before it was rejected: its observer forgets it.
     pub(super) fn isolate(&mut self, dt: f64, seen: &Seen<'_>) -> Option<usize> {
         match self.isolation.evaluate(dt, seen) {
             Finding::Nothing => None,

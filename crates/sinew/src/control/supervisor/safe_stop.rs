@@ -59,7 +59,7 @@ impl SafeStop {
     }
 
     /// Begins with the commands of the cycle before and the tensions that were accepted in it, N, NaN where a
-    /// load cell was not believed: it is not believed in the stop either.
+    /// load cell was rejected: it is not used in the stop either.
     pub(super) fn begin(&mut self, drives: &[DriveCommand], accepted: &[f64]) {
         (self.time, self.is_down) = (0.0, false);
         self.braked.fill(false);
