@@ -230,7 +230,9 @@ const INSIDE: &str = "SINEW_STOPS_INSIDE";
 #[test]
 fn drives_of_another_process_are_disabled_whatever_ends_the_run() {
     if std::env::var_os(INSIDE).is_some() {
-        [End::Terminated, End::InterruptedTwice, End::StoppedByThePage, End::LostClient].map(disabled_after);
+        for end in [End::Terminated, End::InterruptedTwice, End::StoppedByThePage, End::LostClient] {
+            disabled_after(end);
+        }
         return;
     }
     let permitted = Command::new("unshare")
