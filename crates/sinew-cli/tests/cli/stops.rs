@@ -5,9 +5,13 @@ use crate::link::{Running, advance};
 use serde_json::Value;
 use sinew_link::client::Client;
 use sinew_link::{Command as LinkCommand, Mode, Request, Setpoints};
+use std::io::{BufRead, BufReader};
+use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
+use tungstenite::Message;
+use tungstenite::client::IntoClientRequest;
 
 const PATIENCE: Duration = Duration::from_secs(120);
 const MS: u64 = 1_000_000;
@@ -215,23 +219,22 @@ fn the_second_ctrl_c_ends_a_run_at_once_with_its_results() {
     replays(&bench, "moving.mcap");
 }
 
-/// A run on devices of another process, over a pair of virtual interfaces in a network of their own, until
-/// signals end it.
-const TWO_PROCESSES: &str = r#"
-ip link add sinew0 type veth peer name sinew1 && ip link set sinew0 up && ip link set sinew1 up || exit 9
-"$SINEW" ethercat simulate leg.toml --interface sinew1 --duration 240 --json > devices.json & DEVICES=$!
-sleep 1
-"$SINEW" run leg.toml --bus ethercat --interface sinew0 --path to-joints:hip=0.4,knee=1.0 --duration 60 --hold 1 \
-    --unverified --record run.mcap --json > run.json & RUN=$!
-while kill -0 $RUN 2> /dev/null && [ "$(stat -c %s run.mcap 2> /dev/null || echo 0)" -lt 150000 ]; do sleep 0.1; done
-for SIGNAL in $SIGNALS; do kill -$SIGNAL $RUN; sleep 0.2; done
-wait $RUN; echo "run $?"
-sleep 0.1; kill -INT $DEVICES; wait $DEVICES
-"#;
+/// Two virtual interfaces in a network of their own, in which this test runs again.
+const NETWORK: &str = "ip link set lo up; ip link add sinew0 type veth peer name sinew1 && ip link set sinew0 up \
+                       && ip link set sinew1 up && exec \"$0\" --exact \
+                       stops::drives_of_another_process_are_disabled_whatever_ends_the_run --nocapture";
+/// Set in that network.
+const INSIDE: &str = "SINEW_STOPS_INSIDE";
 
 #[cfg(target_os = "linux")]
 #[test]
 fn drives_of_another_process_are_disabled_whatever_ends_the_run() {
+    if std::env::var_os(INSIDE).is_some() {
+        for end in [End::Terminated, End::InterruptedTwice, End::StoppedByThePage, End::LostClient] {
+            disabled_after(end);
+        }
+        return;
+    }
     let permitted = Command::new("unshare")
         .args(["-Urn", "sh", "-c", "ip link add sinew0 type veth peer name sinew1"])
         .output();
@@ -239,26 +242,106 @@ fn drives_of_another_process_are_disabled_whatever_ends_the_run() {
         eprintln!("skipped: network namespaces or virtual interfaces are not permitted here");
         return;
     }
+    let inside = Command::new("unshare")
+        .args(["-Urn", "sh", "-c", NETWORK])
+        .arg(std::env::current_exe().unwrap())
+        .env(INSIDE, "1")
+        .output()
+        .unwrap();
+    let told = String::from_utf8_lossy(&inside.stdout) + String::from_utf8_lossy(&inside.stderr);
+    assert!(inside.status.success() && told.contains("1 passed"), "{told}");
+}
+
+/// What ends a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    Terminated,
+    InterruptedTwice,
+    StoppedByThePage,
+    /// Its session ends without a word, and the run some seconds later.
+    LostClient,
+}
+
+/// A run on devices of another process, until something ends it.
+#[cfg(target_os = "linux")]
+fn disabled_after(end: End) {
     let bench = Bench::new();
     let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/planar_leg.toml");
     // Times of a computer with other work.
     let lenient = "\n[safety]\nlateness_s = 1000.0\nbridged_lateness_s = 10.0\nbridged_loss_s = 5.0\n";
     bench.write("leg.toml", std::fs::read_to_string(model).unwrap() + lenient);
-    for signals in ["TERM", "INT INT"] {
-        let output = Command::new("unshare")
-            .args(["-Urn", "sh", "-c", TWO_PROCESSES])
+    let start = |arguments: &str| {
+        Command::new(env!("CARGO_BIN_EXE_sinew"))
+            .args(arguments.split_whitespace())
             .current_dir(bench.path("."))
-            .env("SINEW", env!("CARGO_BIN_EXE_sinew"))
-            .env("SIGNALS", signals)
-            .output()
-            .unwrap();
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(String::from_utf8_lossy(&output.stdout).contains("run 3"), "{signals}: {output:?}");
-        let devices: Value = serde_json::from_str(&bench.read("devices.json")).unwrap();
-        assert!(devices["frames_answered"].as_u64().unwrap() > 500, "{devices}");
-        // A drive that stops by itself, because nothing comes any more, says so with a fault.
-        let left = ["drives_with_power", "drives_with_a_fault"].map(|key| devices[key].as_u64());
-        assert_eq!(left, [Some(0); 2], "{signals}: {told} {}", bench.read("run.json"));
-        std::fs::remove_file(bench.path("run.mcap")).unwrap();
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    };
+    let devices = start("ethercat simulate leg.toml --interface sinew1 --duration 240 --json");
+    std::thread::sleep(Duration::from_secs(1));
+    let more = match end {
+        End::StoppedByThePage => "--page --bind 127.0.0.1:0",
+        End::LostClient => "--link 127.0.0.1:0 --until 9",
+        _ => "",
+    };
+    let mut run = start(&format!(
+        "run leg.toml --bus ethercat --interface sinew0 --path to-joints:hip=0.4,knee=1.0 --duration 60 --hold 1 \
+         --unverified --record run.mcap --json {more}"
+    ));
+    let mut lines = BufReader::new(run.stderr.take().unwrap()).lines().map_while(Result::ok);
+    match end {
+        End::Terminated | End::InterruptedTwice => {
+            until_seconds_are_in(&bench.path("run.mcap"));
+            signal(&run, if end == End::Terminated { "TERM" } else { "INT" });
+            if end == End::InterruptedTwice {
+                std::thread::sleep(Duration::from_millis(200));
+                signal(&run, "INT");
+            }
+        }
+        End::StoppedByThePage => {
+            let address = address_in(&mut lines, "http://");
+            until_seconds_are_in(&bench.path("run.mcap"));
+            stop_by_the_page(address);
+        }
+        End::LostClient => {
+            let address = address_in(&mut lines, "listens on ");
+            let mut client = Client::connect(address, None, PATIENCE).unwrap();
+            keep(&mut client, Request::Run, Mode::Run);
+            drop(client);
+        }
     }
+    let told = std::thread::spawn(move || lines.collect::<Vec<_>>().join("\n"));
+    let ended = run.wait_with_output().unwrap();
+    let told = told.join().unwrap();
+    let code = if end == End::LostClient { 0 } else { 3 };
+    assert_eq!(ended.status.code(), Some(code), "{end:?}: {told}");
+    std::thread::sleep(Duration::from_millis(100));
+    signal(&devices, "INT");
+    let devices: Value = serde_json::from_slice(&devices.wait_with_output().unwrap().stdout).unwrap();
+    assert!(devices["frames_answered"].as_u64().unwrap() > 500, "{devices}");
+    // A drive that stops by itself, because nothing comes any more, says so with a fault.
+    let left = ["drives_with_power", "drives_with_a_fault"].map(|key| devices[key].as_u64());
+    assert_eq!(left, [Some(0); 2], "{end:?}: {told} {}", String::from_utf8_lossy(&ended.stdout));
+}
+
+/// The address that a run names after some words.
+fn address_in(lines: &mut impl Iterator<Item = String>, before: &str) -> SocketAddr {
+    let found = lines.find_map(|line| {
+        let after = line.split_once(before)?.1;
+        after.split(['/', ' ', ',']).next()?.parse().ok()
+    });
+    found.expect("the run says where it listens")
+}
+
+/// Asks for a safe stop as the page does.
+fn stop_by_the_page(address: SocketAddr) {
+    let stream = TcpStream::connect(address).unwrap();
+    let mut request = format!("ws://{address}/stream").into_client_request().unwrap();
+    request.headers_mut().insert("Sec-WebSocket-Protocol", "sinew.live.1".parse().unwrap());
+    let (mut socket, _) = tungstenite::client::client(request, stream).unwrap();
+    let stop = r#"{"id":1,"command":"mode","request":"safe_stop"}"#;
+    socket.send(Message::text(stop)).unwrap();
+    while socket.read().is_ok() {}
 }

@@ -50,7 +50,7 @@ pub(crate) enum Verdict {
 ///
 /// ```text
 /// d_ij = sqrt(e_ij e_ji),   e_ij = RMSE on log j of a model fitted to log i / standard deviation of the far side of j
-/// contradicts:  d_ij > 0.7 and > 3 sqrt(o_i o_j),   o_i = the same of half of log i by a model of its other half
+/// contradicts:  d_ij > 0.7 and > 3 sqrt(o_i o_j),   o_i = the same of half of log i by a model of its other half < 0.5
 /// odd k:        both pairs with k contradict, and d_ki > 2.5 d_ij of the other two
 /// undecidable:  otherwise the pair of the largest d_ij, where it contradicts
 /// ```
@@ -87,7 +87,12 @@ fn judge_by(logs: &ConditionedLogs, recipe: &Recipe) -> Verdict {
         (0..count).into_par_iter().map(|k| own_error(recipe, &of_log(&logs.runs, k))).collect();
     let error = |i: usize, j: usize| errors[i].as_ref().map_or(0.0, |of_model| of_model[j]);
     let distance = |i: usize, j: usize| (error(i, j) * error(j, i)).sqrt();
-    let contradicts = |i: usize, j: usize| distance(i, j) > CONTRADICTS.max(WORSE * (own[i] * own[j]).sqrt());
+    // A log of which one half does not foretell the other contradicts nothing.
+    let foretells = |i: usize| own[i] < FORETELLS;
+    let contradicts = |i: usize, j: usize| {
+        let least = CONTRADICTS.max(WORSE * (own[i] * own[j]).sqrt());
+        foretells(i) && foretells(j) && distance(i, j) > least
+    };
     let pairs: &[(usize, usize)] = if count == 2 { &[(0, 1)] } else { &[(0, 1), (0, 2), (1, 2)] };
     for odd in (0..count).filter(|_| count == 3) {
         let (i, j) = ((odd + 1) % 3, (odd + 2) % 3);

@@ -237,10 +237,12 @@ impl FaultDetector {
             let usable = matches!(check, EncoderCheck::Accepted | EncoderCheck::Returned);
             self.joint[k] = if usable { measured } else { f64::NAN };
             self.checks[k] = check;
-            let symptom = self.encoders[k].symptom();
-            self.report(check == EncoderCheck::Accepted, Fault::JointSensor(k), symptom);
-            if self.encoders[k].rejected_for > JOINT_PERSISTENCE_TIME {
-                self.stop(Fault::JointSensor(k), symptom);
+            if check != EncoderCheck::Accepted {
+                let symptom = self.encoders[k].symptom();
+                self.report(Fault::JointSensor(k), symptom);
+                if self.encoders[k].rejected_for > JOINT_PERSISTENCE_TIME {
+                    self.stop(Fault::JointSensor(k), symptom);
+                }
             }
         }
     }
@@ -250,7 +252,7 @@ impl FaultDetector {
             let speed = prediction.winch_speed[k];
             let gains = &self.muscle_gains[k];
             // A load cell that is rejected does not say whether its cable is slack.
-            let rejected = self.load_cells[k].rejected_for > 0.0 || self.isolation.bridged(k).is_some();
+            let rejected = self.load_cells[k].rejected_for > 0.0 || self.isolation.is_bridged(k);
             let tension = match rejected {
                 true => f64::NAN,
                 false => self.isolation.least_tension(k, measurement.tension[k]),
@@ -293,11 +295,13 @@ impl FaultDetector {
             } else if accepted {
                 self.drive_standing[k] = !self.is_travel_confirmed(k, prediction.tension_in[k]);
             }
-            let (fault, symptom) = match self.drive_standing[k] {
-                true => (Fault::Drive(k), Symptom::Standing),
-                false => (Fault::MotorSensor(k), symptom),
-            };
-            self.report_vital(accepted, rejected_for, fault, symptom);
+            if !accepted {
+                let (fault, symptom) = match self.drive_standing[k] {
+                    true => (Fault::Drive(k), Symptom::Standing),
+                    false => (Fault::MotorSensor(k), symptom),
+                };
+                self.report_vital(rejected_for, fault, symptom);
+            }
             let residual = if blocked { 0.0 } else { h * speed - moved };
             self.winch_residual[k] = (self.winch_residual[k] + residual) * (1.0 - h / WINCH_RESIDUAL_DECAY);
             if self.winch_residual[k].abs() > max_residual {
@@ -336,13 +340,14 @@ impl FaultDetector {
             self.missing_for[k] = if missing { self.missing_for[k] + h } else { 0.0 };
             let accepted = plausible && trusted && self.missing_for[k] <= MISSING_TIME;
             self.tension[k] = if accepted { measured } else { f64::NAN };
-            let rejected = (Fault::TensionSensor(k), self.load_cells[k].symptom());
-            let (fault, symptom) = match self.isolation.bridged(k) {
-                Some(bridged) if plausible => bridged,
-                _ => rejected,
-            };
             // A tension that is missing has no name before it is known whether the joint lacks its force.
-            self.report(accepted || missing && self.missing_for[k] <= JUDGEMENT_TIME, fault, symptom);
+            let unnamed = missing && self.missing_for[k] <= JUDGEMENT_TIME;
+            if !accepted && !unnamed {
+                let bridged = self.isolation.bridged(k).filter(|_| plausible);
+                let rejected = (Fault::TensionSensor(k), self.load_cells[k].symptom());
+                let (fault, symptom) = bridged.unwrap_or(rejected);
+                self.report(fault, symptom);
+            }
             self.judge_missing_tension(k, prediction);
         }
     }
@@ -351,11 +356,13 @@ impl FaultDetector {
     /// another part that makes its estimate false; one that is missing alone is that of a load cell.
     fn judge_missing_tension(&mut self, k: usize, prediction: &Prediction<'_>) {
         let missing_for = self.missing_for[k];
+        if missing_for <= PERSISTENCE_TIME || missing_for > BREAK_MEMORY {
+            return;
+        }
         // Where a cell is bridged that had deviated, its estimate has just changed, and the force with it.
         let deviating = matches!(self.isolation.bridged(k), Some((_, Symptom::Deviating | Symptom::Noisy)));
         // A cell that was bridged before does not tell that its cable breaks.
-        let known = self.isolation.is_bridged_since(k, missing_for + JUDGEMENT_TIME);
-        if missing_for <= PERSISTENCE_TIME || missing_for > BREAK_MEMORY || deviating || known {
+        if deviating || self.isolation.is_bridged_since(k, missing_for + JUDGEMENT_TIME) {
             return;
         }
         let [early, late] = BROKEN_SHARES;
@@ -363,7 +370,7 @@ impl FaultDetector {
         let (fault, symptom) = self.missing_by[k];
         if self.isolation.force_is_lacking(k, share, prediction.tension_out[k]) || fault != Fault::Cable(k) {
             self.stop(fault, symptom);
-        } else if missing_for > JUDGEMENT_TIME && self.isolation.bridged(k).is_none() {
+        } else if missing_for > JUDGEMENT_TIME && !self.isolation.is_bridged(k) {
             let [pose, ..] = prediction.joint;
             self.isolation.begin_bridge(k, Symptom::Deviating, pose);
         }
@@ -406,16 +413,16 @@ impl FaultDetector {
         }
     }
 
-    /// Degrades the arm where a measurement was rejected.
-    fn report(&mut self, accepted: bool, fault: Fault, symptom: Symptom) {
-        if !accepted && self.status == ArmStatus::Following {
+    /// Degrades the arm: a measurement was rejected.
+    fn report(&mut self, fault: Fault, symptom: Symptom) {
+        if self.status == ArmStatus::Following {
             (self.status, self.symptom) = (ArmStatus::Degraded(fault), symptom);
         }
     }
 
     /// The same for a sensor without which the arm stops after the persistence time.
-    fn report_vital(&mut self, accepted: bool, rejected_for: f64, fault: Fault, symptom: Symptom) {
-        self.report(accepted, fault, symptom);
+    fn report_vital(&mut self, rejected_for: f64, fault: Fault, symptom: Symptom) {
+        self.report(fault, symptom);
         if rejected_for > PERSISTENCE_TIME {
             self.stop(fault, symptom);
         }

@@ -270,6 +270,11 @@ impl Isolation {
         Some((fault, bridge.symptom))
     }
 
+    /// Whether a load cell is bridged.
+    pub(super) fn is_bridged(&self, muscle: usize) -> bool {
+        self.muscles[muscle].bridge.is_some()
+    }
+
     /// Whether a load cell has been bridged for longer than some time, s.
     pub(super) fn is_bridged_since(&self, muscle: usize, time: f64) -> bool {
         self.muscles[muscle].bridge.is_some_and(|bridge| bridge.age > time)
@@ -321,25 +326,22 @@ impl Isolation {
     /// A reading of a load cell, `h` s after the one before, with its estimate, N: whether it is used.
     /// `agrees` is false for a reading that another check refuses; `pose` is that of the joints.
     pub(super) fn check(&mut self, k: usize, h: f64, measured: f64, estimated: f64, pose: &[f64]) -> bool {
-        let on_trial = self.alarm.is_some_and(|alarm| alarm.muscle == k && alarm.on_trial);
         let watched = &mut self.muscles[k];
         let innovation = measured - estimated;
         let change = measured - watched.readings[0];
         let rough = watched.follow_roughness(h, measured);
         let step = 6.0 * watched.noise + 0.1 * estimated + watched.stiffness * 4e-4;
         watched.since_step = if change.abs() > step { 0.0 } else { watched.since_step + h };
-        let limit = 8.0 * watched.noise + 0.3 * estimated + watched.stiffness * 1e-4;
-        // A reading after a gap has no change: it has to agree with its estimate.
-        let stepped = change.abs() > limit || change.is_nan();
         if let Some(bridge) = &mut watched.bridge {
             bridge.age += h;
             let agrees = innovation.abs() < (AGREEING * watched.fast).min(0.5 * watched.slow) && !rough;
             bridge.agreed_for = if agrees { bridge.agreed_for + h } else { 0.0 };
+            let on_trial = self.alarm.is_some_and(|alarm| alarm.muscle == k && alarm.on_trial);
             if bridge.agreed_for > bridge.agreement(watched.bridges) && !on_trial {
                 watched.bridge = None;
                 self.history.forget();
             }
-        } else if innovation.abs() > watched.fast && stepped {
+        } else if innovation.abs() > watched.fast && watched.has_stepped(change, estimated) {
             self.begin_bridge(k, Symptom::of_reading(measured, false), pose);
         } else if rough {
             self.begin_bridge(k, Symptom::Noisy, pose);
@@ -614,6 +616,13 @@ impl Watched {
 
     fn restart(&mut self) {
         *self = Self::unseen(self.stiffness, self.noise, self.arm_error);
+    }
+
+    /// Whether a change of the reading, N, is no cable's. A reading after a gap has no change: it has to agree
+    /// with its estimate.
+    fn has_stepped(&self, change: f64, estimated: f64) -> bool {
+        let limit = 8.0 * self.noise + 0.3 * estimated + self.stiffness * 1e-4;
+        change.abs() > limit || change.is_nan()
     }
 
     /// Follows the roughness of the readings; whether it is that of a cell whose noise has grown.
