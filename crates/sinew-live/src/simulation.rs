@@ -125,16 +125,24 @@ impl Simulation {
     /// # Errors
     /// As [`Session::step`].
     pub fn step(&mut self) -> Result<(), Error> {
-        let Self { session, shown, cables, .. } = self;
-        if session.plant().has_failed() {
-            return Ok(());
-        }
-        shown.fill(&session.step(&mut VirtualClock::default(), 0)?.seen());
-        session.plant_mut().pass();
-        for (view, drive) in cables.iter_mut().zip(session.plant().arm().truth().drives) {
-            view.travel += drive.moved;
+        self.pass();
+        if !self.session.plant().has_failed() {
+            self.shown.fill(&self.session.step(&mut VirtualClock::default(), 0)?.seen());
         }
         Ok(())
+    }
+
+    /// Lets the period after the last commands pass, once: what is shown is the cycle and the plant as it found it.
+    fn pass(&mut self) {
+        let Self { session, cables, .. } = self;
+        let before = session.plant().arm().truth().time;
+        session.plant_mut().pass();
+        let truth = session.plant().arm().truth();
+        if truth.time > before {
+            for (view, drive) in cables.iter_mut().zip(truth.drives) {
+                view.travel += drive.moved;
+            }
+        }
     }
 
     /// Asks the supervisor for a mode.
@@ -164,6 +172,7 @@ impl Simulation {
     /// # Errors
     /// As [`InjectedFault::validate`].
     pub fn inject(&mut self, failure: Failure, duration: f64) -> Result<(), Error> {
+        self.pass();
         let fault = InjectedFault { start: self.plant().truth().time, duration, failure };
         let [muscles, joints] = self.session.supervisor().dimensions();
         fault.validate(muscles, joints)?;
@@ -199,6 +208,7 @@ impl Simulation {
         force: [f64; 3],
         duration: f64,
     ) -> Result<usize, Error> {
+        self.pass();
         let (q, now) = (self.plant().truth().q.to_vec(), self.plant().truth().time);
         let mut pushes = Vec::new();
         // The torques that do the same work: F dx/dq.
