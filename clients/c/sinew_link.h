@@ -27,7 +27,7 @@ enum { SINEW_NONE, SINEW_JOINT, SINEW_MUSCLE_LENGTH, SINEW_TENSION, SINEW_END_PO
 
 /* A number that has never been known is NaN. */
 typedef struct { double joint_estimated, joint_velocity, joint_reference; } sinew_joint;
-typedef struct { double tension_in_n, tension_out_estimated_n, position_in_m, command; } sinew_muscle;
+typedef struct { double tension_in_n, tension_out_estimated_n, position_in_m, command, current_a, temperature_degc, setpoint_age_us; } sinew_muscle;
 
 typedef struct {
     uint64_t machine_time_ns, cycle, accepted, lost, rejected, late;

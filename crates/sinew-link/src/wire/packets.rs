@@ -118,6 +118,9 @@ record! {
         tension_out_estimated_n: "N", "At the anchor, estimated.";
         position_in_m: "m", "Position of the cable at the drive, + toward the motor.";
         command: "m/s, N or A", "Of the drive: speed toward the motor, tension or current.";
+        current_a: "A", "Of the motor.";
+        temperature_degc: "degC", "Of the motor.";
+        setpoint_age_us: "us", "Of the set-point that the drive follows.";
     }
 }
 

@@ -102,11 +102,12 @@ macro_rules! slow {
     };
 }
 
-/// Resolutions: counts and codes, 1; delays, 1 ns in us, because the supervisor judges them; tensions, N; temperatures, degC; joints, rad or
+/// Resolutions: counts and codes, 1; delays, 1 ns in us, because the supervisor judges them; tensions, N; currents, A; temperatures, degC; joints, rad or
 /// m; commands, m/s, A or N.
 const ONE: Resolution = Resolution::Rounded(1.0);
 const DELAY: Resolution = Resolution::Rounded(1e-3);
 const TENSION: Resolution = Resolution::Rounded(0.01);
+const CURRENT: Resolution = Resolution::Rounded(0.001);
 const TEMPERATURE: Resolution = Resolution::Rounded(0.1);
 const JOINT: Resolution = Resolution::Rounded(1e-6);
 const COMMAND: Resolution = Resolution::Rounded(1e-4);
@@ -162,6 +163,15 @@ signals! {
     #[doc = "load cell at the drive"]
     TensionIn("tension_in_n", "N", Muscle, Measured, EXACT, every, "near tension") =
         |cycle, out| copy(out, &cycle.feedback.tension);
+    #[doc = "current of the motor as its drive says, + winds in"]
+    Current("current_a", "A", Muscle, Measured, CURRENT, every, "motor current") =
+        |cycle, out| copy(out, &cycle.feedback.current);
+    #[doc = "temperature of the motor as its drive says"]
+    Temperature("temperature_degc", "degC", Muscle, Measured, TEMPERATURE, slow, "motor temperature") =
+        |cycle, out| copy(out, &cycle.feedback.temperature);
+    #[doc = "age of the newest set-point in this cycle, as its drive received it"]
+    SetpointAge("setpoint_age_us", "us", Muscle, Measured, ONE, slow, "age of the set-point") =
+        |cycle, out| copy(out, &cycle.feedback.setpoint_age);
     #[doc = "joint encoder"]
     Joint("joint", "rad or m", Joint, Measured, EXACT, every, "measured") =
         |cycle, out| copy(out, &cycle.feedback.joint);
