@@ -22,7 +22,7 @@ int main(int count, char **arguments) {
     double start[SINEW_MAX_JOINTS], wanted[SINEW_MAX_JOINTS];
     sinew_link_command(&robot, SINEW_ASK_HOLD, SINEW_NONE, NULL, NULL, 0, 0, 0);
     if (!sinew_link_receive(&robot, 5.0)) return fprintf(stderr, "error: no state\n"), 1;
-    for (unsigned i = 0; i < robot.joints; i++) wanted[i] = start[i] = robot.state.joint[i].reference;
+    for (unsigned i = 0; i < robot.joints; i++) wanted[i] = start[i] = robot.state.joint[i].joint_reference;
     uint64_t begin = sinew_now(), states = 0;
     for (;;) {
         double t = (double)(sinew_now() - begin) * 1e-9;
@@ -35,6 +35,6 @@ int main(int count, char **arguments) {
     }
     printf("{\"states\": %llu, \"accepted\": %llu, \"lost\": %llu, \"mode\": %u, \"first_joint\": %.6f, \"round_trip_us\": %.1f}\n",
            (unsigned long long)states, (unsigned long long)robot.state.accepted, (unsigned long long)robot.state.lost,
-           robot.state.mode, robot.state.joint[0].position, (double)robot.round_trip_ns * 1e-3);
+           robot.state.mode, robot.state.joint[0].joint_estimated, (double)robot.round_trip_ns * 1e-3);
     return sinew_link_close(&robot) ? 1 : 0;
 }

@@ -25,8 +25,9 @@ enum { SINEW_NONE, SINEW_JOINT, SINEW_MUSCLE_LENGTH, SINEW_TENSION, SINEW_END_PO
 #define SINEW_MAX_MUSCLES 128
 #define SINEW_MAX_DATAGRAM 1232
 
-typedef struct { double position, velocity, reference; } sinew_joint;
-typedef struct { double tension_in, tension_out, motor_position, command; } sinew_muscle;
+/* A number that has never been known is NaN. */
+typedef struct { double joint_estimated, joint_velocity, joint_reference; } sinew_joint;
+typedef struct { double tension_in_n, tension_out_estimated_n, position_in_m, command, current_a, temperature_degc, setpoint_age_us; } sinew_muscle;
 
 typedef struct {
     uint64_t machine_time_ns, cycle, accepted, lost, rejected, late;
@@ -187,7 +188,7 @@ static int sinew_send(sinew_link *link, unsigned kind, uint8_t *datagram, size_t
     uint64_t now = sinew_now();
     uint8_t *at = datagram;
     memcpy(at, "SNWL", 4);
-    at = sinew_put(at + 4, 1, 1), at = sinew_put(at, kind, 1), at = sinew_put(at, SINEW_HEAD + body + SINEW_TAG, 2);
+    at = sinew_put(at + 4, 2, 1), at = sinew_put(at, kind, 1), at = sinew_put(at, SINEW_HEAD + body + SINEW_TAG, 2);
     at = sinew_put(at, link->session, 8), at = sinew_put(at, link->session ? ++link->sent : 0, 8);
     at = sinew_put(at, link->newest, 8), at = sinew_put(at, now, 8), at = sinew_put(at, link->newest_sent_ns, 8);
     sinew_put(at, link->newest ? now - link->newest_arrived_ns : 0, 8);
@@ -208,7 +209,7 @@ static int sinew_next(sinew_link *link, unsigned kind, uint8_t *datagram, uint64
         uint8_t tag[32], differs = 0;
         sinew_hmac(link->host_key, datagram, sealed, "", 0, tag);
         for (int i = 0; i < 32; i++) differs |= (uint8_t)(tag[i] ^ datagram[sealed + (size_t)i]);
-        if (differs || memcmp(datagram, "SNWL\1", 5) || datagram[5] != kind) continue;
+        if (differs || memcmp(datagram, "SNWL\2", 5) || datagram[5] != kind) continue;
         if (sinew_get(datagram + 6, 2) != (uint64_t)size || sinew_get(datagram + 8, 8) != link->session) continue;
         if (link->session) {
             uint64_t sequence = sinew_get(datagram + 16, 8);
@@ -308,6 +309,10 @@ int sinew_link_command(sinew_link *link, unsigned request, unsigned setpoint, co
     return sinew_send(link, 4, datagram, body);
 }
 
+static void sinew_numbers(double *to, const uint8_t *from, size_t size) {
+    for (size_t i = 0; i < size / 8; i++) to[i] = sinew_get_double(from + 8 * i);
+}
+
 /* Takes one part of a state; 1 where it was the last. */
 static int sinew_take(sinew_state *s, const uint8_t *b, size_t size) {
     if (size < SINEW_STATE) return 0;
@@ -315,7 +320,9 @@ static int sinew_take(sinew_state *s, const uint8_t *b, size_t size) {
     unsigned first = (unsigned)sinew_get(b + 92, 2), count = (unsigned)sinew_get(b + 94, 2);
     unsigned first_muscle = (unsigned)sinew_get(b + 96, 2), muscle_count = (unsigned)sinew_get(b + 98, 2);
     if (joints > SINEW_MAX_JOINTS || muscles > SINEW_MAX_MUSCLES || first + count > joints) return 0;
-    if (first_muscle + muscle_count > muscles || size != SINEW_STATE + 24 * (size_t)count + 32 * (size_t)muscle_count) return 0;
+    size_t joint = sinew_get(b + 27, 2), muscle = sinew_get(b + 29, 2); /* a newer host sends more numbers of each */
+    if (joint < sizeof(sinew_joint) || muscle < sizeof(sinew_muscle)) return 0;
+    if (first_muscle + muscle_count > muscles || size != SINEW_STATE + joint * count + muscle * muscle_count) return 0;
     s->machine_time_ns = sinew_get(b, 8), s->cycle = sinew_get(b + 8, 8);
     s->mode = b[16], s->request = b[17], s->setpoint = b[18], s->flags = b[19];
     s->fault = (unsigned)sinew_get(b + 20, 2), s->fault_index = (unsigned)sinew_get(b + 22, 2);
@@ -325,14 +332,9 @@ static int sinew_take(sinew_state *s, const uint8_t *b, size_t size) {
     for (int i = 0; i < 3; i++) s->end_point[i] = sinew_get_double(b + 64 + 8 * i);
     s->joints = joints, s->muscles = muscles;
     b += SINEW_STATE;
-    for (unsigned i = first; i < first + count; i++, b += 24) {
-        sinew_joint joint = {sinew_get_double(b), sinew_get_double(b + 8), sinew_get_double(b + 16)};
-        s->joint[i] = joint;
-    }
-    for (unsigned i = first_muscle; i < first_muscle + muscle_count; i++, b += 32) {
-        sinew_muscle muscle = {sinew_get_double(b), sinew_get_double(b + 8), sinew_get_double(b + 16), sinew_get_double(b + 24)};
-        s->muscle[i] = muscle;
-    }
+    for (unsigned i = first; i < first + count; i++, b += joint) sinew_numbers((double *)&s->joint[i], b, sizeof s->joint[i]);
+    for (unsigned i = first_muscle; i < first_muscle + muscle_count; i++, b += muscle)
+        sinew_numbers((double *)&s->muscle[i], b, sizeof s->muscle[i]);
     return first + count == joints && first_muscle + muscle_count == muscles;
 }
 

@@ -17,7 +17,8 @@ link.command(HOLD)
 state = None
 while state is None or state["joint_count"] == 0:
     state = link.state()
-start = state["numbers"][2 : 3 * state["joint_count"] : 3]  # the reference of every joint
+each = state["joint_size"] // 8
+start = state["numbers"][2 : each * state["joint_count"] : each]  # the reference of every joint
 link.socket.settimeout(0.002)
 begin, states = time.monotonic(), 0
 while (t := time.monotonic() - begin) < seconds:

@@ -36,7 +36,8 @@ while state["mode"] != RUN - 1:  # the number of the mode Run is 4
     if begin > 60e9:
         raise TimeoutError(f"the machine is in mode {state['mode']} after a minute")
 first = begin
-held = state["numbers"][2 : 3 * state["joint_count"] : 3]
+each = state["joint_size"] // 8
+held = state["numbers"][2 : each * state["joint_count"] : each]
 ends, worst, steps = begin + round(seconds * 1e9), 0.0, 0
 while begin < ends and state["mode"] == RUN - 1:
     times = range(begin + SPACING, begin + STEP + 3 * SPACING, SPACING)
@@ -44,8 +45,8 @@ while begin < ends and state["mode"] == RUN - 1:
     points = [(t, [q + AMPLITUDE * (1 - math.cos(p)) / 2 for q in held]) for t, p in zip(times, phase)]
     begin += STEP
     state, steps = advance(begin, JOINT, points), steps + 1
-    joints = state["numbers"][: 3 * state["joint_count"]]
-    worst = max(worst, *(abs(q - r) for q, r in zip(joints[0::3], joints[2::3])))
+    joints = state["numbers"][: each * state["joint_count"]]
+    worst = max(worst, *(abs(q - r) for q, r in zip(joints[0::each], joints[2::each])))
 print(json.dumps({
     "machine_s": begin * 1e-9, "steps": steps, "mode_at_begin": mode_at_begin, "mode": state["mode"],
     "fault": state["fault"], "largest_error": worst, "late": state["late"], "lost": state["lost"],

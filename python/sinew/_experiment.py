@@ -42,10 +42,10 @@ class Run:
         figure = Figure(figsize=(8, 5), layout="constrained")
         above, below = figure.subplots(2, 1, sharex=True)
         time = self.trace["time_s"]
-        offset = self.trace["end_point_m"] - self.trace["wanted_m"]
+        offset = self.trace["end_point_m"] - self.trace["end_point_reference_m"]
         above.plot(time, 1e3 * (offset**2).sum(axis=1) ** 0.5)
         above.set_ylabel("end-point error, mm")
-        for tension, name in zip(self.trace["anchor_n"].T, self.muscle_names, strict=True):
+        for tension, name in zip(self.trace["tension_out_n"].T, self.muscle_names, strict=True):
             below.plot(time, tension, label=name, linewidth=0.8)
         below.set_ylabel("tension at the anchors, N")
         below.set_xlabel("time, s (simulated)")

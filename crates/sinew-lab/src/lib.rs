@@ -24,4 +24,5 @@ mod error;
 mod variant;
 
 pub use error::Error;
+pub use sinew_session::signals;
 pub use variant::CompensationVariant;

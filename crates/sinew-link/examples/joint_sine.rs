@@ -17,7 +17,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let second = Duration::from_secs(1);
     let mut client = Client::connect(address.parse()?, key.as_ref(), 5 * second)?;
     client.send(&Command::of(Request::Hold))?;
-    let start: Vec<f64> = client.receive(second)?.joints().iter().map(|joint| joint.reference).collect();
+    let start: Vec<f64> =
+        client.receive(second)?.joints().iter().map(|joint| joint.joint_reference).collect();
     let begin = Instant::now();
     while begin.elapsed().as_secs_f64() < seconds {
         let phase = std::f64::consts::TAU * begin.elapsed().as_secs_f64() / seconds;
@@ -29,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         client.receive(second)?; // states come 500 times a second
     }
     let (session, state) = (client.session(), client.session().state());
-    println!("{:?}: {:.4} rad or m", state.mode, state.joints()[0].position);
+    println!("{:?}: {:.4} rad or m", state.mode, state.joints()[0].joint_estimated);
     println!("{} of ours lost, {} of theirs", session.counts().lost, session.peer().lost());
     println!("{:?}", session.peer().round_trip());
     client.close()?;

@@ -43,7 +43,7 @@ impl Default for Snapshot {
 const RECORD_BYTES: usize = MAX_DATAGRAM - MIN_DATAGRAM - StateHead::SIZE;
 
 impl Snapshot {
-    /// Everything zero, for at most [`MAX_JOINTS`] and [`MAX_MUSCLES`].
+    /// Nothing is known, for at most [`MAX_JOINTS`] and [`MAX_MUSCLES`].
     #[must_use]
     pub fn new(joints: usize, muscles: usize) -> Self {
         Self {
@@ -86,15 +86,6 @@ impl Snapshot {
         &mut self.muscle[..self.muscles]
     }
 
-    /// Whether every number is finite.
-    #[must_use]
-    pub fn is_finite(&self) -> bool {
-        let joints = self.joints().iter().flat_map(|j| [j.position, j.velocity, j.reference]);
-        let muscles =
-            self.muscles().iter().flat_map(|m| [m.tension_in, m.tension_out, m.motor_position, m.command]);
-        self.end_point.into_iter().chain(joints).chain(muscles).all(f64::is_finite)
-    }
-
     /// Number of datagrams.
     #[must_use]
     pub fn parts(&self) -> usize {
@@ -133,7 +124,9 @@ impl Snapshot {
             fault_index: self.fault[1],
             queued: self.queued,
             last_rejection: counts.last_rejection.map_or(0, Rejection::number),
-            padding: [0; 5],
+            joint_size: JointState::SIZE as u16,
+            muscle_size: MuscleState::SIZE as u16,
+            padding: [0],
             accepted: counts.accepted,
             lost: counts.lost,
             rejected: counts.rejected,
@@ -178,10 +171,10 @@ impl Snapshot {
         }
         let last = joints.end == next.joints && muscles.end == next.muscles;
         for joint in &mut next.joint[joints] {
-            *joint = JointState::read(reader).ok_or(Rejection::Length)?;
+            *joint = JointState::read_from(reader, head.joint_size).ok_or(Rejection::Length)?;
         }
         for muscle in &mut next.muscle[muscles] {
-            *muscle = MuscleState::read(reader).ok_or(Rejection::Length)?;
+            *muscle = MuscleState::read_from(reader, head.muscle_size).ok_or(Rejection::Length)?;
         }
         if !reader.is_empty() {
             return Err(Rejection::Length);
@@ -189,13 +182,13 @@ impl Snapshot {
         next.mode = Mode::of(head.mode).ok_or(Rejection::Code)?;
         next.request = Request::of(head.request).ok_or(Rejection::Code)?;
         next.setpoint = SetpointKind::of(head.setpoint).ok_or(Rejection::Code)?;
-        if head.padding != [0; 5] {
+        if head.padding != [0] {
             return Err(Rejection::Code);
         }
         (next.machine_time_ns, next.cycle) = (head.machine_time_ns, head.cycle);
         (next.flags, next.fault) = (head.flags, [head.fault, head.fault_index]);
         (next.queued, next.late, next.end_point) = (head.queued, head.late, head.end_point);
-        if !next.is_finite() {
+        if !next.end_point.iter().all(|x| x.is_finite()) {
             return Err(Rejection::NonFinite);
         }
         *self = next;

@@ -147,7 +147,6 @@ impl FoxgloveView {
                 name if name.starts_with("cable_") || name.contains("_pose") => continue,
                 name if name.starts_with("joint") => named(&joints),
                 name if name.starts_with("end_point") => named(&["x", "y", "z"]),
-                "cycle_us" => named(&["wake_up", "execution"]),
                 _ if values.len() == 1 => json!(values[0]),
                 _ => named(&muscles),
             };

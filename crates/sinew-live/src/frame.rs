@@ -5,6 +5,7 @@ use crate::layout::Layout;
 use crate::signals::Signals;
 use sinew::Error;
 use sinew::machine::Machine;
+use sinew_session::signals::Signal;
 
 /// Flags of a state.
 pub(crate) const PAUSED: u16 = 1;
@@ -24,7 +25,7 @@ impl Along {
     pub(crate) fn between_ends(machine: &Machine, now: &Signals) -> Self {
         let mut tension = Vec::with_capacity(machine.muscles.len() * POINTS);
         for (k, muscle) in machine.muscles.iter().enumerate() {
-            let (near, far) = (now.tension_in[k], now.far_tension(k));
+            let (near, far) = (now.muscle(Signal::TensionIn, k), now.far_tension(k));
             let end = far - muscle.cable.pretension;
             let (first, last) = (near.max(0.0), end.max(0.0));
             for point in 0..POINTS {
@@ -69,8 +70,8 @@ impl Frame<'_> {
             drawing.bodies(&mut poses_2);
             end_2 = drawing.end_point();
         }
-        if self.now.joint_reference.iter().all(|q| q.is_finite()) {
-            drawing.evaluate(&self.now.joint_reference)?;
+        if let Some(q) = self.now.reference() {
+            drawing.evaluate(q)?;
             drawing.bodies(&mut ghost);
             end_reference = drawing.end_point();
         }
@@ -102,26 +103,13 @@ impl Frame<'_> {
 /// The numbers of a field that is a signal, not drawn geometry.
 fn signal(name: &str, now: &Signals, second: Option<&Signals>, out: &mut Vec<f64>) {
     match name {
-        "time_s" => out.push(now.time),
-        "mode" => out.push(now.mode),
-        "fault" => out.push(now.fault[0]),
-        "fault_index" => out.push(now.fault[1]),
-        "joint_true" => out.extend(&now.joint_true),
-        "joint_estimated" => out.extend(&now.joint_estimated),
-        "joint_reference" => out.extend(&now.joint_reference),
-        "tension_in" => out.extend(&now.tension_in),
-        "tension_out_desired" => out.extend(&now.tension_out_desired),
-        "tension_out_estimated" => out.extend(&now.tension_out_estimated),
-        "tension_out_true" => out.extend(&now.tension_out_true),
-        "winch_position" => out.extend(&now.winch_position),
-        "motor_temperature" => out.extend(&now.motor_temperature),
-        "cycle_us" => out.extend(now.cycle_us),
         "joint_2" => out.extend(second.and_then(Signals::pose).into_iter().flatten()),
         "tension_out_2" => {
-            let far = second.map(|second| (0..second.tension_in.len()).map(|k| second.far_tension(k)));
+            let far =
+                second.map(|second| (0..second.frame.layout().sizes()[0]).map(|k| second.far_tension(k)));
             out.extend(far.into_iter().flatten());
         }
-        _ => {}
+        name => now.field(name, out),
     }
 }
 
@@ -147,8 +135,7 @@ impl HistoryRow<'_> {
             drawing.evaluate(q)?;
             Ok::<_, Error>(drawing.end_point())
         };
-        let known = self.now.joint_reference.iter().all(|q| q.is_finite());
-        let wanted = end(Some(&self.now.joint_reference[..]).filter(|_| known))?;
+        let wanted = end(self.now.reference())?;
         let (first, second) = (end(self.now.pose())?, end(self.second.and_then(Signals::pose))?);
         layout.history_row(out, |name, out| match name {
             "end_point" => out.extend(first.into_iter().flatten()),

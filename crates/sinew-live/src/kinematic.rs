@@ -14,6 +14,7 @@ use serde_json::Value;
 use sinew::Error;
 use sinew::machine::Machine;
 use sinew::trajectory::{Reference, Trajectory};
+use sinew_session::signals::Signal;
 
 /// Bodies and muscles along a motion; no tension is known.
 #[derive(Debug)]
@@ -44,14 +45,15 @@ impl Kinematic {
         (path, notice): (String, String),
         tension_limits: Vec<[f64; 2]>,
     ) -> Result<Self, Error> {
-        let contents =
-            Contents { forces: false, truth: false, temperature: false, ..Contents::simulated(&machine) };
+        let contents = Contents { forces: false, truth: false, ..Contents::simulated(&machine) };
         let [_, joints, muscles] = contents.sizes;
+        let mut now = Signals::unknown([muscles, joints], true);
+        // No supervisor, no mode.
+        now.frame.of_mut(Signal::Mode).fill(f64::from(u8::MAX));
         Ok(Self {
             drawing: Drawing::new(&machine)?,
             layout: Layout::new(&contents),
-            // No supervisor, no mode.
-            now: Signals { mode: f64::from(u8::MAX), ..Signals::unknown([muscles, joints]) },
+            now,
             at: Reference::new(trajectory.joints()),
             choices: Choices { tension_limits, ..Choices::default() },
             machine,
@@ -105,7 +107,7 @@ impl Source for Kinematic {
         let along = if self.trajectory.is_closed() { self.time % duration } else { self.time };
         self.trajectory.sample(along, &mut self.at)?;
         self.now.time = self.time;
-        self.now.joint_reference.copy_from_slice(&self.at.q);
+        self.now.frame.of_mut(Signal::JointReference).copy_from_slice(&self.at.q);
         let frame = Frame {
             revision: 1,
             sequence: self.sequence,

@@ -3,6 +3,7 @@
 use crate::drawing::POINTS;
 use serde_json::{Value, json};
 use sinew::machine::Machine;
+use sinew_session::signals::{Axis, Kind, Signal};
 
 /// Characters at the beginning of every message.
 const MAGIC: [u8; 4] = *b"SNLV";
@@ -44,8 +45,8 @@ pub(crate) struct Contents {
     pub(crate) forces: bool,
     /// Whether the true state of the machine is known.
     pub(crate) truth: bool,
-    /// Whether the temperatures of the windings are known.
-    pub(crate) temperature: bool,
+    /// Signals that are not known, a bit each.
+    pub(crate) lacks: u64,
     /// Whether the cycle keeps deadlines, whose times are shown.
     pub(crate) timed: bool,
     /// Whether a second machine is shown beside the first.
@@ -57,7 +58,7 @@ impl Contents {
     pub(crate) fn simulated(machine: &Machine) -> Self {
         let robot = &machine.robot;
         let sizes = [robot.parts().bodies.len(), robot.independent_joints().len(), machine.muscles.len()];
-        Self { sizes, forces: true, truth: true, temperature: true, timed: false, second: false }
+        Self { sizes, forces: true, truth: true, lacks: 0, timed: false, second: false }
     }
 }
 
@@ -66,6 +67,9 @@ impl Contents {
 pub(crate) struct Layout {
     fields: Vec<Field>,
 }
+
+/// Durations of the parts of a cycle.
+const TIMES: [Signal; 4] = [Signal::WakeUp, Signal::Read, Signal::Control, Signal::Write];
 
 /// Whether a field is drawn, not plotted.
 fn is_geometry(name: &str) -> bool {
@@ -76,8 +80,7 @@ impl Layout {
     /// The fields of a source's states.
     pub(crate) fn new(contents: &Contents) -> Self {
         use NumberType::{F32, F64, U8, U16};
-        let Contents { sizes: [bodies, joints, muscles], forces, truth, temperature, timed, second } =
-            *contents;
+        let Contents { sizes: [bodies, joints, muscles], forces, truth, lacks, timed, second } = *contents;
         let points = muscles * POINTS;
         let mut fields = vec![
             ("time_s", F64, 1, "s"),
@@ -94,26 +97,22 @@ impl Layout {
             ("cable_sliding", U8, points, "1"),
             ("end_point", F64, 3, "m"),
             ("end_point_reference", F64, 3, "m"),
-            ("joint_reference", F64, joints, "rad or m"),
         ];
-        if forces {
-            fields.extend([
-                ("joint_estimated", F64, joints, "rad or m"),
-                ("tension_in", F64, muscles, "N"),
-                ("tension_out_desired", F64, muscles, "N"),
-                ("tension_out_estimated", F64, muscles, "N"),
-                ("winch_position", F64, muscles, "m"),
-            ]);
-        }
-        if truth {
-            fields.push(("joint_true", F64, joints, "rad or m"));
-            fields.push(("tension_out_true", F64, muscles, "N"));
-        }
-        if temperature {
-            fields.push(("motor_temperature", F64, muscles, "degC"));
-        }
-        if timed {
-            fields.push(("cycle_us", F32, 2, "us"));
+        for signal in Signal::ALL {
+            let row = signal.row();
+            let shown = match row.axis {
+                Axis::Cycle => timed && TIMES.contains(signal),
+                _ if *signal == Signal::JointReference => true,
+                _ => forces && (truth || row.kind != Kind::Truth) && lacks >> *signal as u64 & 1 == 0,
+            };
+            let count = match row.axis {
+                Axis::Cycle => 1,
+                Axis::Joint => joints,
+                Axis::Muscle => muscles,
+            };
+            if shown {
+                fields.push((row.name, F64, count, row.unit));
+            }
         }
         if second {
             fields.push(("body_pose_2", F32, 7 * bodies, "m, 1"));

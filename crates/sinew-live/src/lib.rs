@@ -44,7 +44,6 @@ pub use error::LiveError;
 pub use kinematic::Kinematic;
 pub use recording::{Playback, PlaybackParts};
 pub use server::{Server, ServerSettings};
-pub use signals::Observed;
 pub use simulation::{Simulation, SimulationParts};
 pub use source::Source;
 pub use stage::{Conditions, SimulationSource, Stage};

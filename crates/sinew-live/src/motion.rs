@@ -2,11 +2,12 @@
 
 use sinew::Error;
 use sinew::control::stretch::PREVIEW_HORIZON;
-use sinew::control::supervisor::{Mode, Request, Supervisor, SupervisorCommand};
+use sinew::control::supervisor::{Mode, Request, Supervisor};
 use sinew::machine::{Machine, Task};
 use sinew::trajectory::online::{JointLimits, Setpoint, SetpointFollower};
 use sinew::trajectory::{Moment, Reference, Trajectory, finite_ranges};
-use sinew_session::{CycleTime, Feedback, Motion, References, Wanted};
+use sinew_session::signals::Seen;
+use sinew_session::{CycleTime, Motion, References, Wanted};
 use std::sync::Arc;
 
 /// What is followed in [`Mode::Run`].
@@ -165,7 +166,8 @@ impl Motion for PageMotion {
     }
 
     /// What is held is where set-points begin.
-    fn see(&mut self, _at: CycleTime, command: &SupervisorCommand<'_>, _feedback: &Feedback) {
+    fn see(&mut self, _at: CycleTime, cycle: &Seen<'_>) {
+        let command = &cycle.command;
         self.mode = command.mode;
         if self.mode != Mode::Run {
             self.follower.rest_at(&command.reference.q);

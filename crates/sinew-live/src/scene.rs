@@ -9,6 +9,7 @@ use sinew::Error;
 use sinew::control::supervisor::{FaultCode, Mode};
 use sinew::machine::Machine;
 use sinew::trajectory::{Reference, Trajectory};
+use sinew_session::signals::{Axis, Kind, Signal};
 use sinew_view::Shape;
 
 /// Points of the path of the end point.
@@ -203,40 +204,23 @@ fn path_points(trajectory: &Trajectory, drawing: &mut Drawing) -> Result<Vec<[f6
 /// Every number of a muscle or joint by its name.
 fn signals(machine: &Machine, layout: &Layout) -> Value {
     let robot = &machine.robot;
-    let muscles = robot.parts().tendons.iter().map(|tendon| tendon.name.as_str());
-    let joints = robot.independent_joints();
-    let mut all = Vec::new();
-    for (k, muscle) in muscles.enumerate() {
-        for (field, label, unit, group, truth) in [
-            ("tension_in", "near tension", "N", "near tension", false),
-            ("tension_out_desired", "far tension, reference", "N", "far tension", false),
-            ("tension_out_estimated", "far tension, estimated", "N", "far tension", false),
-            ("tension_out_true", "far tension, true", "N", "far tension", true),
-            ("winch_position", "winch position", "m", "winch", false),
-            ("motor_temperature", "winding temperature", "degC", "temperature", true),
-        ]
-        .into_iter()
-        .filter(|(field, ..)| layout.has(field))
-        {
-            all.push(
-                json!({"name": format!("{field}:{muscle}"), "label": label, "unit": unit, "group": group,
-                "muscle": k, "joint": null, "field": field, "index": k, "simulated_truth": truth}),
-            );
-        }
-    }
-    for (k, joint) in joints.into_iter().enumerate() {
+    let muscles = robot.parts().tendons.iter().map(|tendon| (tendon.name.as_str(), None));
+    let joint = |joint: usize| {
         let joint = &robot.parts().joints[joint];
-        let unit = joint.kind.unit();
-        for (field, label, truth) in [
-            ("joint_reference", "reference", false),
-            ("joint_estimated", "estimated", false),
-            ("joint_true", "true", true),
-        ]
-        .into_iter()
-        .filter(|(field, ..)| layout.has(field))
-        {
-            all.push(json!({"name": format!("{field}:{}", joint.name), "label": label, "unit": unit, "group": "joint",
-                "muscle": null, "joint": k, "field": field, "index": k, "simulated_truth": truth}));
+        (joint.name.as_str(), Some(joint.kind.unit()))
+    };
+    let joints = robot.independent_joints().into_iter().map(joint);
+    let mut all = Vec::new();
+    for (axis, parts) in [(Axis::Muscle, muscles.collect::<Vec<_>>()), (Axis::Joint, joints.collect())] {
+        for (k, (part, unit)) in parts.into_iter().enumerate() {
+            let rows = Signal::ALL.iter().map(|signal| signal.row());
+            for row in rows.filter(|row| row.axis == axis && layout.has(row.name)) {
+                let [muscle, joint] = [Axis::Muscle, Axis::Joint].map(|of| (of == axis).then_some(k));
+                all.push(json!({"name": format!("{}:{part}", row.name), "label": row.label,
+                    "unit": unit.unwrap_or(row.unit), "group": if unit.is_some() { "joint" } else { row.label },
+                    "muscle": muscle, "joint": joint, "field": row.name, "index": k,
+                    "simulated_truth": row.kind == Kind::Truth}));
+            }
         }
     }
     all.into()

@@ -3,13 +3,14 @@
 use crate::drawing::{Drawing, FREE_POINTS, POINTS, SHEATH_POINTS};
 use crate::frame::Along;
 use crate::motion::PageMotion;
-use crate::signals::{Signals, fault_numbers};
+use crate::signals::Signals;
 use sinew::Error;
-use sinew::control::supervisor::{Mode, NamedFault, Request, Supervisor};
+use sinew::control::supervisor::{Mode, Request, Supervisor};
 use sinew::machine::Machine;
 use sinew::trajectory::Trajectory;
 use sinew::transmission::cable::CableLaw;
 use sinew::twin::arm::{ArmTwin, Failure, InjectedFault};
+use sinew_session::signals::{Frame, FrameLayout, Signal};
 use sinew_session::{Plant, Session, TwinPlant, VirtualClock};
 use std::sync::Arc;
 
@@ -37,20 +38,11 @@ pub struct Simulation {
     machine: Machine,
     session: Session<TwinPlant, PageMotion>,
     faults: Vec<InjectedFault>,
-    shown: Shown,
+    /// Signals of the last cycle.
+    shown: Frame,
     cables: Vec<CableView>,
     /// Cycle of the last picture.
     shown_at: u64,
-}
-
-/// What the last cycle commanded and estimated.
-#[derive(Debug, Clone)]
-struct Shown {
-    fault: Option<NamedFault>,
-    reference: Vec<f64>,
-    estimated: Vec<f64>,
-    desired_tension: Vec<f64>,
-    estimated_tension: Vec<f64>,
 }
 
 /// One cable between two pictures.
@@ -91,13 +83,9 @@ impl Simulation {
         };
         let cables = machine.muscles.iter().enumerate().map(view).collect::<Result<_, Error>>()?;
         let [muscles, joints] = supervisor.dimensions();
-        let shown = Shown {
-            fault: None,
-            reference: motion.first().to_vec(),
-            estimated: vec![f64::NAN; joints],
-            desired_tension: vec![f64::NAN; muscles],
-            estimated_tension: vec![f64::NAN; muscles],
-        };
+        let mut shown = Frame::new(Arc::new(FrameLayout::new([muscles, joints], true)));
+        shown.of_mut(Signal::JointReference).copy_from_slice(motion.first());
+        shown.of_mut(Signal::JointTrue).copy_from_slice(plant.truth().q);
         let session = Session::new(TwinPlant::new(plant, CYCLE), supervisor, motion, CYCLE);
         Ok(Self { machine, session, faults: Vec::new(), shown, cables, shown_at: 0 })
     }
@@ -137,21 +125,24 @@ impl Simulation {
     /// # Errors
     /// As [`Session::step`].
     pub fn step(&mut self) -> Result<(), Error> {
-        let Self { session, shown, cables, .. } = self;
-        if session.plant().has_failed() {
-            return Ok(());
-        }
-        let command = session.step(&mut VirtualClock::default(), 0)?.command;
-        shown.fault = command.fault;
-        shown.reference.copy_from_slice(&command.reference.q);
-        shown.estimated.copy_from_slice(command.arm.q);
-        shown.desired_tension.copy_from_slice(command.arm.desired_tension);
-        shown.estimated_tension.copy_from_slice(command.arm.estimated_tension);
-        session.plant_mut().pass();
-        for (view, drive) in cables.iter_mut().zip(session.plant().arm().truth().drives) {
-            view.travel += drive.moved;
+        self.pass();
+        if !self.session.plant().has_failed() {
+            self.shown.fill(&self.session.step(&mut VirtualClock::default(), 0)?.seen());
         }
         Ok(())
+    }
+
+    /// Lets the period after the last commands pass, once: what is shown is the cycle and the plant as it found it.
+    fn pass(&mut self) {
+        let Self { session, cables, .. } = self;
+        let before = session.plant().arm().truth().time;
+        session.plant_mut().pass();
+        let truth = session.plant().arm().truth();
+        if truth.time > before {
+            for (view, drive) in cables.iter_mut().zip(truth.drives) {
+                view.travel += drive.moved;
+            }
+        }
     }
 
     /// Asks the supervisor for a mode.
@@ -181,6 +172,7 @@ impl Simulation {
     /// # Errors
     /// As [`InjectedFault::validate`].
     pub fn inject(&mut self, failure: Failure, duration: f64) -> Result<(), Error> {
+        self.pass();
         let fault = InjectedFault { start: self.plant().truth().time, duration, failure };
         let [muscles, joints] = self.session.supervisor().dimensions();
         fault.validate(muscles, joints)?;
@@ -216,6 +208,7 @@ impl Simulation {
         force: [f64; 3],
         duration: f64,
     ) -> Result<usize, Error> {
+        self.pass();
         let (q, now) = (self.plant().truth().q.to_vec(), self.plant().truth().time);
         let mut pushes = Vec::new();
         // The torques that do the same work: F dx/dq.
@@ -241,23 +234,7 @@ impl Simulation {
 
     /// The signals after the last cycle.
     pub(crate) fn signals(&self) -> Signals {
-        let (shown, plant) = (&self.shown, self.plant());
-        let (truth, reading) = (plant.truth(), plant.reading());
-        Signals {
-            time: self.time(),
-            mode: f64::from(self.mode() as u8),
-            fault: fault_numbers(shown.fault),
-            cycle_us: [f64::NAN; 2],
-            joint_reference: shown.reference.clone(),
-            joint_estimated: shown.estimated.clone(),
-            joint_true: truth.q.to_vec(),
-            tension_in: reading.tension.clone(),
-            tension_out_desired: shown.desired_tension.clone(),
-            tension_out_estimated: shown.estimated_tension.clone(),
-            tension_out_true: truth.cables.iter().map(|cable| cable.tension_out).collect(),
-            winch_position: reading.motor.clone(),
-            motor_temperature: (0..reading.motor.len()).map(|k| plant.winding(k)).collect(),
-        }
+        Signals { time: self.time(), frame: self.shown.clone() }
     }
 
     /// Tension behind the sheath with the pretension `T_0`, and sliding of every point since the last call.

@@ -7,7 +7,7 @@ use crate::error::LiveError;
 use crate::frame::{Along, Frame, SILENT};
 use crate::layout::{Contents, Layout};
 use crate::scene::{SceneParts, scene};
-use crate::signals::{Observed, Signals};
+use crate::signals::Signals;
 use crate::source::Source;
 use rtrb::{Consumer, Producer, RingBuffer};
 use serde_json::Value;
@@ -15,6 +15,8 @@ use sinew::Error;
 use sinew::control::supervisor::Request;
 use sinew::machine::Machine;
 use sinew::trajectory::Trajectory;
+use sinew_session::signals::FrameLayout;
+use sinew_session::{CycleRecord, Plant};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -48,8 +50,7 @@ pub struct RunParts {
 #[derive(Debug)]
 pub struct Tap {
     ring: Producer<f64>,
-    sizes: [usize; 2],
-    words: usize,
+    layout: Arc<FrameLayout>,
     count: u64,
     stop: Arc<AtomicBool>,
 }
@@ -81,22 +82,18 @@ impl std::fmt::Debug for RunParts {
 /// # Errors
 /// For a machine whose kinematics cannot be evaluated.
 pub fn tap(parts: RunParts) -> Result<(Tap, Run), Error> {
-    let contents = Contents {
-        truth: parts.simulated,
-        temperature: false,
-        timed: parts.timed,
-        ..Contents::simulated(&parts.machine)
-    };
+    let contents =
+        Contents { truth: parts.simulated, timed: parts.timed, ..Contents::simulated(&parts.machine) };
     let [_, joints, muscles] = contents.sizes;
-    let sizes = [muscles, joints];
-    let words = Signals::words(sizes);
-    let (producer, consumer) = RingBuffer::new(RING * words);
+    let now = Signals::unknown([muscles, joints], parts.simulated);
+    let cycle = Arc::clone(now.frame.layout());
+    let (producer, consumer) = RingBuffer::new(RING * (1 + cycle.words()));
     let stop = Arc::new(AtomicBool::new(false));
     let choices = Choices { tension_limits: parts.tension_limits.clone(), ..Choices::default() };
     let run = Run {
         ring: consumer,
-        words: vec![f64::NAN; words],
-        now: Signals::unknown(sizes),
+        words: vec![f64::NAN; 1 + cycle.words()],
+        now,
         heard: None,
         choices,
         drawing: Drawing::new(&parts.machine)?,
@@ -105,25 +102,24 @@ pub fn tap(parts: RunParts) -> Result<(Tap, Run), Error> {
         stop: Arc::clone(&stop),
         parts,
     };
-    Ok((Tap { ring: producer, sizes, words, count: 0, stop }, run))
+    Ok((Tap { ring: producer, layout: cycle, count: 0, stop }, run))
 }
 
 impl Tap {
     /// Offers a cycle to the page, which takes one of some; where the page is slow, it misses it. Allocates nothing, takes no lock
     /// and makes no system call.
-    ///
-    /// # Shapes
-    /// Those of the machine.
-    pub fn show(&mut self, cycle: &Observed<'_>) {
+    pub fn show<P: Plant>(&mut self, record: &CycleRecord<'_, P>) {
         let due = self.count.is_multiple_of(EVERY);
         self.count += 1;
         if !due {
             return;
         }
         // The ring holds whole cycles only, so that none is split at its end.
-        let Ok(mut chunk) = self.ring.write_chunk(self.words) else { return };
+        let Ok(mut chunk) = self.ring.write_chunk(1 + self.layout.words()) else { return };
         let (words, _) = chunk.as_mut_slices();
-        Signals::write(words, self.sizes, cycle);
+        let (time, frame) = words.split_at_mut(1);
+        time.fill(record.moment.time);
+        self.layout.fill(frame, &record.seen());
         chunk.commit_all();
     }
 
@@ -178,7 +174,8 @@ impl Source for Run {
 
     fn advance(&mut self, _: f64, _: &mut dyn FnMut() -> bool) -> Result<(), LiveError> {
         while self.ring.pop_entire_slice(&mut self.words).is_ok() {
-            self.now.read(&self.words);
+            self.now.time = self.words[0];
+            self.now.frame.words_mut().copy_from_slice(&self.words[1..]);
             self.heard = Some(Instant::now());
         }
         Ok(())

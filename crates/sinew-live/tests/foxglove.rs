@@ -65,7 +65,7 @@ fn a_recording_is_offered_and_its_signals_are_those_of_the_first_cycle() {
         let shown = signals["joint_true"][joint].as_f64().unwrap();
         assert!((shown - start).abs() < 1e-3, "{joint}: {shown}, {start}");
     }
-    assert!(signals["tension_in"].as_object().unwrap().len() == setup.machine.muscles.len());
+    assert!(signals["tension_in_n"].as_object().unwrap().len() == setup.machine.muscles.len());
 }
 
 #[test]

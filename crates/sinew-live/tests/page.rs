@@ -207,10 +207,10 @@ fn the_poses_of_a_state_are_those_of_the_machine_in_it() {
                 assert!((a - b).abs() < 1e-6, "{name}, body {body}: {a} {b}");
             }
         }
-        let near = viewer.field(&state, "tension_in");
+        let near = viewer.field(&state, "tension_in_n");
         let along = viewer.field(&state, "cable_tension");
         let points = along.len() / near.len();
-        let far = viewer.field(&state, "tension_out_true");
+        let far = viewer.field(&state, "tension_out_n");
         for (muscle, far) in far.iter().enumerate() {
             let [first, last] = [along[muscle * points], along[(muscle + 1) * points - 1]];
             assert!(first > 0.0 && (last - far).abs() < 1e-4 * far, "{name} {muscle}: {first} {last} {far}");

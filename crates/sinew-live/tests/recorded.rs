@@ -90,7 +90,7 @@ fn every_time_of_a_recording_shows_what_was_recorded_then() {
             let block = blocks.iter().rfind(|block| block.first <= cycle as u64).unwrap();
             let row = cycle - block.first as usize;
             for (field, first) in
-                [("tension_in", column("tension_in_n:")), ("winch_position", column("position_in_m:"))]
+                [("tension_in_n", column("tension_in_n:")), ("position_in_m", column("position_in_m:"))]
             {
                 for (k, value) in shown(&mut playback, field).iter().enumerate() {
                     let recorded: f64 = block.fast[first + k][row];
@@ -99,7 +99,7 @@ fn every_time_of_a_recording_shows_what_was_recorded_then() {
             }
             if let Some(row) = block.slow_row(row, recording.head.stride) {
                 for (field, first) in
-                    [("joint_true", slow("joint_true_")), ("tension_out_true", slow("tension_out_n:"))]
+                    [("joint_true", slow("joint_true_")), ("tension_out_n", slow("tension_out_n:"))]
                 {
                     for (k, value) in shown(&mut playback, field).iter().enumerate() {
                         let recorded: f64 = block.slow[first + k][row];
@@ -210,7 +210,7 @@ fn what_is_whole_of_a_cut_recording_is_shown_and_the_rest_is_said() {
             Ok(mut playback) => {
                 assert!(playback.notice().unwrap().contains("cut short"), "{:?}", playback.notice());
                 playback.command(&Command::Seek(1e6)).unwrap();
-                assert!(shown(&mut playback, "tension_in").iter().all(|tension| tension.is_finite()));
+                assert!(shown(&mut playback, "tension_in_n").iter().all(|tension| tension.is_finite()));
                 shown_to_the_end += 1;
             }
             Err(error) => assert!(error.to_string().contains("cut short"), "{error}"),

@@ -10,7 +10,7 @@ use common::{PERIOD, Setup};
 use core::alloc::{GlobalAlloc, Layout};
 use core::cell::Cell;
 use sinew::control::supervisor::Mode;
-use sinew_live::{Observed, RunParts, Server, ServerSettings, Source, Tap, tap};
+use sinew_live::{RunParts, Server, ServerSettings, Source, Tap, tap};
 use sinew_runtime::cycle::{Cycle, CycleRecord, Timing, VirtualClock, run};
 use sinew_session::TwinPlant;
 use std::alloc::System;
@@ -59,20 +59,6 @@ fn tapped(setup: &Setup) -> (Tap, Server) {
     (tap, Server::start(ServerSettings { address, source: Box::new(run), foxglove: None }).unwrap())
 }
 
-fn show(tap: &mut Tap, record: &CycleRecord<'_, TwinPlant>) {
-    tap.show(&Observed {
-        time: record.moment.time,
-        mode: record.command.mode,
-        fault: record.command.fault,
-        cycle_us: [f64::NAN; 2],
-        joint_reference: &record.reference.q,
-        command: &record.command.arm,
-        tension_in: &record.feedback.tension,
-        winch_position: &record.feedback.motor,
-        truth: record.truth(),
-    });
-}
-
 /// Bits of all estimates and commands of a run on virtual time, and its allocations.
 fn run_through(setup: &Setup, mut tap: Option<&mut Tap>) -> (Vec<u64>, usize) {
     let (mut bits, stop, mut timing) = (Vec::with_capacity(1 << 20), AtomicBool::new(false), Timing::new());
@@ -82,7 +68,7 @@ fn run_through(setup: &Setup, mut tap: Option<&mut Tap>) -> (Vec<u64>, usize) {
         let command = &record.command.arm;
         bits.extend(command.q.iter().chain(command.estimated_tension).map(|x| x.to_bits()));
         if let Some(tap) = &mut tap {
-            show(tap, record);
+            tap.show(record);
         }
         Ok(())
     };
@@ -130,7 +116,7 @@ fn the_page_stops_a_run_through_its_supervisor() {
     let mut cycle: Cycle<'_, TwinPlant> = setup.cycle().with_stop(tap.stop().clone());
     let mut clock = VirtualClock::default();
     for _ in 0..400 {
-        show(&mut tap, &cycle.step(&mut clock, 0).unwrap());
+        tap.show(&cycle.step(&mut clock, 0).unwrap());
     }
     assert_eq!(cycle.supervisor().mode(), Mode::Run);
     let stream = TcpStream::connect(server.address()).unwrap();
@@ -157,7 +143,7 @@ fn the_page_stops_a_run_through_its_supervisor() {
     assert!(!tap.stop().load(Ordering::Relaxed));
     let answer = ask(r#"{"id":4,"command":"mode","request":"safe_stop"}"#);
     assert!(answer.contains("\"ok\":true"), "{answer}");
-    show(&mut tap, &cycle.step(&mut clock, 0).unwrap());
+    tap.show(&cycle.step(&mut clock, 0).unwrap());
     assert_eq!(cycle.supervisor().mode(), Mode::SafeStop);
     // The page that asked for it is closed: the stop goes on, beyond the end of the motion, until its
     // cables are slack.
@@ -165,7 +151,7 @@ fn the_page_stops_a_run_through_its_supervisor() {
     drop(server);
     let mut cycles = 401;
     while !cycle.is_finished() {
-        show(&mut tap, &cycle.step(&mut clock, 0).unwrap());
+        tap.show(&cycle.step(&mut clock, 0).unwrap());
         cycles += 1;
         assert!(cycles < 40_000, "{:?}", cycle.supervisor().mode());
     }

@@ -305,16 +305,10 @@ fn columns<'py>(py: Python<'py>, trace: &[TraceRow]) -> PyResult<Bound<'py, PyDi
     result.set_item("time_s", PyArray1::from_vec(py, trace.iter().map(|row| row.time_s).collect()))?;
     let repeat = |row: &TraceRow| row.repeat.map_or(-1, i64::from);
     result.set_item("repeat", PyArray1::from_vec(py, trace.iter().map(repeat).collect()))?;
-    let table = |of: &dyn Fn(&TraceRow) -> &[f64]| {
-        let width = trace.first().map_or(0, |row| of(row).len());
-        array(py, trace.iter().flat_map(|row| of(row).iter().copied()).collect(), &[trace.len()], &[width])
-    };
-    result.set_item("wanted_m", table(&|row| &row.wanted_m)?)?;
-    result.set_item("end_point_m", table(&|row| &row.end_point_m)?)?;
-    result.set_item("length_m", table(&|row| &row.length_m)?)?;
-    result.set_item("length_error_m", table(&|row| &row.length_error_m)?)?;
-    result.set_item("wanted_n", table(&|row| &row.wanted_n)?)?;
-    result.set_item("anchor_n", table(&|row| &row.anchor_n)?)?;
-    result.set_item("drive_n", table(&|row| &row.drive_n)?)?;
+    let names = trace.first().into_iter().flat_map(TraceRow::columns);
+    for (k, (name, first)) in names.enumerate() {
+        let numbers = trace.iter().filter_map(|row| row.columns().nth(k)).flat_map(|(_, numbers)| numbers);
+        result.set_item(name, array(py, numbers.copied().collect(), &[trace.len()], &[first.len()])?)?;
+    }
     Ok(result)
 }

@@ -4,15 +4,18 @@ use crate::error::Error;
 use crate::grid::{join, round, split, unround};
 use crate::head::{Coding, ColumnSpec, Head, STRIDE};
 use crate::messages::{Column, Cycles};
-use crate::sample::Layout;
 use crate::{column, head};
 use crc32fast::Hasher;
 use sinew_runtime::link::CycleInput;
+use sinew_session::signals::{FrameLayout, Signal};
+use std::sync::Arc;
 
 /// Collects samples of consecutive cycles.
 #[derive(Debug)]
 pub(crate) struct BlockBuilder {
-    layout: Layout,
+    layout: Arc<FrameLayout>,
+    /// Places in a frame of the columns.
+    places: [Vec<usize>; 2],
     first: u64,
     count: usize,
     /// `[columns][cycles]`.
@@ -25,17 +28,23 @@ pub(crate) struct BlockBuilder {
 }
 
 impl BlockBuilder {
-    pub(crate) fn new(layout: Layout) -> Self {
-        let columns = |count: usize| vec![Vec::with_capacity(head::BLOCK); count];
+    pub(crate) fn new(layout: Arc<FrameLayout>) -> Self {
+        let places = [false, true].map(|slow| {
+            let signals = Signal::ALL.iter().filter(|signal| signal.row().slow == slow);
+            signals.flat_map(|signal| layout.place(*signal)).collect::<Vec<_>>()
+        });
+        let [fast, slow] = [0, 1].map(|k: usize| vec![Vec::with_capacity(head::BLOCK); places[k].len()]);
+        let [muscles, joints] = layout.sizes();
         Self {
             layout,
+            places,
             first: 0,
             count: 0,
-            fast: columns(layout.fast()),
-            slow: columns(layout.slow()),
+            fast,
+            slow,
             cycle_checks: Vec::new(),
-            command_checks: vec![Hasher::new(); layout.muscles],
-            reference_checks: vec![Hasher::new(); layout.joints],
+            command_checks: vec![Hasher::new(); muscles],
+            reference_checks: vec![Hasher::new(); joints],
         }
     }
 
@@ -48,25 +57,23 @@ impl BlockBuilder {
         self.count == 0 || index == self.first + self.count as u64
     }
 
-    /// Adds a sample.
-    pub(crate) fn push(&mut self, sample: &[f64]) {
-        let index = sample[0] as u64;
+    /// Adds the frame of a cycle, and the rates of its reference.
+    pub(crate) fn push(&mut self, index: u64, frame: &[f64], rates: &[f64]) {
         if self.count == 0 {
             self.first = index;
         }
         self.count += 1;
-        let (fast, rest) = sample[1..].split_at(self.layout.fast());
-        let (slow, rates) = rest.split_at(self.layout.slow());
-        self.fast.iter_mut().zip(fast).for_each(|(column, x)| column.push(*x));
+        let Self { places: [fast, slow], layout, .. } = self;
+        self.fast.iter_mut().zip(fast).for_each(|(column, place)| column.push(frame[*place]));
         if index.is_multiple_of(STRIDE) {
-            self.slow.iter_mut().zip(slow).for_each(|(column, x)| column.push(*x));
+            self.slow.iter_mut().zip(slow).for_each(|(column, place)| column.push(frame[*place]));
         }
-        let commands = &fast[self.layout.commands()..];
-        self.cycle_checks.push(cycle_check(commands));
-        add_checks(&mut self.command_checks, commands);
-        let joints = self.layout.joints;
-        add_checks(&mut self.reference_checks, &slow[..joints]);
-        add_checks(&mut self.reference_checks, rates);
+        let commands = COMMANDS.map(|signal| layout.of(signal, frame));
+        self.cycle_checks.push(cycle_check(commands.into_iter().flatten()));
+        commands.iter().for_each(|numbers| add_checks(&mut self.command_checks, numbers));
+        for numbers in [layout.of(Signal::JointReference, frame), rates] {
+            add_checks(&mut self.reference_checks, numbers);
+        }
     }
 
     /// Index of the cycle after the last one.
@@ -101,10 +108,13 @@ impl BlockBuilder {
     }
 }
 
+/// What a command is made of.
+pub(crate) const COMMANDS: [Signal; 3] = [Signal::CommandKind, Signal::Command, Signal::Feed];
+
 /// Low 8 bits of the CRC-32 over the exact commands: kinds, first numbers, second numbers.
-pub(crate) fn cycle_check(commands: &[f64]) -> u8 {
+pub(crate) fn cycle_check<'a>(commands: impl IntoIterator<Item = &'a f64>) -> u8 {
     let mut hasher = Hasher::new();
-    commands.iter().for_each(|x| hasher.update(&x.to_bits().to_le_bytes()));
+    commands.into_iter().for_each(|x| hasher.update(&x.to_bits().to_le_bytes()));
     hasher.finalize() as u8
 }
 

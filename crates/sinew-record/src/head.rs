@@ -1,10 +1,10 @@
 //! What a recording says about itself, and its columns.
 
-use crate::codes::fault_of;
 use crate::grid::Grid;
 use serde::{Deserialize, Serialize};
 use sinew::control::arm::{ArmStatus, Fault};
-use sinew::machine::{Device, DeviceRole, DriveDevice, Machine, Signal};
+use sinew::machine::{self, Device, DeviceRole, DriveDevice, Machine};
+use sinew_session::signals::{Axis, Kind, Resolution, Signal, fault_of};
 
 /// Version of the format that this crate writes, and the newest that it reads.
 pub const FORMAT: u32 = 1;
@@ -72,28 +72,8 @@ pub enum Coding {
     Rounded(f64),
 }
 
-/// Resolutions of rounded columns: tension, N; joint, rad or m; command, m/s, A or N.
-const TENSION: f64 = 0.01;
-const JOINT: f64 = 1e-6;
-/// Of commands, m/s, A or N.
+/// Resolution of commands, m/s, A or N.
 pub const COMMAND: f64 = 1e-4;
-
-/// Columns of a whole cycle, in the order of [`crate::sample`].
-pub(crate) const CYCLE_COLUMNS: [&str; 13] = [
-    "deadline_us",
-    "wake_up_us",
-    "read_us",
-    "control_us",
-    "write_us",
-    "repeat",
-    "status",
-    "fault",
-    "mode",
-    "mode_fault",
-    "bus_fault",
-    "bus_detail",
-    "distribution",
-];
 
 /// Circumstances of a recording.
 #[derive(Debug, Clone)]
@@ -127,8 +107,7 @@ impl Head {
                 JointColumn { name: parts.joints[joint].name.clone(), unit: unit.to_owned() }
             })
             .collect();
-        let (fast, slow) = columns(machine, &muscles, &joints, of.simulated);
-        Self {
+        let mut head = Self {
             format: FORMAT,
             program: of.program,
             commit: of.commit,
@@ -140,9 +119,30 @@ impl Head {
             machine: parts.name.clone(),
             muscles,
             joints,
-            fast,
-            slow,
+            fast: Vec::new(),
+            slow: Vec::new(),
+        };
+        head.lay_out(machine);
+        head
+    }
+
+    /// Names of the columns of a signal, one for every part.
+    fn names(&self, signal: Signal) -> Vec<String> {
+        match signal.row().axis {
+            Axis::Cycle => vec![signal.column("", "")],
+            Axis::Joint => self.joints.iter().map(|joint| signal.column(&joint.name, &joint.unit)).collect(),
+            Axis::Muscle => self.muscles.iter().map(|muscle| signal.column(muscle, "")).collect(),
         }
+    }
+
+    /// Where the columns of a signal begin, among the fast ones or the slow ones; none where the recording lacks one of them.
+    #[must_use]
+    pub fn place(&self, signal: Signal) -> Option<usize> {
+        let columns = if signal.row().slow { &self.slow } else { &self.fast };
+        let names = self.names(signal);
+        let first = columns.iter().position(|column| Some(&column.name) == names.first())?;
+        let found = columns.get(first..first + names.len())?;
+        found.iter().zip(&names).all(|(column, name)| column.name == *name).then_some(first)
     }
 
     /// Length of a cycle, s.
@@ -152,53 +152,36 @@ impl Head {
     }
 }
 
-fn columns(
-    machine: &Machine,
-    muscles: &[String],
-    joints: &[JointColumn],
-    simulated: bool,
-) -> (Vec<ColumnSpec>, Vec<ColumnSpec>) {
-    let rounded = |name: String, resolution| ColumnSpec { name, coding: Coding::Rounded(resolution) };
-    let of_muscles = |what: &'static str, resolution: f64| {
-        muscles.iter().map(move |muscle| rounded(format!("{what}:{muscle}"), resolution))
-    };
-    let joint_name = |what: &str, joint: &JointColumn| format!("{what}_{}:{}", joint.unit, joint.name);
-    let of_joints =
-        |what: &'static str| joints.iter().map(move |joint| rounded(joint_name(what, joint), JOINT));
-    let mut fast: Vec<ColumnSpec> =
-        CYCLE_COLUMNS.iter().map(|name| rounded((*name).to_owned(), resolution_of(name))).collect();
-    let exact = |name: String, grids| ColumnSpec { name, coding: Coding::Exact(grids) };
-    for (k, muscle) in muscles.iter().enumerate() {
-        fast.push(exact(format!("position_in_m:{muscle}"), position_grids(machine, k)));
+impl Head {
+    /// Sets the columns of all signals.
+    fn lay_out(&mut self, machine: &Machine) {
+        for signal in Signal::ALL.iter().filter(|signal| self.simulated || signal.row().kind != Kind::Truth) {
+            let row = signal.row();
+            let columns = self.names(*signal).into_iter().enumerate().map(|(k, name)| {
+                let coding = match row.resolution {
+                    Resolution::Rounded(resolution) => Coding::Rounded(resolution),
+                    Resolution::Exact => Coding::Exact(grids(machine, *signal, k)),
+                };
+                ColumnSpec { name, coding }
+            });
+            let columns: Vec<ColumnSpec> = columns.collect();
+            if row.slow { &mut self.slow } else { &mut self.fast }.extend(columns);
+        }
     }
-    for (k, muscle) in muscles.iter().enumerate() {
-        fast.push(exact(format!("tension_in_n:{muscle}"), tension_grids(machine, k)));
-    }
-    for (k, joint) in joints.iter().enumerate() {
-        fast.push(exact(joint_name("joint", joint), joint_grids(machine, k)));
-    }
-    fast.extend(of_muscles("command_kind", 1.0));
-    fast.extend(of_muscles("command", COMMAND));
-    fast.extend(of_muscles("feed_m_per_s", COMMAND));
-    let mut slow: Vec<ColumnSpec> =
-        of_joints("joint_reference").chain(of_joints("joint_estimated")).collect();
-    slow.extend(of_muscles("tension_out_desired_n", TENSION));
-    slow.extend(of_muscles("tension_out_estimated_n", TENSION));
-    if simulated {
-        slow.extend(of_joints("joint_true"));
-        slow.extend(of_muscles("tension_out_n", TENSION));
-        slow.extend(of_muscles("tension_in_true_n", TENSION));
-    }
-    (fast, slow)
 }
 
-/// Delays after the deadline are kept to 1 ns: the supervisor judges them.
-fn resolution_of(column: &str) -> f64 {
-    if column == "wake_up_us" { 1e-3 } else { 1.0 }
+/// What a reading is expected on.
+fn grids(machine: &Machine, signal: Signal, part: usize) -> Vec<Grid> {
+    match signal {
+        Signal::PositionIn => position_grids(machine, part),
+        Signal::TensionIn => tension_grids(machine, part),
+        Signal::Joint => joint_grids(machine, part),
+        _ => Vec::new(),
+    }
 }
 
 /// The channels of the devices that measure a signal.
-fn channel(machine: &Machine, signal: Signal) -> Option<Grid> {
+fn channel(machine: &Machine, signal: machine::Signal) -> Option<Grid> {
     let channels = machine.devices.iter().flat_map(Device::channels);
     let mut found = channels.filter(|channel| channel.signal == signal);
     found.next().map(|channel| Grid { offset: channel.offset, ..Grid::of(channel.scale) })
@@ -226,14 +209,14 @@ fn position_grids(machine: &Machine, muscle: usize) -> Vec<Grid> {
 /// Counts of the load cell, through the converter of the fieldbus where there is one, and of that alone.
 fn tension_grids(machine: &Machine, muscle: usize) -> Vec<Grid> {
     let own = Grid::of(machine.muscles[muscle].drive.load_cell.resolution);
-    let on_bus = channel(machine, Signal::Tension(muscle));
+    let on_bus = channel(machine, machine::Signal::Tension(muscle));
     let through = on_bus.map(|bus| Grid { offset: bus.offset, inner: bus.scale, ..own });
     usable([Some(own), through, on_bus].into_iter().flatten().collect())
 }
 
 fn joint_grids(machine: &Machine, joint: usize) -> Vec<Grid> {
     let own = machine.encoders.get(joint).copied().flatten().map(|encoder| Grid::of(encoder.resolution));
-    usable([own, channel(machine, Signal::Joint(joint))].into_iter().flatten().collect())
+    usable([own, channel(machine, machine::Signal::Joint(joint))].into_iter().flatten().collect())
 }
 
 fn usable(grids: Vec<Grid>) -> Vec<Grid> {

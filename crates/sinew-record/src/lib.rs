@@ -12,7 +12,6 @@
 mod bits;
 mod block;
 mod channels;
-mod codes;
 mod column;
 mod error;
 mod grid;
@@ -21,18 +20,16 @@ mod messages;
 mod read;
 mod recorder;
 mod replay;
-mod sample;
 mod sink;
 mod view;
 
 pub use block::Block;
 pub use channels::File;
-pub use codes::{bus_fault_of, fault_of, status_of};
 pub use error::Error;
 pub use grid::Grid;
 pub use head::{BLOCK, COMMAND, Circumstances, Coding, ColumnSpec, FORMAT, Head, JointColumn, STRIDE};
 pub use read::{BlockPlace, Blocks, Recording};
 pub use recorder::{Recorded, Recorder};
 pub use replay::{BlockChecks, Replay, ReplayedCycle};
-pub use sample::command_code;
+pub use sinew_session::signals::{Signal, bus_fault_of, command_code, fault_of, status_of};
 pub use sink::Storage;

@@ -2,17 +2,16 @@
 
 use crate::block::BlockBuilder;
 use crate::channels::{Container, File, Topic};
-use crate::codes::status_of;
 use crate::error::Error;
 use crate::head::{BLOCK, Head};
 use crate::messages::{LinkInput, Log, Timestamp};
-use crate::sample::{Layout, fill};
 use crate::sink::{SharedSink, Storage};
-use crate::view::{View, pose, state};
+use crate::view::{View, state};
 use rtrb::{Consumer, Producer, RingBuffer};
 use sinew::control::arm::ArmStatus;
 use sinew::machine::Machine;
 use sinew_runtime::link::{Tape, TapeReader};
+use sinew_session::signals::{FrameLayout, Signal, status_of};
 use sinew_session::{CycleRecord, Plant};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -35,7 +34,7 @@ const MUSCLES_EVERY: u64 = 1000;
 #[derive(Debug)]
 pub struct Recorder {
     ring: Producer<f64>,
-    layout: Layout,
+    layout: Arc<FrameLayout>,
     index: u64,
     first_deadline: Option<u64>,
     shared: Arc<Shared>,
@@ -101,14 +100,15 @@ impl Recorder {
         link: Option<TapeReader>,
         failed: impl FnOnce(&Error) + Send + 'static,
     ) -> Result<Self, Error> {
-        let layout =
-            Layout { muscles: head.muscles.len(), joints: head.joints.len(), simulated: head.simulated };
-        let (ring, consumer) = RingBuffer::new(RING * layout.words());
+        let layout = Arc::new(FrameLayout::new([head.muscles.len(), head.joints.len()], head.simulated));
+        let (ring, consumer) = RingBuffer::new(RING * words(&layout));
         let view = View::new(machine)?;
         let container = Container::new(SharedSink::new(storage), &head, files)?;
         let shared = Arc::new(Shared::default());
         let inputs = VecDeque::new();
-        let drain = Drain { consumer, link, inputs, layout, head, view, container, shared: shared.clone() };
+        let of_thread = (layout.clone(), shared.clone());
+        let drain =
+            Drain { consumer, link, inputs, layout: of_thread.0, head, view, container, shared: of_thread.1 };
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
             .spawn(move || drain.run(failed))
@@ -144,9 +144,15 @@ impl Recorder {
         let first = *self.first_deadline.get_or_insert(record.times.deadline);
         let deadline_us = record.times.deadline.saturating_sub(first) as f64 * 1e-3;
         // The ring holds whole samples only, so that none is split at its end.
-        let Ok(mut chunk) = self.ring.write_chunk(self.layout.words()) else { return false };
-        let (words, _) = chunk.as_mut_slices();
-        fill(words, self.layout, (self.index, deadline_us), record);
+        let Ok(mut chunk) = self.ring.write_chunk(words(&self.layout)) else { return false };
+        let (sample, _) = chunk.as_mut_slices();
+        let (index, rest) = sample.split_at_mut(1);
+        let (frame, rates) = rest.split_at_mut(self.layout.words());
+        index.fill(self.index as f64);
+        self.layout.fill(frame, &record.seen());
+        frame[self.layout.place(Signal::Deadline)].fill(deadline_us);
+        let [velocity, acceleration] = [&record.reference.v, &record.reference.a];
+        rates.iter_mut().zip(velocity.iter().chain(acceleration)).for_each(|(to, from)| *to = *from);
         chunk.commit_all();
         true
     }
@@ -184,7 +190,7 @@ struct Drain {
     link: Option<TapeReader>,
     /// Inputs of the link whose cycles have not been written.
     inputs: VecDeque<LinkInput>,
-    layout: Layout,
+    layout: Arc<FrameLayout>,
     head: Head,
     view: View,
     container: Container,
@@ -208,20 +214,21 @@ impl Drain {
 
     /// Writes until the recorder is finished and the ring empty.
     fn write(&mut self, recorded: &mut Recorded) -> Result<(), Error> {
-        let words = self.layout.words();
-        let mut block = BlockBuilder::new(self.layout);
-        let mut sample = vec![0.0; words];
+        let mut block = BlockBuilder::new(self.layout.clone());
+        let mut sample = vec![0.0; words(&self.layout)];
         let mut status = None;
         loop {
             // Read before the ring is, so that nothing that was recorded before the end is missed.
             let finished = self.shared.finished.load(Ordering::Acquire);
             while self.consumer.pop_entire_slice(&mut sample).is_ok() {
-                if !block.continues(sample[0] as u64) || block.len() == BLOCK {
+                let index = sample[0] as u64;
+                let (frame, rates) = sample[1..].split_at(self.layout.words());
+                if !block.continues(index) || block.len() == BLOCK {
                     self.write_block(&mut block)?;
                 }
                 recorded.cycles += 1;
-                self.show(&sample, &mut status)?;
-                block.push(&sample);
+                self.show(index, frame, &mut status)?;
+                block.push(index, frame, rates);
             }
             self.read_link();
             recorded.dropped = self.shared.dropped.load(Ordering::Relaxed);
@@ -257,16 +264,18 @@ impl Drain {
     }
 
     /// Writes the messages for viewers that are due: signals, frames, scene, and changes of the status.
-    fn show(&mut self, sample: &[f64], status: &mut Option<[f64; 4]>) -> Result<(), Error> {
-        let index = sample[0] as u64;
+    fn show(&mut self, index: u64, frame: &[f64], status: &mut Option<[f64; 4]>) -> Result<(), Error> {
+        let layout = Arc::clone(&self.layout);
+        let one = |signal| layout.of(signal, frame).first().copied().unwrap_or(f64::NAN);
         // Where cycles were skipped, time went on.
-        let since = (sample[1].max(0.0) * 1e3).round() as u64;
+        let since = (one(Signal::Deadline).max(0.0) * 1e3).round() as u64;
         let time = self.head.start_ns + since;
         let first = status.is_none();
         if first || index.is_multiple_of(STATE_EVERY) {
-            self.container.put(Topic::State, since, &state(sample, self.layout, time))?;
+            self.container.put(Topic::State, since, &state(frame, &layout, time))?;
         }
-        let (q, tension) = pose(sample, self.layout);
+        let [q, tension] =
+            [Signal::JointEstimated, Signal::TensionOutEstimated].map(|signal| layout.of(signal, frame));
         if q.iter().all(|q| q.is_finite()) {
             if first || index.is_multiple_of(FRAMES_EVERY) {
                 self.container.put(Topic::Frames, since, &self.view.transforms(q, time, first)?)?;
@@ -278,8 +287,7 @@ impl Drain {
                 self.container.put(Topic::Scene, since, &self.view.muscles(q, tension, time)?)?;
             }
         }
-        let now = [Layout::STATUS, Layout::FAULT, Layout::MODE, Layout::MODE_FAULT]
-            .map(|column| sample[1 + column]);
+        let now = [Signal::Status, Signal::Fault, Signal::Mode, Signal::ModeFault].map(one);
         if *status != Some(now) {
             let found = status_of(now[0], now[1]);
             let log = Log {
@@ -293,6 +301,12 @@ impl Drain {
         }
         Ok(())
     }
+}
+
+/// Numbers of a sample in the ring: index, frame, velocity and acceleration of the reference.
+fn words(layout: &FrameLayout) -> usize {
+    let [_, joints] = layout.sizes();
+    1 + layout.words() + 2 * joints
 }
 
 /// Empties ring and tape until the recorder is finished, so that the cycle goes on after a failure.

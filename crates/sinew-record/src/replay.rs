@@ -1,17 +1,16 @@
 //! The controller again, over the readings of a recording.
 
-use crate::block::{Block, add_checks, cycle_check, take_checks};
-use crate::codes::bus_fault_of;
+use crate::block::{Block, COMMANDS, add_checks, cycle_check, take_checks};
 use crate::error::Error;
-use crate::head::{CYCLE_COLUMNS, Head};
+use crate::head::Head;
 use crate::read::{Blocks, Recording};
-use crate::sample::command_code;
 use crc32fast::Hasher;
 use sinew::control::supervisor::Supervisor;
 use sinew::drive::DriveCommand;
 use sinew::trajectory::Schedule;
 use sinew_runtime::cycle::Cycle;
 use sinew_runtime::link::{CycleInput, LinkedMotion, RunMotion};
+use sinew_session::signals::{Signal, bus_fault_of, command_code};
 use sinew_session::{Clock, Exchange, Feedback, Plant};
 use std::io;
 
@@ -22,8 +21,8 @@ struct RecordedPlant<'a> {
     block: Block,
     /// Of the next reading.
     row: usize,
-    /// First columns of position, tension, joint and commands.
-    places: [usize; 4],
+    /// First columns of position, tension, joint and of the parts of a command.
+    places: [usize; 6],
     /// Columns of bus fault and detail.
     fault: [usize; 2],
     /// Whether its machine did.
@@ -208,7 +207,7 @@ impl<'a> Replay<'a> {
         supply(&mut motion, link);
         let plant = RecordedPlant { blocks, block, row: 0, places, fault, waits: head.simulated };
         let cycle = Cycle::new(plant, supervisor, motion, head.period_s());
-        let delay = head.fast.iter().position(|column| column.name == "wake_up_us");
+        let delay = head.place(Signal::WakeUp);
         Ok(Self {
             cycle,
             delay,
@@ -271,7 +270,7 @@ impl<'a> Replay<'a> {
         let plant = record.plant;
         let row = plant.row - 1;
         for (k, recorded) in self.recorded.iter_mut().enumerate() {
-            *recorded = plant.at(plant.places[3] + k, row);
+            *recorded = plant.at(plant.places[3 + k / self.muscles] + k % self.muscles, row);
         }
         let same = plant.block.cycle_checks.get(row) == Some(&cycle_check(&self.commands));
         let (index, first) = (plant.block.first + row as u64, plant.block.first);
@@ -297,29 +296,21 @@ fn compare(same: &mut [bool], checks: &mut [Hasher], recorded: &[u32]) {
 }
 
 /// First columns of what a replay needs.
-fn places(head: &Head) -> Result<([usize; 4], [usize; 2]), Error> {
-    let (muscles, joints) = (head.muscles.len(), head.joints.len());
-    let first = CYCLE_COLUMNS.len();
-    let expected = [
-        ("position_in_m", first, muscles),
-        ("tension_in_n", first + muscles, muscles),
-        ("joint_", first + 2 * muscles, joints),
-        ("command_kind", first + 2 * muscles + joints, muscles),
-        ("command", first + 3 * muscles + joints, muscles),
-        ("feed_m_per_s", first + 4 * muscles + joints, muscles),
-    ];
-    let refuse = |name: &str| Error::Attachment {
-        name: "head.json".to_owned(),
-        reason: format!("expected columns {name}, got others"),
+fn places(head: &Head) -> Result<([usize; 6], [usize; 2]), Error> {
+    let place = |signal: Signal| {
+        head.place(signal).ok_or_else(|| Error::Attachment {
+            name: "head.json".to_owned(),
+            reason: format!("expected columns {}, got others", signal.row().name),
+        })
     };
-    for (name, from, count) in expected {
-        let columns = head.fast.get(from..from + count).ok_or_else(|| refuse(name))?;
-        if columns.iter().any(|column| !column.name.starts_with(name)) {
-            return Err(refuse(name));
-        }
-    }
-    let column =
-        |name: &str| head.fast.iter().position(|column| column.name == name).ok_or_else(|| refuse(name));
-    let places = [expected[0].1, expected[1].1, expected[2].1, expected[3].1];
-    Ok((places, [column("bus_fault")?, column("bus_detail")?]))
+    let [kind, command, feed] = COMMANDS;
+    let places = [
+        place(Signal::PositionIn)?,
+        place(Signal::TensionIn)?,
+        place(Signal::Joint)?,
+        place(kind)?,
+        place(command)?,
+        place(feed)?,
+    ];
+    Ok((places, [place(Signal::BusFault)?, place(Signal::BusDetail)?]))
 }

@@ -1,15 +1,14 @@
 //! What Foxglove shows: the signals, the bodies and the muscles at reduced rates.
 
-use crate::head::CYCLE_COLUMNS;
 use crate::messages::{
     Color, FrameTransform, FrameTransforms, LinePrimitive, Quaternion, SceneEntity, SceneUpdate, State,
     Timestamp, Vector3,
 };
-use crate::sample::Layout;
 use sinew::Error;
 use sinew::body::{PathElement, Pose, Poses, TendonPath};
 use sinew::machine::Machine;
 use sinew::muscle::{Geometry, MuscleDynamics, Muscles};
+use sinew_session::signals::{FrameLayout, Signal};
 
 /// Angle between two points of an arc, rad.
 const ARC_STEP: f64 = 0.5;
@@ -204,44 +203,26 @@ fn quaternion(at: impl Fn(usize, usize) -> f64) -> [f64; 4] {
     found
 }
 
-/// The signals of a sample.
-pub(crate) fn state(sample: &[f64], layout: Layout, time: u64) -> State {
-    let (muscles, joints) = (layout.muscles, layout.joints);
-    let mut next = 1 + CYCLE_COLUMNS.len();
-    let mut take = |count: usize| -> Vec<f32> {
-        let taken = sample.iter().skip(next).take(count).map(|x| *x as f32).collect();
-        next += count;
-        taken
-    };
-    let (cable_position_m, tension_measured_n, joint_measured) = (take(muscles), take(muscles), take(joints));
-    let (_, command, _) = (take(muscles), take(muscles), take(muscles));
-    let (joint_reference, joint_estimated) = (take(joints), take(joints));
-    let (tension_desired_n, tension_estimated_n) = (take(muscles), take(muscles));
-    let truth = if layout.simulated { (take(joints), take(muscles)) } else { (Vec::new(), Vec::new()) };
-    let at = |place: usize| sample.get(1 + place).copied().unwrap_or(0.0);
+/// The signals of a frame.
+pub(crate) fn state(frame: &[f64], layout: &FrameLayout, time: u64) -> State {
+    let all = |signal| layout.of(signal, frame).iter().map(|x| *x as f32).collect();
+    let one = |signal| layout.of(signal, frame).first().copied().unwrap_or(0.0);
     State {
         timestamp: Some(Timestamp::of(time)),
-        joint_reference,
-        joint_measured,
-        joint_estimated,
-        joint_true: truth.0,
-        tension_desired_n,
-        tension_estimated_n,
-        tension_true_n: truth.1,
-        tension_measured_n,
-        cable_position_m,
-        command,
-        status: at(Layout::STATUS) as u32,
-        wake_up_us: at(1) as f32,
-        busy_us: (at(2) + at(3) + at(4)) as f32,
+        joint_reference: all(Signal::JointReference),
+        joint_measured: all(Signal::Joint),
+        joint_estimated: all(Signal::JointEstimated),
+        joint_true: all(Signal::JointTrue),
+        tension_desired_n: all(Signal::TensionOutDesired),
+        tension_estimated_n: all(Signal::TensionOutEstimated),
+        tension_true_n: all(Signal::TensionOut),
+        tension_measured_n: all(Signal::TensionIn),
+        cable_position_m: all(Signal::PositionIn),
+        command: all(Signal::Command),
+        status: one(Signal::Status) as u32,
+        wake_up_us: one(Signal::WakeUp) as f32,
+        busy_us: (one(Signal::Read) + one(Signal::Control) + one(Signal::Write)) as f32,
     }
-}
-
-/// Estimated pose and tensions of a sample: `[joints]`, `[muscles]`.
-pub(crate) fn pose(sample: &[f64], layout: Layout) -> (&[f64], &[f64]) {
-    let estimated = 1 + layout.fast() + layout.joints;
-    let tension = estimated + layout.joints + layout.muscles;
-    (&sample[estimated..estimated + layout.joints], &sample[tension..tension + layout.muscles])
 }
 
 #[cfg(test)]

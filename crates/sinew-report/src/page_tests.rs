@@ -113,7 +113,9 @@ fn track_page(end_point: bool, name: &str) -> String {
     let wave = |t: f64| 0.3 * (1.3 * t).sin();
     let mut trace: Vec<TraceRow> = (0..900).map(|k| row(0.01 * f64::from(k), wave)).collect();
     if !end_point {
-        trace.iter_mut().for_each(|row| (row.wanted_m, row.end_point_m) = ([f64::NAN; 3], [f64::NAN; 3]));
+        trace
+            .iter_mut()
+            .for_each(|row| (row.end_point_reference_m, row.end_point_m) = ([f64::NAN; 3], [f64::NAN; 3]));
     }
     let view = TrackView {
         heading: "Errors".to_owned(),

@@ -11,6 +11,13 @@ pub struct Feedback {
     pub tension: Vec<f64>,
     /// Coordinate of every independent joint by its encoder, rad or m: `[joints]`.
     pub joint: Vec<f64>,
+    /// Current, A, and temperature, degC, of every motor as its drive says, and age of the set-point that the drive follows,
+    /// us: `[muscles]`. Nobody controls by them.
+    pub current: Vec<f64>,
+    /// See `current`.
+    pub temperature: Vec<f64>,
+    /// See `current`.
+    pub setpoint_age: Vec<f64>,
 }
 
 impl Feedback {
@@ -21,12 +28,16 @@ impl Feedback {
             motor: vec![f64::NAN; muscles],
             tension: vec![f64::NAN; muscles],
             joint: vec![f64::NAN; joints],
+            current: vec![f64::NAN; muscles],
+            temperature: vec![f64::NAN; muscles],
+            setpoint_age: vec![f64::NAN; muscles],
         }
     }
 
     /// Marks every reading as missing.
     pub fn clear(&mut self) {
-        for readings in [&mut self.motor, &mut self.tension, &mut self.joint] {
+        let Self { motor, tension, joint, current, temperature, setpoint_age } = self;
+        for readings in [motor, tension, joint, current, temperature, setpoint_age] {
             readings.fill(f64::NAN);
         }
     }

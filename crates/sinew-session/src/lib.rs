@@ -20,6 +20,7 @@ mod motion;
 mod plant;
 mod record;
 mod session;
+pub mod signals;
 mod twin;
 
 pub use clock::{Clock, VirtualClock};

@@ -1,8 +1,8 @@
-use crate::exchange::Feedback;
+use crate::signals::Seen;
 use sinew::Error;
 use sinew::control::arm::PreviewedReference;
 use sinew::control::stretch::PREVIEW_HORIZON;
-use sinew::control::supervisor::{Request, Supervisor, SupervisorCommand};
+use sinew::control::supervisor::{Request, Supervisor};
 use sinew::trajectory::{Moment, Reference, Schedule};
 
 /// What a machine is to do, cycle by cycle.
@@ -19,7 +19,7 @@ pub trait Motion {
     ) -> Result<Wanted, Error>;
 
     /// After the supervisor: what came of it. Nothing is allocated.
-    fn see(&mut self, _at: CycleTime, _command: &SupervisorCommand<'_>, _feedback: &Feedback) {}
+    fn see(&mut self, _at: CycleTime, _cycle: &Seen<'_>) {}
 
     /// Whether the cycles end before this one.
     fn is_finished(&self, _at: CycleTime) -> bool {

@@ -6,7 +6,7 @@ use sinew::twin::arm::{ArmTruth, ArmTwin};
 
 /// One control cycle: what was read, what was wanted, what is commanded.
 #[derive(Debug, Clone, Copy)]
-pub struct CycleRecord<'a, P> {
+pub struct CycleRecord<'a, P: ?Sized> {
     /// The plant, after the commands were written and before they have moved it.
     pub plant: &'a P,
     /// When, and where in the motion.
@@ -25,11 +25,20 @@ pub struct CycleRecord<'a, P> {
     pub stopping: bool,
 }
 
-impl<P: Plant> CycleRecord<'_, P> {
+impl<P: Plant + ?Sized> CycleRecord<'_, P> {
     /// The true state of the machine, where it is simulated.
     #[must_use]
     pub fn truth(&self) -> Option<ArmTruth<'_>> {
         self.plant.simulated().map(ArmTwin::truth)
+    }
+}
+
+impl<'a, P: Plant> CycleRecord<'a, P> {
+    /// The same, whatever the plant.
+    #[must_use]
+    pub fn seen(&self) -> CycleRecord<'a, dyn Plant + 'a> {
+        let Self { plant, moment, times, exchange, feedback, reference, command, stopping } = *self;
+        CycleRecord { plant, moment, times, exchange, feedback, reference, command, stopping }
     }
 }
 

@@ -167,10 +167,9 @@ impl<P: Plant, M: Motion> Session<P, M> {
 
         plant.write(command.arm.drives);
         let times = CycleTimes { deadline, woken, read, controlled, written: clock.now() };
-        motion.see(at, &command, feedback);
         self.count += 1;
         self.mode = command.mode;
-        Ok(CycleRecord {
+        let record = CycleRecord {
             plant,
             moment: wanted.moment,
             times,
@@ -179,7 +178,9 @@ impl<P: Plant, M: Motion> Session<P, M> {
             reference: &references.current,
             command,
             stopping: self.stopping,
-        })
+        };
+        motion.see(at, &record.seen());
+        Ok(record)
     }
 
     /// Stops the machine and hands the plant back.

@@ -109,6 +109,11 @@ impl Plant for TwinPlant {
         feedback.motor.copy_from_slice(&reading.motor);
         feedback.tension.copy_from_slice(&reading.tension);
         feedback.joint.copy_from_slice(&reading.joint);
+        feedback.current.copy_from_slice(&reading.current);
+        let temperature = feedback.temperature.iter_mut().enumerate();
+        temperature.for_each(|(muscle, place)| *place = self.arm.winding(muscle));
+        // The commands of the cycle before, or older ones.
+        feedback.setpoint_age.fill(1e6 * (self.period * f64::from(1 + self.stale_for) + self.lost_for));
         exchange
     }
 

@@ -5,7 +5,7 @@ use super::track::setup::Setup;
 use crate::arguments::PageArguments;
 use crate::error::Error;
 use sinew::machine::Machine;
-use sinew_live::{Observed, RunParts, Server, ServerSettings, Tap, tap};
+use sinew_live::{RunParts, Server, ServerSettings, Tap, tap};
 use sinew_session::{CycleRecord, Plant};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
@@ -25,7 +25,6 @@ pub(crate) struct Shown {
 /// A page, and the side of the control cycle.
 pub(crate) struct RunPage {
     tap: Tap,
-    timed: bool,
     /// Serves until it is dropped.
     _server: Server,
 }
@@ -62,7 +61,7 @@ impl RunPage {
         if arguments.open {
             open(&url);
         }
-        Ok(Some(Self { tap, timed: shown.timed, _server: server }))
+        Ok(Some(Self { tap, _server: server }))
     }
 
     /// What the page sets to ask for a safe stop.
@@ -72,20 +71,7 @@ impl RunPage {
 
     /// Shows a cycle of a run.
     pub(crate) fn show<P: Plant>(&mut self, record: &CycleRecord<'_, P>) {
-        let times = record.times;
-        let us = |from: u64, to: u64| to.saturating_sub(from) as f64 * 1e-3;
-        let cycle_us = [us(times.deadline, times.woken), us(times.woken, times.written)];
-        self.tap.show(&Observed {
-            time: record.moment.time,
-            mode: record.command.mode,
-            fault: record.command.fault,
-            cycle_us: if self.timed { cycle_us } else { [f64::NAN; 2] },
-            joint_reference: &record.reference.q,
-            command: &record.command.arm,
-            tension_in: &record.feedback.tension,
-            winch_position: &record.feedback.motor,
-            truth: record.truth(),
-        });
+        self.tap.show(record);
     }
 }
 

@@ -62,7 +62,7 @@ pub(crate) fn advance(
         // A session ends after half a second without a command: a full queue would have to drop a hundred in a row.
         while let Ok(state) = client.receive(Duration::from_millis(5)) {
             if state.machine_time_ns >= goal {
-                return (state.mode, state.joints().iter().map(|joint| joint.position).collect());
+                return (state.mode, state.joints().iter().map(|joint| joint.joint_estimated).collect());
             }
         }
         assert!(begin.elapsed() < PATIENCE, "the machine's time does not reach {goal}");
@@ -225,9 +225,9 @@ fn a_linked_run_is_recorded_and_replays_to_the_bit_while_another_client_watches(
             // Whatever arrives when: what was taken is what is replayed.
             let begin = Instant::now();
             while begin.elapsed() < Duration::from_millis(1500) {
-                let position = client.session().state().joints()[0].position;
+                let position = client.session().state().joints()[0].joint_estimated;
                 let mut setpoints = Setpoints::new(SetpointKind::Joint, 2);
-                let knee = client.session().state().joints()[1].position;
+                let knee = client.session().state().joints()[1].joint_estimated;
                 setpoints.push(0, &[position + 0.01, knee]);
                 let command = LinkCommand { setpoints, ..LinkCommand::of(Request::Run) };
                 client.send(&command).unwrap();

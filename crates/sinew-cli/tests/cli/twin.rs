@@ -144,18 +144,19 @@ fn an_arm_tracks_waypoints_with_a_payload_stops_at_a_repeated_one_and_writes_rep
     let mut rows = table.lines().filter(|line| !line.starts_with('#'));
     let header: Vec<&str> = rows.next().unwrap().split(',').collect();
     let column = |name: &str| header.iter().position(|column| *column == name).unwrap();
-    let (time, x, length) = (column("time_s"), column("wanted_x_m"), column("length_m:brachialis"));
-    assert!(header.contains(&"anchor_n:brachialis"));
+    let (time, x, length) =
+        (column("time_s"), column("end_point_reference_x_m"), column("length_m:brachialis"));
+    assert!(header.contains(&"tension_out_n:brachialis"));
     let row = |line: &str| line.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect::<Vec<f64>>();
     let stop: Vec<Vec<f64>> = rows.map(row).filter(|row| (4.5..6.0).contains(&row[time])).collect();
     assert_eq!(stop.len(), 150, "a row per 10 ms");
     for name in [
         "status",
-        "reference:elbow_flexion",
-        "believed:elbow_flexion",
-        "winch_command_m_per_s:brachialis",
-        "believed_n:brachialis",
-        "load_cell_n:brachialis",
+        "joint_reference_rad:elbow_flexion",
+        "joint_estimated_rad:elbow_flexion",
+        "command:brachialis",
+        "tension_out_estimated_n:brachialis",
+        "tension_in_n:brachialis",
     ] {
         assert!(header.contains(&name), "{name}");
     }

@@ -30,7 +30,7 @@ pub use report::{
 };
 pub use residual_network::{FarTensionError, ResidualFit, calibrate_residuals};
 pub use stop_reason::{fault_name, stop_reason};
-pub use trace::{CycleSignals, Trace, TraceRow};
+pub use trace::{Trace, TraceRow};
 pub use tracking::{
     CalibratedArm, INITIAL_REST_S, PreparedRun, TrackingResult, TrackingTask, calibration_programmes,
     track_arm,

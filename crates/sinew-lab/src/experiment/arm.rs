@@ -126,7 +126,7 @@ impl<'a> TrackSession<'a> {
         }
         let cycle = session.step(&mut VirtualClock::default(), 0)?;
         let time = cycle.moment.time;
-        see(&evaluation.record(&cycle.moment, cycle.reference, &cycle.command, cycle.plant.arm())?);
+        see(&evaluation.record(&cycle.seen(), cycle.plant.arm())?);
         session.plant_mut().pass();
         let goes_on = !session.plant().has_failed();
         if !goes_on {

@@ -5,9 +5,10 @@ use super::track_row::TrackRow;
 use super::track_summary::{TrackSummary, slack_below};
 use super::tracking_errors::TrackingErrors;
 use sinew::Error;
-use sinew::control::supervisor::{Supervisor, SupervisorCommand};
-use sinew::trajectory::{Moment, Reference};
+use sinew::control::supervisor::Supervisor;
 use sinew::twin::arm::ArmTwin;
+use sinew_session::signals::{FrameLayout, Seen};
+use std::sync::Arc;
 
 /// Evaluates a run on a simulated plant, whatever stands between plant and controller.
 #[derive(Debug, Clone)]
@@ -16,6 +17,7 @@ pub struct Evaluation<'a> {
     summary: TrackSummary,
     /// N: `[muscles]`.
     pretension: Vec<f64>,
+    layout: Arc<FrameLayout>,
 }
 
 impl<'a> Evaluation<'a> {
@@ -34,22 +36,26 @@ impl<'a> Evaluation<'a> {
         Ok(Self {
             errors: TrackingErrors::new(run.specimen, run.robot, run.site)?,
             summary: TrackSummary::new(slack_below.collect(), ranges.collect()),
+            layout: Arc::new(FrameLayout::new(
+                [pretension.len(), run.robot.independent_joints().len()],
+                true,
+            )),
             pretension,
         })
     }
 
-    /// Records one control cycle: the reference, the command and the plant's state before the command takes effect.
+    /// Records one control cycle of a simulated machine: the reference, the command and the plant's state before
+    /// the command takes effect.
     ///
     /// # Errors
     /// [`Error::WrongLength`] for a pose of another robot.
     pub fn record<'row>(
         &'row mut self,
-        moment: &Moment,
-        reference: &'row Reference,
-        command: &'row SupervisorCommand<'row>,
+        cycle: &'row Seen<'row>,
         arm: &'row ArmTwin,
     ) -> Result<TrackRow<'row>, Error> {
-        let Self { errors, summary, pretension } = self;
+        let Self { errors, summary, pretension, layout } = self;
+        let Seen { moment, reference, command, .. } = cycle;
         let truth = arm.truth();
         errors.evaluate(&reference.q, truth.q)?;
         let row = TrackRow {
@@ -69,6 +75,8 @@ impl<'a> Evaluation<'a> {
             fault: command.fault,
             reading: arm.reading(),
             truth,
+            cycle,
+            layout,
         };
         summary.record(&row);
         Ok(row)

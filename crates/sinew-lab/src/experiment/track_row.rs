@@ -2,9 +2,11 @@ use sinew::control::arm::ArmCommand;
 use sinew::control::supervisor::{Mode, NamedFault};
 use sinew::trajectory::Reference;
 use sinew::twin::arm::{ArmReading, ArmTruth};
+use sinew_session::signals::{FrameLayout, Seen};
+use std::sync::Arc;
 
 /// One control cycle of a run.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct TrackRow<'a> {
     /// Time since the run began, s: the motion starts at [`TrackRun::before`](super::run::TrackRun::before).
     pub time: f64,
@@ -41,4 +43,14 @@ pub struct TrackRow<'a> {
     pub reading: &'a ArmReading,
     /// True state of the plant.
     pub truth: ArmTruth<'a>,
+    /// The cycle, and the layout of its signals.
+    pub cycle: &'a Seen<'a>,
+    /// See `cycle`.
+    pub layout: &'a Arc<FrameLayout>,
+}
+
+impl std::fmt::Debug for TrackRow<'_> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "cycle at {} s, {:?}", self.time, self.mode)
+    }
 }

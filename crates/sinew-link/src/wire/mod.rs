@@ -1,4 +1,4 @@
-//! Packets of the link, version 1.
+//! Packets of the link, version 2.
 //!
 //! ```text
 //! Head | body of the kind | tag = HMAC-SHA256(key, head and body)
@@ -35,7 +35,7 @@ pub(crate) use table::{Reader, Writer};
 /// First bytes of every datagram.
 pub const MAGIC: [u8; 4] = *b"SNWL";
 /// Version of the protocol.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 /// Bytes of a tag.
 pub const TAG_SIZE: usize = 32;
 /// Longest datagram, bytes: what IPv6 guarantees to deliver unfragmented (1280 less the heads of IPv6 and UDP).

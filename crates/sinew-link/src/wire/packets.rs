@@ -1,12 +1,12 @@
 //! The tables of all packets.
 
-use super::table::{Code, Field, Reader, Scalar, Writer, packet};
+use super::table::{Code, Field, Reader, Scalar, Writer, packet, record};
 
 packet! {
     /// Head of every datagram.
     Head {
         magic: [u8; 4], "1", "The characters `SNWL`.";
-        version: u8, "1", "Of the protocol: 1.";
+        version: u8, "1", "Of the protocol: 2.";
         kind: u8, "1", "Kind of the packet.";
         length: u16, "bytes", "Of the datagram with head and tag.";
         session: u64, "1", "The first 8 bytes of `host_nonce`; 0 in Hello, Welcome and Refused.";
@@ -80,12 +80,14 @@ packet! {
         mode: u8, "1", "Operating mode.";
         request: u8, "1", "Newest mode request that was taken.";
         setpoint: u8, "1", "Kind of the set-points that are followed; 0: none.";
-        flags: u8, "1", "Bits: 0 waits for `advance_to_ns`, 1 commands have timed out, 2 set-points are limited, 3 a reading is missing and shown as last read.";
+        flags: u8, "1", "Bits: 0 waits for `advance_to_ns`, 1 commands have timed out, 2 set-points are limited, 3 a reading is missing and shown as last read. What has never been known is not a number.";
         fault: u16, "1", "Code of the fault, see the list of faults; 0: none.";
         fault_index: u16, "1", "Index of the joint or muscle that the code counts; else 0.";
         queued: u16, "1", "Points that wait for their time.";
         last_rejection: u8, "1", "Reason for which the content of a packet of this session was last rejected; 0: none. It stays.";
-        padding: [u8; 5], "1", "Zeros.";
+        joint_size: u16, "bytes", "Of the record of a joint; whoever knows fewer numbers skips the rest.";
+        muscle_size: u16, "bytes", "Of the record of a muscle, alike.";
+        padding: [u8; 1], "1", "Zero.";
         accepted: u64, "1", "Packets of this session that have arrived, each counted once: with its tag, unseen and in order of time, whatever its content.";
         lost: u64, "1", "Packets of this session that have not arrived: the newest sequence number less `accepted`.";
         rejected: u64, "1", "Packets from anyone rejected since the host's start.";
@@ -100,34 +102,25 @@ packet! {
     }
 }
 
-packet! {
-    /// State of a joint.
+record! {
+    /// State of a joint: signals of the table in docs/recording.md, and a rate.
     JointState {
-        position: f64, "rad or m", "Estimated coordinate.";
-        velocity: f64, "rad/s or m/s", "Its rate.";
-        reference: f64, "rad or m", "Coordinate that is followed.";
+        joint_estimated: "rad or m", "Estimated coordinate; its encoder's without an estimate.";
+        joint_velocity: "rad/s or m/s", "Its rate.";
+        joint_reference: "rad or m", "Coordinate that is followed.";
     }
 }
 
-impl Default for JointState {
-    fn default() -> Self {
-        Self { position: 0.0, velocity: 0.0, reference: 0.0 }
-    }
-}
-
-packet! {
-    /// State of a muscle.
+record! {
+    /// State of a muscle: signals of the table in docs/recording.md.
     MuscleState {
-        tension_in: f64, "N", "At the drive, measured.";
-        tension_out: f64, "N", "At the anchor, estimated.";
-        motor_position: f64, "m", "Position of the cable at the drive, + toward the motor.";
-        command: f64, "m/s or N", "Of the drive: speed toward the motor, or tension.";
-    }
-}
-
-impl Default for MuscleState {
-    fn default() -> Self {
-        Self { tension_in: 0.0, tension_out: 0.0, motor_position: 0.0, command: 0.0 }
+        tension_in_n: "N", "At the drive, measured.";
+        tension_out_estimated_n: "N", "At the anchor, estimated.";
+        position_in_m: "m", "Position of the cable at the drive, + toward the motor.";
+        command: "m/s, N or A", "Of the drive: speed toward the motor, tension or current.";
+        current_a: "A", "Of the motor.";
+        temperature_degc: "degC", "Of the motor.";
+        setpoint_age_us: "us", "Of the set-point that the drive follows.";
     }
 }
 

@@ -62,7 +62,7 @@ macro_rules! byte_arrays {
         }
     )*};
 }
-byte_arrays!(2 4 5 7 16 32 56 87);
+byte_arrays!(1 2 4 7 16 32 56 87);
 
 impl Scalar for [f64; 3] {
     const KIND: &'static str = "f64[3]";
@@ -119,6 +119,12 @@ impl<'a> Reader<'a> {
         T::take(front)
     }
 
+    /// Passes over bytes; none where there are fewer.
+    pub(crate) fn skip(&mut self, count: usize) -> Option<()> {
+        self.bytes = self.bytes.get(count..)?;
+        Some(())
+    }
+
     pub(crate) fn is_empty(self) -> bool {
         self.bytes.is_empty()
     }
@@ -157,3 +163,37 @@ macro_rules! packet {
     };
 }
 pub(crate) use packet;
+
+/// A packet of numbers alone, which are missing at first.
+macro_rules! record {
+    ($(#[$about:meta])* $name:ident { $($field:ident : $unit:literal, $meaning:literal;)* }) => {
+        packet! { $(#[$about])* $name { $($field: f64, $unit, $meaning;)* } }
+
+        impl $name {
+            /// Its numbers, in the order of [`FIELDS`](Self::FIELDS).
+            pub fn numbers_mut(&mut self) -> [&mut f64; Self::SIZE / 8] {
+                [$(&mut self.$field,)*]
+            }
+
+            /// The same.
+            #[must_use]
+            pub fn numbers(&self) -> [f64; Self::SIZE / 8] {
+                [$(self.$field,)*]
+            }
+
+            /// None where the buffer is too short, or its records of `size` bytes lack a number.
+            pub(crate) fn read_from(reader: &mut Reader<'_>, size: u16) -> Option<Self> {
+                let known = Self::read(reader)?;
+                reader.skip(usize::from(size).checked_sub(Self::SIZE)?)?;
+                Some(known)
+            }
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: f64::NAN,)* }
+            }
+        }
+    };
+}
+pub(crate) use record;

@@ -16,7 +16,7 @@ from pathlib import Path
 
 PAGE = Path(__file__).resolve().parents[4] / "docs" / "link.md"
 HEAD = struct.Struct("<4sBBHQQQQQQ")
-STATE = struct.Struct("<QQBBBBHHHB5xQQQQ3d6H")
+STATE = struct.Struct("<QQBBBBHHHBHHxQQQQ3d6H")
 MAX = 1232
 HELLO, WELCOME, REFUSED, COMMAND, STATE_KIND, GOODBYE, WATCH = range(1, 8)
 
@@ -32,7 +32,7 @@ def session_keys(key, client_nonce, host_nonce):
 
 def packet(key, kind, session, sequence, reflected, sent_ns, body):
     length = HEAD.size + len(body) + 32
-    head = HEAD.pack(b"SNWL", 1, kind, length, session, sequence, reflected[0], sent_ns, reflected[1], reflected[2])
+    head = HEAD.pack(b"SNWL", 2, kind, length, session, sequence, reflected[0], sent_ns, reflected[1], reflected[2])
     return head + body + tag_of(key, head + body)
 
 
@@ -88,7 +88,7 @@ class Client:
 
     @staticmethod
     def is_sound(data, key):
-        if not 88 <= len(data) <= MAX or data[:4] != b"SNWL" or data[4] != 1:
+        if not 88 <= len(data) <= MAX or data[:4] != b"SNWL" or data[4] != 2:
             return False
         if int.from_bytes(data[6:8], "little") != len(data):
             return False
@@ -132,16 +132,17 @@ class Client:
         return None
 
     def part(self, body):
-        names = ("machine_time_ns cycle mode request setpoint flags fault fault_index queued last_rejection accepted lost "
+        names = ("machine_time_ns cycle mode request setpoint flags fault fault_index queued last_rejection joint_size muscle_size accepted lost "
                  "rejected late x y z joints muscles first_joint joint_count first_muscle muscle_count").split()
         head = dict(zip(names, STATE.unpack_from(body)))
-        assert len(body) == 100 + 24 * head["joint_count"] + 32 * head["muscle_count"]
+        each, of_muscle = head["joint_size"], head["muscle_size"]
+        assert len(body) == 100 + each * head["joint_count"] + of_muscle * head["muscle_count"]
         joints, muscles = self.parts.setdefault(head["cycle"], ({}, {}))
         for k in range(head["joint_count"]):
-            joints[head["first_joint"] + k] = struct.unpack_from("<3d", body, 100 + 24 * k)
-        begin = 100 + 24 * head["joint_count"]
+            joints[head["first_joint"] + k] = struct.unpack_from("<3d", body, 100 + each * k)
+        begin = 100 + each * head["joint_count"]
         for k in range(head["muscle_count"]):
-            muscles[head["first_muscle"] + k] = struct.unpack_from("<4d", body, begin + 32 * k)
+            muscles[head["first_muscle"] + k] = struct.unpack_from("<4d", body, begin + of_muscle * k)
         if len(joints) < head["joints"] or len(muscles) < head["muscles"]:
             return None
         self.parts = {cycle: part for cycle, part in self.parts.items() if cycle > head["cycle"]}

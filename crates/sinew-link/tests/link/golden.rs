@@ -3,7 +3,7 @@
 use sinew_link::client::Greeting;
 use sinew_link::host::{Domain, SessionSettings, Sessions};
 use sinew_link::wire::Datagram;
-use sinew_link::{Command, JointState, Key, Mode, MuscleState, Request, SetpointKind, Setpoints, Snapshot};
+use sinew_link::{Command, JointState, Key, Mode, Request, SetpointKind, Setpoints, Snapshot};
 
 /// Writes the packets where `SINEW_LINK_WRITE` is set.
 #[test]
@@ -59,11 +59,11 @@ fn packets() -> Vec<(&'static str, Vec<u8>)> {
     (snapshot.request, snapshot.setpoint, snapshot.queued) = (Request::Run, SetpointKind::Joint, 2);
     snapshot.end_point = [0.1, 0.2, 0.3];
     for (k, joint) in snapshot.joints_mut().iter_mut().enumerate() {
-        *joint = JointState { position: 0.5 + k as f64, velocity: -0.5, reference: 0.75 };
+        *joint = JointState { joint_estimated: 0.5 + k as f64, joint_velocity: -0.5, joint_reference: 0.75 };
     }
     for (k, muscle) in snapshot.muscles_mut().iter_mut().enumerate() {
-        let tension_in = 40.0 + k as f64;
-        *muscle = MuscleState { tension_in, tension_out: 20.0, motor_position: 0.015625, command: -0.5 };
+        let known = [40.0 + k as f64, 20.0, 0.015625, -0.5].into_iter().chain(std::iter::repeat(1.5));
+        muscle.numbers_mut().into_iter().zip(known).for_each(|(number, known)| *number = known);
     }
     host.state(&snapshot, &mut Some([0, 0]), 5000, &mut datagram).unwrap();
     let state = datagram.bytes().to_vec();

@@ -44,12 +44,13 @@ fn cycle(port: &mut Port, stop: &AtomicBool) -> u64 {
 /// The same of a machine of this size.
 pub(crate) fn cycle_of([joints, muscles]: [usize; 2], port: &mut Port, stop: &AtomicBool) -> u64 {
     let (mut snapshot, mut commands) = (Snapshot::new(joints, muscles), 0);
+    snapshot.joints_mut().iter_mut().for_each(|joint| joint.joint_reference = 0.0);
     while !stop.load(Ordering::Relaxed) {
         while let Some(command) = port.next_command() {
             commands += 1;
             if let Some((_, numbers)) = command.setpoints.iter().last() {
                 for (joint, number) in snapshot.joints_mut().iter_mut().zip(numbers) {
-                    joint.reference = *number;
+                    joint.joint_reference = *number;
                 }
                 snapshot.setpoint = command.setpoints.kind();
             }
@@ -83,7 +84,7 @@ fn commands_and_states_cross_with_and_without_a_key() {
             loop {
                 client.send(&Command { request: Request::Run, advance_to_ns: 0, setpoints }).unwrap();
                 let state = client.receive(SOON).unwrap();
-                let [first, second] = [0, 1].map(|k| state.joints()[k].reference);
+                let [first, second] = [0, 1].map(|k| state.joints()[k].joint_reference);
                 if state.mode == Mode::Run && (first - 0.5).abs() < 1e-15 && (second + 0.5).abs() < 1e-15 {
                     break;
                 }

@@ -242,11 +242,10 @@ proptest! {
         let mut number = f64::from(seed);
         let mut next = || { number += 0.5; number };
         for joint in snapshot.joints_mut() {
-            (joint.position, joint.velocity, joint.reference) = (next(), next(), next());
+            joint.numbers_mut().into_iter().for_each(|number| *number = next());
         }
         for muscle in snapshot.muscles_mut() {
-            (muscle.tension_in, muscle.tension_out) = (next(), next());
-            (muscle.motor_position, muscle.command) = (next(), next());
+            muscle.numbers_mut().into_iter().for_each(|number| *number = next());
         }
         let (mut part, mut datagram, mut count) = (Some([0, 0]), Datagram::default(), 0);
         while part.is_some() {
@@ -257,7 +256,10 @@ proptest! {
             prop_assert_eq!(session.receive(datagram.bytes(), 0), Ok(expected));
         }
         prop_assert_eq!(count, snapshot.parts());
-        prop_assert_eq!(session.state(), &snapshot);
+        // Places beyond the machine's are not a number, which equals nothing.
+        prop_assert_eq!(session.state().cycle, snapshot.cycle);
+        prop_assert_eq!(session.state().joints(), snapshot.joints());
+        prop_assert_eq!(session.state().muscles(), snapshot.muscles());
     }
 }
 

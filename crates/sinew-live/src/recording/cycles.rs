@@ -2,8 +2,8 @@
 
 use super::events::EventList;
 use crate::scene::Event;
-use crate::signals::{Signals, fault_numbers};
-use sinew_record::{Block, BlockPlace, ColumnSpec, Error, Head, Recording};
+use crate::signals::Signals;
+use sinew_record::{Block, BlockPlace, Error, Head, Recording, Signal};
 use std::collections::VecDeque;
 
 /// Decoded blocks that are kept.
@@ -19,48 +19,9 @@ pub(crate) struct Cycles {
     pub(crate) events: Vec<Event>,
     /// First cycle, number of cycles and place of every block, in time.
     index: Vec<(u64, usize, BlockPlace)>,
-    columns: Columns,
+    /// Signals that it has, and their first columns.
+    columns: Vec<(Signal, usize)>,
     decoded: VecDeque<(usize, Block)>,
-}
-
-/// First columns of what is shown; none where the recording lacks it.
-#[derive(Debug, Clone, Copy)]
-struct Columns {
-    mode: Option<usize>,
-    wake_up: Option<usize>,
-    winch: Option<usize>,
-    tension_in: Option<usize>,
-    joint_reference: Option<usize>,
-    joint_estimated: Option<usize>,
-    joint_true: Option<usize>,
-    desired: Option<usize>,
-    estimated: Option<usize>,
-    far: Option<usize>,
-}
-
-impl Columns {
-    fn of(head: &Head) -> Self {
-        let (muscles, joints) = (head.muscles.len(), head.joints.len());
-        let (fast, slow) = (&head.fast[..], &head.slow[..]);
-        Self {
-            mode: first(fast, "mode", 1),
-            wake_up: first(fast, "wake_up_us", 4),
-            winch: first(fast, "position_in_m:", muscles),
-            tension_in: first(fast, "tension_in_n:", muscles),
-            joint_reference: first(slow, "joint_reference_", joints),
-            joint_estimated: first(slow, "joint_estimated_", joints),
-            joint_true: first(slow, "joint_true_", joints),
-            desired: first(slow, "tension_out_desired_n:", muscles),
-            estimated: first(slow, "tension_out_estimated_n:", muscles),
-            far: first(slow, "tension_out_n:", muscles),
-        }
-    }
-}
-
-/// The first of so many columns whose names begin alike; none where the list ends before.
-fn first(columns: &[ColumnSpec], start: &str, count: usize) -> Option<usize> {
-    let first = columns.iter().position(|column| column.name.starts_with(start))?;
-    (first + count <= columns.len()).then_some(first)
 }
 
 impl Cycles {
@@ -92,7 +53,8 @@ impl Cycles {
         let notice = notice(&recording, list.missing());
         let events = list.finish();
         let head = recording.head;
-        let columns = Columns::of(&head);
+        let place = |signal: &Signal| Some((*signal, head.place(*signal)?));
+        let columns = Signal::ALL.iter().filter_map(place).collect();
         Ok(Self { head, notice, events, index, columns, decoded: VecDeque::new(), bytes })
     }
 
@@ -130,7 +92,7 @@ impl Cycles {
     /// [`Error::Damaged`]; not for what [`open`](Self::open) has read.
     pub(crate) fn at(&mut self, time: f64) -> Result<Signals, Error> {
         let (muscles, joints) = (self.head.muscles.len(), self.head.joints.len());
-        let mut now = Signals::unknown([muscles, joints]);
+        let mut now = Signals::unknown([muscles, joints], self.head.simulated);
         now.time = time;
         let place = time / self.head.period_s();
         let cycle = place.round().max(0.0) as u64;
@@ -141,18 +103,12 @@ impl Cycles {
         let (first, count, _) = self.index[number];
         let row = cycle.saturating_sub(first).min(count as u64 - 1) as usize;
         let at = self.decode(number)?;
-        let (columns, stride) = (self.columns, self.head.stride);
+        let stride = self.head.stride;
         let block = &self.decoded[at].1;
-        let fast = |column: Option<usize>, k: usize| {
-            column.and_then(|column| block.fast.get(column + k)?.get(row)).copied().unwrap_or(f64::NAN)
-        };
-        now.mode = fast(columns.mode, 0);
-        now.fault = fault_numbers(sinew_record::fault_of(fast(columns.mode, 1)));
-        let parts = [1, 2, 3].map(|k| fast(columns.wake_up, k));
-        now.cycle_us = [fast(columns.wake_up, 0), parts.iter().sum()];
-        for k in 0..muscles {
-            now.winch_position[k] = fast(columns.winch, k);
-            now.tension_in[k] = fast(columns.tension_in, k);
+        for (signal, first) in self.columns.iter().filter(|(signal, _)| !signal.row().slow) {
+            let columns = block.fast.iter().skip(*first);
+            let numbers = columns.map(|column| column.get(row).copied().unwrap_or(f64::NAN));
+            now.frame.of_mut(*signal).iter_mut().zip(numbers).for_each(|(to, from)| *to = from);
         }
         // Slow columns between the two of their rows that the time is between, the second possibly of the next block.
         let lower = (place.max(0.0) / stride as f64).floor();
@@ -164,21 +120,19 @@ impl Cycles {
             (Some(only), None) | (None, Some(only)) => (only.clone(), only),
             (None, None) => return Ok(now),
         };
-        let slow = |column: Option<usize>, list: &mut Vec<f64>| {
-            for (k, value) in list.iter_mut().enumerate() {
-                let of =
-                    |row: &[f64]| column.and_then(|column| row.get(column + k)).copied().unwrap_or(f64::NAN);
-                let (a, b) = (of(&before), of(&after));
-                *value = if b.is_finite() { a + share * (b - a) } else { a };
+        for (signal, first) in self.columns.iter().filter(|(signal, _)| signal.row().slow) {
+            let rows = before.iter().zip(&after).skip(*first);
+            for (to, (a, b)) in now.frame.of_mut(*signal).iter_mut().zip(rows) {
+                *to = if b.is_finite() { a + share * (b - a) } else { *a };
             }
-        };
-        slow(columns.joint_reference, &mut now.joint_reference);
-        slow(columns.joint_estimated, &mut now.joint_estimated);
-        slow(columns.joint_true, &mut now.joint_true);
-        slow(columns.desired, &mut now.tension_out_desired);
-        slow(columns.estimated, &mut now.tension_out_estimated);
-        slow(columns.far, &mut now.tension_out_true);
+        }
         Ok(now)
+    }
+
+    /// Signals that the recording does not have, a bit each.
+    pub(crate) fn lacks(&self) -> u64 {
+        let has = self.columns.iter().fold(0, |bits, (signal, _)| bits | 1 << *signal as u64);
+        !has
     }
 
     /// Values of all slow columns in a cycle; none where it is missing.

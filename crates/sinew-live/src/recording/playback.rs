@@ -125,7 +125,7 @@ impl Playback {
         let head = &self.first.head;
         self.layout = Layout::new(&Contents {
             truth: head.simulated,
-            temperature: false,
+            lacks: self.first.lacks(),
             timed: !head.virtual_time,
             second: self.over.is_some(),
             ..Contents::simulated(&self.machine)

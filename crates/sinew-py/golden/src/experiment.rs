@@ -89,6 +89,9 @@ impl Track {
         };
         let result = track_arm(&arm, CompensationVariant::Observer, &task)?;
         let last = result.trace.last().ok_or("no row")?;
-        Ok(json!({ "numbers": result.numbers, "last": last, "rows": result.trace.len() }))
+        let mut columns: serde_json::Map<_, _> =
+            last.columns().map(|(name, numbers)| (name.to_owned(), json!(numbers))).collect();
+        columns.insert("time_s".to_owned(), json!(last.time_s));
+        Ok(json!({ "numbers": result.numbers, "last": columns, "rows": result.trace.len() }))
     }
 }

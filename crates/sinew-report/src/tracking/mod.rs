@@ -16,6 +16,7 @@ use super::shell::{SHELL, Shell};
 use askama::Template;
 use plots::{Family, Plotter};
 use sinew::muscle::MuscleDynamics;
+use sinew_lab::signals::Signal;
 use table::Row;
 pub use view::TrackView;
 pub use words::response;
@@ -36,6 +37,7 @@ struct Section {
     joints: Family,
     joint_errors: Family,
     tensions: Family,
+    drives: Vec<Plot>,
     lengths: Family,
     means: Vec<Plot>,
     errors: Family,
@@ -70,6 +72,7 @@ pub(crate) fn section(view: &TrackView<'_>) -> Result<String, Error> {
         joints: plotter.joints(),
         joint_errors: plotter.joint_errors(),
         tensions: plotter.tensions(),
+        drives: plotter.drives(),
         lengths: plotter.lengths(),
         means: plotter.means(),
         errors: plotter.length_errors(),
@@ -87,7 +90,7 @@ fn scene(view: &TrackView<'_>, has_end_point: bool) -> Result<Option<SceneFigure
     if has_end_point {
         let step = view.trace.len().div_ceil(1500).max(1);
         let rows = || view.trace.iter().step_by(step);
-        data.paths.push(path("measured", "reference", rows().map(|row| row.wanted_m)));
+        data.paths.push(path("measured", "reference", rows().map(|row| row.end_point_reference_m)));
         data.paths.push(path("predicted", "true", rows().map(|row| row.end_point_m)));
         entries = vec![
             ("measured", "path of the end point, reference"),
@@ -102,13 +105,13 @@ fn scene(view: &TrackView<'_>, has_end_point: bool) -> Result<Option<SceneFigure
         let mut sweep =
             Sweep { name: "time of the run".into(), unit: "s".into(), at: Vec::new(), frames: Vec::new() };
         if let Some(row) = view.trace.first() {
-            model.evaluate(&row.cycle.joint_true)?;
+            model.evaluate(row.frame.of(Signal::JointTrue))?;
             data.poses.push(("start".to_owned(), scenery.pose(model.coordinates())?));
             let points = scenery.points() + 3 * robot.parts().bodies.len();
             step = view.trace.len().div_ceil((POINTS / points.max(1)).clamp(POSES[0], POSES[1])).max(1);
         }
         for row in view.trace.iter().step_by(step) {
-            model.evaluate(&row.cycle.joint_true)?;
+            model.evaluate(row.frame.of(Signal::JointTrue))?;
             sweep.frames.push(scenery.pose(model.coordinates())?);
             sweep.at.push(row.time_s);
         }

@@ -7,6 +7,7 @@ use crate::plot::{Legend, Plot};
 use crate::scale::{Axis, padded};
 use crate::svg_path::{line, ribbon};
 use sinew_lab::arm::TraceRow;
+use sinew_lab::signals::{Axis as Parts, Kind, Signal};
 
 /// Plots of one kind with a legend for all of them.
 #[derive(Debug)]
@@ -15,7 +16,7 @@ pub(super) struct Family {
     pub(super) legend: Legend,
 }
 
-type Signal<'a> = (&'static str, &'static str, Box<dyn Fn(&TraceRow) -> f64 + 'a>);
+type Line<'a> = (&'static str, &'static str, Box<dyn Fn(&TraceRow) -> f64 + 'a>);
 
 /// Draws signals of a run.
 pub(super) struct Plotter<'a> {
@@ -31,7 +32,7 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
 }
 
 fn distance(row: &TraceRow) -> f64 {
-    row.wanted_m.iter().zip(&row.end_point_m).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+    row.end_point_reference_m.iter().zip(&row.end_point_m).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 
 impl<'a> Plotter<'a> {
@@ -51,18 +52,11 @@ impl<'a> Plotter<'a> {
     /// Times at which any joint reverses, s.
     pub(super) fn joint_reversals(&self) -> Vec<f64> {
         let joints = 0..self.view.joints.len();
-        joints.flat_map(|k| reversals(&self.rows, move |row| row.cycle.joint_reference[k])).collect()
+        joints.flat_map(|k| reversals(&self.rows, move |row| row.at(Signal::JointReference, k))).collect()
     }
 
     /// One plot of signals, in the order of drawing; the range is that of the motion.
-    fn plot(
-        &self,
-        small: bool,
-        title: &str,
-        label: String,
-        signals: &[Signal<'_>],
-        reversed: &[f64],
-    ) -> Plot {
+    fn plot(&self, small: bool, title: &str, label: String, signals: &[Line<'_>], reversed: &[f64]) -> Plot {
         let moving = || self.rows.iter().filter(|row| row.repeat.is_some());
         let count = moving().count();
         let rows = self.rows.iter().filter(|row| count == 0 || row.repeat.is_some());
@@ -95,15 +89,15 @@ impl<'a> Plotter<'a> {
         let axes = ["x", "y", "z"].into_iter().enumerate();
         let mut plots: Vec<Plot> = axes
             .map(|(k, name)| {
-                let signals: [Signal<'_>; 2] = [
-                    ("measured", "reference", Box::new(move |row| row.wanted_m[k])),
+                let signals: [Line<'_>; 2] = [
+                    ("measured", "reference", Box::new(move |row| row.end_point_reference_m[k])),
                     ("predicted", "true", Box::new(move |row| row.end_point_m[k])),
                 ];
                 self.plot(false, &format!("End point, {name}"), format!("{name} (m)"), &signals, &reversed)
             })
             .collect();
-        let part = |k: usize| move |row: &TraceRow| 1e3 * (row.end_point_m[k] - row.wanted_m[k]);
-        let parts: [Signal<'_>; 3] = [
+        let part = |k: usize| move |row: &TraceRow| 1e3 * (row.end_point_m[k] - row.end_point_reference_m[k]);
+        let parts: [Line<'_>; 3] = [
             ("predicted", "x", Box::new(part(0))),
             ("lowered", "y", Box::new(part(1))),
             ("near", "z", Box::new(part(2))),
@@ -112,7 +106,7 @@ impl<'a> Plotter<'a> {
         plots.push(self.plot(false, "Components of the end point's error", label, &parts, &reversed));
         let numbers = self.view.tracking.get(&self.view.drawn);
         let limit = numbers.and_then(|numbers| numbers.end_point_limit_m).map(|limit| 1e3 * limit);
-        let mut magnitude: Vec<Signal<'_>> =
+        let mut magnitude: Vec<Line<'_>> =
             vec![("predicted", "magnitude of the error", Box::new(|row| 1e3 * distance(row)))];
         // A limit far above the error would flatten it.
         let most =
@@ -133,12 +127,12 @@ impl<'a> Plotter<'a> {
     pub(super) fn joints(&self) -> Family {
         let plot = |(k, name): (usize, &String)| {
             let unit = self.unit(k);
-            let signals: [Signal<'_>; 3] = [
-                ("measured", "reference", Box::new(move |row| row.cycle.joint_reference[k])),
-                ("third", "estimate", Box::new(move |row| row.cycle.joint_believed[k])),
-                ("predicted", "true", Box::new(move |row| row.cycle.joint_true[k])),
+            let signals: [Line<'_>; 3] = [
+                ("measured", "reference", Box::new(move |row| row.at(Signal::JointReference, k))),
+                ("third", "estimate", Box::new(move |row| row.at(Signal::JointEstimated, k))),
+                ("predicted", "true", Box::new(move |row| row.at(Signal::JointTrue, k))),
             ];
-            let reversed = reversals(&self.rows, move |row| row.cycle.joint_reference[k]);
+            let reversed = reversals(&self.rows, move |row| row.at(Signal::JointReference, k));
             self.plot(true, &format!("Coordinate of {name}"), format!("{name} ({unit})"), &signals, &reversed)
         };
         let plots = self.view.joints.iter().enumerate().map(plot).collect();
@@ -149,14 +143,14 @@ impl<'a> Plotter<'a> {
     pub(super) fn joint_errors(&self) -> Family {
         let plot = |(k, name): (usize, &String)| {
             let unit = if self.unit(k) == "m" { "mm" } else { "mrad" };
-            let of = |signal: fn(&TraceRow) -> &Vec<f64>| {
-                move |row: &TraceRow| 1e3 * (signal(row)[k] - row.cycle.joint_reference[k])
+            let of = |signal: Signal| {
+                move |row: &TraceRow| 1e3 * (row.at(signal, k) - row.at(Signal::JointReference, k))
             };
-            let signals: [Signal<'_>; 2] = [
-                ("predicted", "true − reference", Box::new(of(|row| &row.cycle.joint_true))),
-                ("third", "estimate − reference", Box::new(of(|row| &row.cycle.joint_believed))),
+            let signals: [Line<'_>; 2] = [
+                ("predicted", "true − reference", Box::new(of(Signal::JointTrue))),
+                ("third", "estimate − reference", Box::new(of(Signal::JointEstimated))),
             ];
-            let reversed = reversals(&self.rows, move |row| row.cycle.joint_reference[k]);
+            let reversed = reversals(&self.rows, move |row| row.at(Signal::JointReference, k));
             self.plot(true, &format!("Error of {name}"), format!("{name} ({unit})"), &signals, &reversed)
         };
         let plots = self.view.joints.iter().enumerate().map(plot).collect();
@@ -172,16 +166,27 @@ impl<'a> Plotter<'a> {
         let numbers = self.view.tracking.get(&self.view.drawn);
         let limits = |k: usize| numbers.and_then(|numbers| numbers.tension_limits_n.get(k)).copied();
         let plot = |(k, name): (usize, &String)| {
-            let mut signals: Vec<Signal<'_>> = vec![
-                ("measured", "desired at the anchor", Box::new(move |row| row.wanted_n[k])),
-                ("near", "at the drive", Box::new(move |row| row.drive_n[k])),
-                ("third", "estimated at the anchor", Box::new(move |row| row.cycle.anchor_believed_n[k])),
-                ("predicted", "at the anchor", Box::new(move |row| row.anchor_n[k])),
+            let mut signals: Vec<Line<'_>> = vec![
+                (
+                    "measured",
+                    "desired at the anchor",
+                    Box::new(move |row| row.at(Signal::TensionOutDesired, k)),
+                ),
+                ("near", "at the drive", Box::new(move |row| row.at(Signal::TensionInTrue, k))),
+                (
+                    "third",
+                    "estimated at the anchor",
+                    Box::new(move |row| row.at(Signal::TensionOutEstimated, k)),
+                ),
+                ("predicted", "at the anchor", Box::new(move |row| row.at(Signal::TensionOut, k))),
             ];
             let mut label = format!("{name} (N)");
             if let Some([least, most]) = limits(k) {
                 signals.push(("bound", "limits at the anchor", Box::new(move |_| least)));
-                let largest = self.rows.iter().map(|row| row.drive_n[k].max(row.wanted_n[k]));
+                let largest = self
+                    .rows
+                    .iter()
+                    .map(|row| row.at(Signal::TensionInTrue, k).max(row.at(Signal::TensionOutDesired, k)));
                 if largest.filter(|n| n.is_finite()).fold(0.0, f64::max) > 0.3 * most {
                     signals.push(("bound", "limits at the anchor", Box::new(move |_| most)));
                 } else {
@@ -204,13 +209,32 @@ impl<'a> Plotter<'a> {
         self.family(plots, &legend)
     }
 
+    /// Whatever else is measured at every drive.
+    pub(super) fn drives(&self) -> Vec<Plot> {
+        let drawn = [Signal::PositionIn, Signal::TensionIn];
+        let others = Signal::ALL.iter().filter(|signal| {
+            let row = signal.row();
+            row.axis == Parts::Muscle && row.kind == Kind::Measured && !drawn.contains(signal)
+        });
+        let plot = |(signal, (k, name)): (&Signal, (usize, &String))| {
+            let (signal, row) = (*signal, signal.row());
+            let known = self.rows.iter().any(|row| row.at(signal, k).is_finite());
+            let lines: [Line<'_>; 1] = [("near", row.label, Box::new(move |row| row.at(signal, k)))];
+            let (title, label) =
+                (format!("{} of {name}", row.label), format!("{name}, {} ({})", row.label, row.unit));
+            known.then(|| self.plot(true, &title, label, &lines, &[]))
+        };
+        let names = || self.view.names.iter().enumerate();
+        others.flat_map(|signal| names().map(move |name| (signal, name))).filter_map(plot).collect()
+    }
+
     /// Changes of the muscles' lengths since the start of the run.
     pub(super) fn lengths(&self) -> Family {
         let plot = |(k, name): (usize, &String)| {
             let start = self.rows.first().map_or(0.0, |row| row.length_m[k]);
             let reference = move |row: &TraceRow| 1e3 * (row.length_m[k] - start);
             let truth = move |row: &TraceRow| reference(row) + 1e3 * row.length_error_m[k];
-            let signals: [Signal<'_>; 2] =
+            let signals: [Line<'_>; 2] =
                 [("measured", "reference", Box::new(reference)), ("predicted", "true", Box::new(truth))];
             let reversed = reversals(&self.rows, move |row| row.length_m[k]);
             self.plot(true, &format!("Length of {name}"), format!("{name} (mm)"), &signals, &reversed)
@@ -222,7 +246,7 @@ impl<'a> Plotter<'a> {
     /// Errors of the muscles' lengths.
     pub(super) fn length_errors(&self) -> Family {
         let plot = |(k, name): (usize, &String)| {
-            let signals: [Signal<'_>; 1] =
+            let signals: [Line<'_>; 1] =
                 [("predicted", "true − reference", Box::new(move |row| 1e3 * row.length_error_m[k]))];
             let reversed = reversals(&self.rows, move |row| row.length_m[k]);
             self.plot(true, &format!("Length error of {name}"), format!("{name} (mm)"), &signals, &reversed)

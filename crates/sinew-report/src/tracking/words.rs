@@ -4,6 +4,7 @@ use super::marks::reversals;
 use super::view::TrackView;
 use crate::format::{fixed, percent, significant};
 use sinew_lab::arm::{JointShare, LargestError, TraceRow, TrackIncident, TrackingNumbers};
+use sinew_lab::signals::Signal;
 
 /// Time after a reversal that counts as its consequence, s.
 const AFTER_REVERSAL_S: f64 = 0.5;
@@ -98,18 +99,19 @@ fn after_reversals(view: &TrackView<'_>) -> Option<String> {
     let rows: Vec<&TraceRow> = view.trace.iter().filter(|row| row.repeat.is_some()).collect();
     let joints = 0..view.joints.len();
     let mut times: Vec<f64> =
-        joints.flat_map(|k| reversals(&rows, move |row| row.cycle.joint_reference[k])).collect();
+        joints.flat_map(|k| reversals(&rows, move |row| row.at(Signal::JointReference, k))).collect();
     times.sort_by(f64::total_cmp);
     let follows = |t: f64| {
         let next = times.partition_point(|reversal| *reversal <= t);
         next > 0 && t - times[next - 1] <= AFTER_REVERSAL_S
     };
     let size = |row: &TraceRow| {
-        let square: f64 = row.wanted_m.iter().zip(&row.end_point_m).map(|(a, b)| (a - b) * (a - b)).sum();
+        let square: f64 =
+            row.end_point_reference_m.iter().zip(&row.end_point_m).map(|(a, b)| (a - b) * (a - b)).sum();
         if square.is_finite() {
             return square.sqrt();
         }
-        let pairs = row.cycle.joint_true.iter().zip(&row.cycle.joint_reference);
+        let pairs = row.frame.of(Signal::JointTrue).iter().zip(row.frame.of(Signal::JointReference));
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
     };
     let mut sorted: Vec<(f64, f64)> = rows.iter().map(|row| (size(row), row.time_s)).collect();

@@ -13,6 +13,7 @@ pub(super) const MODE: u16 = 0x6060;
 const POSITION: u16 = 0x6064;
 const VELOCITY: u16 = 0x606c;
 const TORQUE: u16 = 0x6077;
+const CURRENT: u16 = 0x6078;
 const ERROR_CODE: u16 = 0x603f;
 const TARGET_TORQUE: u16 = 0x6071;
 const TARGET_VELOCITY: u16 = 0x60ff;
@@ -31,6 +32,8 @@ pub(super) struct DriveSlot {
     status: Field,
     position: Field,
     velocity: Option<Field>,
+    /// Per mille of the rated current, or where it is not mapped of the rated torque, which goes with it.
+    current: Option<Field>,
     error_code: Option<Field>,
     state: DriveState,
     last_control: u16,
@@ -96,6 +99,7 @@ impl DriveSlot {
             status: inputs.require(name, object(STATUSWORD), &[2])?,
             position: inputs.require(name, object(POSITION), &[4])?,
             velocity,
+            current: inputs.find(object(CURRENT), &[2]).or_else(|| inputs.find(object(TORQUE), &[2])),
             error_code: inputs.find(object(ERROR_CODE), &[2]),
             state: DriveState::NotReadyToSwitchOn,
             last_control: 0,
@@ -200,6 +204,13 @@ impl DriveSlot {
         let [cable, _] =
             DriveDevice::cable(&self.parameters.winch, self.parameters.reducer.ratio, self.angle);
         (cable, fault.then(|| self.error_code(inputs)))
+    }
+
+    /// Current of the motor, A, + winds in; NaN where the drive does not say.
+    pub(super) fn current(&self, inputs: &[u8]) -> f64 {
+        let per_mille = self.current.and_then(|field| field.signed(inputs)).map_or(f64::NAN, f64::from);
+        let rated = self.device.rated_torque / self.parameters.motor.torque_constant;
+        1e-3 * per_mille * rated * self.device.counts_per_turn.signum()
     }
 
     /// Error code of the drive, 0 where it is not in the process data.

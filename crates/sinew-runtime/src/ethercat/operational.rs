@@ -34,6 +34,8 @@ pub struct EthercatBus<'a, L: Link> {
     period: u64,
     /// When the cycle began, ns.
     begin: u64,
+    /// When commands were last written in time, ns.
+    commanded: Option<u64>,
     /// Muscles and independent joints of the machine.
     dimensions: [usize; 2],
     /// Of the devices on the wire.
@@ -79,6 +81,7 @@ impl<'a, L: Link> EthercatBus<'a, L> {
             dimensions: [machine.muscles.len(), machine.encoders.len()],
             written: None,
             begin: 0,
+            commanded: None,
             until_recovery: 0,
             until_clock: 0,
             in_operation: true,
@@ -241,6 +244,8 @@ impl<'a, L: Link> EthercatBus<'a, L> {
     /// Takes over the readings of all devices that are in OP; the fault of a drive before that of a sensor.
     fn take_over(&mut self, feedback: &mut Feedback) -> Option<BusFault> {
         let mut fault = None;
+        let age = self.commanded.map_or(f64::NAN, |at| self.begin.saturating_sub(at) as f64 * 1e-3);
+        feedback.setpoint_age.fill(age);
         for (k, slot) in self.slots.iter_mut().enumerate() {
             let state = self.states.get(slot.position).copied().unwrap_or(SubDeviceState::None);
             let inputs = (state == SubDeviceState::Op).then(|| self.data.inputs(slot.position));
@@ -375,6 +380,9 @@ impl<L: Link> Plant for EthercatBus<'_, L> {
         self.data.expect(&self.states);
         let (expected, got) = (self.data.written(), answer.working_counter);
         self.written = (got != expected).then_some(BusFault::WorkingCounter { expected, got });
+        if self.written.is_none() {
+            self.commanded = Some(self.begin + sent);
+        }
         if let (Some(clocks), Some(time)) = (&mut self.clocks, answer.extra) {
             clocks.follow(time, sent);
         }

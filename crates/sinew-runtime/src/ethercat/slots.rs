@@ -75,6 +75,7 @@ impl Slot {
                 let muscle = drive.device.muscle;
                 let (position, code) = drive.read(inputs);
                 feedback.motor[muscle] = position;
+                feedback.current[muscle] = drive.current(inputs);
                 code.map(|code| BusFault::Drive { muscle, code })
             }
             (SlotRole::Sensors(sensors), Some(inputs)) => {
@@ -84,6 +85,7 @@ impl Slot {
             (SlotRole::Drive(drive), None) => {
                 let muscle = drive.device.muscle;
                 feedback.motor[muscle] = f64::NAN;
+                feedback.current[muscle] = f64::NAN;
                 drive.forget_state();
                 lost(Some(muscle))
             }

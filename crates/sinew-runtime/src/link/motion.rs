@@ -1,10 +1,10 @@
 use super::goals::{Goal, SessionEvent};
-use super::observed;
+use super::observed::Observed;
 use super::source::Source;
 use super::tape::{CycleInput, Taken, Tape};
 use crate::Error;
 use sinew::control::stretch::PREVIEW_HORIZON;
-use sinew::control::supervisor::{Mode, Supervisor, SupervisorCommand};
+use sinew::control::supervisor::{Mode, Supervisor};
 use sinew::machine::{Machine, Task};
 use sinew::trajectory::Moment;
 use sinew::trajectory::online::{
@@ -13,7 +13,8 @@ use sinew::trajectory::online::{
 use sinew_link::host::{Input, Port, SessionSettings};
 use sinew_link::wire::{MAX_VALUES, flags};
 use sinew_link::{Command, Counters, Playout, Pushed, SetpointKind, Snapshot};
-use sinew_session::{CycleTime, Feedback, References, Wanted};
+use sinew_session::signals::Seen;
+use sinew_session::{CycleTime, References, Wanted};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -43,6 +44,7 @@ pub struct LinkedMotion {
     was_on: bool,
     limited: Limited,
     snapshot: Box<Snapshot>,
+    observed: Observed,
     late: u64,
     /// Pose, tensions, numbers and rates of the set-point.
     pose: Vec<f64>,
@@ -120,7 +122,7 @@ impl LinkedMotion {
         let (joints, muscles) = (pose.len(), machine.muscles.len());
         let mut snapshot = Box::new(Snapshot::new(joints, muscles));
         for (joint, q) in snapshot.joints_mut().iter_mut().zip(pose) {
-            (joint.position, joint.reference) = (*q, *q);
+            (joint.joint_estimated, joint.joint_velocity, joint.joint_reference) = (*q, 0.0, *q);
         }
         Ok(Self {
             source,
@@ -139,6 +141,7 @@ impl LinkedMotion {
             was_on: false,
             limited: Limited::No,
             snapshot,
+            observed: Observed::new([muscles, joints]),
             late: 0,
             pose: pose.to_vec(),
             tensions: vec![0.0; muscles],
@@ -323,7 +326,8 @@ impl LinkedMotion {
     }
 
     /// After the supervisor: what the next cycle begins with, and the state for the client. Nothing is allocated.
-    pub fn publish(&mut self, now: u64, command: &SupervisorCommand<'_>, feedback: &Feedback) {
+    pub fn publish(&mut self, now: u64, cycle: &Seen<'_>) {
+        let command = &cycle.command;
         self.mode = command.mode;
         self.was_on |= command.mode != Mode::Off;
         for (pose, q) in self.pose.iter_mut().zip(command.arm.q) {
@@ -339,7 +343,7 @@ impl LinkedMotion {
         }
         let period = self.settings.period_ns;
         let snapshot = &mut *self.snapshot;
-        observed::write(snapshot, period as f64 * 1e-9, command, feedback);
+        self.observed.write(snapshot, period as f64 * 1e-9, cycle);
         (snapshot.machine_time_ns, snapshot.cycle) = (now, now / period.max(1));
         snapshot.setpoint = self.kind;
         snapshot.queued = self.playout.queued() as u16;

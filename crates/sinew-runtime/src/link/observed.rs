@@ -1,40 +1,58 @@
-use sinew::control::supervisor::{Mode, NamedFault, SupervisorCommand};
-use sinew::drive::DriveCommand;
-use sinew_link::Snapshot;
-use sinew_link::wire::flags;
-use sinew_session::Feedback;
+use sinew::control::supervisor::{Mode, NamedFault};
+use sinew_link::wire::{Field, flags};
+use sinew_link::{JointState, MuscleState, Snapshot};
+use sinew_session::signals::{Frame, FrameLayout, Kind, Seen, Signal};
+use std::sync::Arc;
 
-/// Writes what a cycle has read and commanded into a state; a number that is missing stays as it was and is flagged.
-pub(super) fn write(
-    snapshot: &mut Snapshot,
-    period: f64,
-    command: &SupervisorCommand<'_>,
-    feedback: &Feedback,
-) {
-    snapshot.mode = mode(command.mode);
-    snapshot.fault = command.fault.map_or([0; 2], fault);
-    let mut complete = true;
-    for (k, joint) in snapshot.joints_mut().iter_mut().enumerate() {
-        // The estimated pose is that of the controller; without it the encoders' one.
-        let estimated = command.arm.q[k];
-        let position = if estimated.is_finite() { estimated } else { feedback.joint[k] };
-        let before = joint.position;
-        complete &= keep(&mut joint.position, position);
-        joint.velocity = (joint.position - before) / period;
-        keep(&mut joint.reference, command.reference.q[k]);
+/// Writes what a cycle has read and commanded into a state, by the table of signals.
+#[derive(Debug)]
+pub(super) struct Observed {
+    frame: Frame,
+    /// Signals of the records' fields; none for what is computed here.
+    joint: Vec<Option<Signal>>,
+    muscle: Vec<Option<Signal>>,
+}
+
+impl Observed {
+    pub(super) fn new(sizes: [usize; 2]) -> Self {
+        let signals = |fields: &[Field]| fields.iter().map(|field| Signal::of_name(field.name)).collect();
+        Self {
+            // What is sent is known of a real machine, too.
+            frame: Frame::new(Arc::new(FrameLayout::new(sizes, false))),
+            joint: signals(JointState::FIELDS),
+            muscle: signals(MuscleState::FIELDS),
+        }
     }
-    for (k, muscle) in snapshot.muscles_mut().iter_mut().enumerate() {
-        complete &= keep(&mut muscle.tension_in, feedback.tension[k]);
-        complete &= keep(&mut muscle.motor_position, feedback.motor[k]);
-        keep(&mut muscle.tension_out, command.arm.estimated_tension[k]);
-        let commanded = match command.arm.drives[k] {
-            DriveCommand::Velocity(velocity) => velocity,
-            DriveCommand::Tension { tension, .. } => tension,
-            _ => 0.0,
+
+    /// A number that is missing stays as it was; where that is a reading, it is flagged. Nothing is allocated.
+    pub(super) fn write(&mut self, snapshot: &mut Snapshot, period: f64, cycle: &Seen<'_>) {
+        let Self { frame, joint: of_joint, muscle: of_muscle } = self;
+        frame.fill(cycle);
+        snapshot.mode = mode(cycle.command.mode);
+        snapshot.fault = cycle.command.fault.map_or([0; 2], fault);
+        let mut complete = true;
+        let mut write = |k: usize, numbers: &mut [&mut f64], signals: &[Option<Signal>]| {
+            for (place, signal) in numbers.iter_mut().zip(signals) {
+                let Some(signal) = signal else { continue };
+                let number = frame.of(*signal).get(k).copied().unwrap_or(f64::NAN);
+                let kept = keep(place, number) || !place.is_finite();
+                complete &= kept || signal.row().kind != Kind::Measured;
+            }
         };
-        keep(&mut muscle.command, commanded);
+        for (k, joint) in snapshot.joints_mut().iter_mut().enumerate() {
+            let before = joint.joint_estimated;
+            write(k, &mut joint.numbers_mut(), of_joint);
+            // Without an estimate the encoder's reading.
+            if !cycle.command.arm.q[k].is_finite() {
+                keep(&mut joint.joint_estimated, cycle.feedback.joint[k]);
+            }
+            keep(&mut joint.joint_velocity, (joint.joint_estimated - before) / period);
+        }
+        for (k, muscle) in snapshot.muscles_mut().iter_mut().enumerate() {
+            write(k, &mut muscle.numbers_mut(), of_muscle);
+        }
+        snapshot.flags = if complete { 0 } else { flags::READING_MISSING };
     }
-    snapshot.flags = if complete { 0 } else { flags::READING_MISSING };
 }
 
 /// False where the number is not finite; the one before is kept then.
@@ -55,7 +73,15 @@ fn fault(named: NamedFault) -> [u16; 2] {
 
 #[cfg(test)]
 mod tests {
+    use super::Observed;
     use sinew::control::supervisor::{Mode, Request};
+
+    #[test]
+    fn the_link_has_the_names_of_the_table() {
+        let observed = Observed::new([1, 1]);
+        assert!(observed.muscle.iter().all(Option::is_some));
+        assert_eq!(observed.joint.iter().filter(|signal| signal.is_none()).count(), 1, "the rate alone");
+    }
 
     #[test]
     fn codes_on_the_wire_mean_what_the_supervisor_means() {

@@ -1,9 +1,10 @@
 use super::motion::LinkedMotion;
 use super::tape::{CycleInput, Taken, Tape};
 use sinew::Error;
-use sinew::control::supervisor::{Request, Supervisor, SupervisorCommand};
+use sinew::control::supervisor::{Request, Supervisor};
 use sinew::trajectory::Schedule;
-use sinew_session::{CycleTime, Feedback, Motion, References, Scheduled, Wanted};
+use sinew_session::signals::Seen;
+use sinew_session::{CycleTime, Motion, References, Scheduled, Wanted};
 
 /// Along a schedule or commanded by a client, with a tape of what is taken from elsewhere, so that the run
 /// can be replayed.
@@ -81,9 +82,9 @@ impl Motion for RunMotion<'_> {
         }
     }
 
-    fn see(&mut self, at: CycleTime, command: &SupervisorCommand<'_>, feedback: &Feedback) {
+    fn see(&mut self, at: CycleTime, cycle: &Seen<'_>) {
         if let Way::Linked(motion) = &mut self.way {
-            motion.publish(at.ns(), command, feedback);
+            motion.publish(at.ns(), cycle);
         }
     }
 

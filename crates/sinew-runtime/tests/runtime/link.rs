@@ -94,7 +94,7 @@ fn off(a: &[f64], b: &[f64]) -> f64 {
 }
 
 fn positions(state: &Snapshot) -> Vec<f64> {
-    state.joints().iter().map(|joint| joint.position).collect()
+    state.joints().iter().map(|joint| joint.joint_estimated).collect()
 }
 
 #[test]
@@ -149,7 +149,7 @@ fn tensions_are_followed_within_the_machines_limits() {
         drive(&setup, |mut driver| {
             let state = driver.advance(Setpoints::none(), 500);
             let tensions = |state: &Snapshot| -> Vec<f64> {
-                state.muscles().iter().map(|muscle| muscle.tension_out).collect()
+                state.muscles().iter().map(|muscle| muscle.tension_out_estimated_n).collect()
             };
             let from: Vec<f64> = tensions(&state)
                 .iter()

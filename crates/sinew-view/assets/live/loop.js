@@ -32,7 +32,7 @@ export class Loop {
   draw() {
     const { scene, history, muscle } = this.session, { canvas } = this, c = /** @type {Record<string, string>} */ (this.colours);
     const w = canvas.clientWidth, h = canvas.clientHeight, pen = canvas.getContext("2d", { willReadFrequently: this.session.software });
-    if (scene) this.box.hidden = !history.rings.has("tension_in");
+    if (scene) this.box.hidden = !history.rings.has("tension_in_n");
     if (!scene || !pen || !w || !h) return;
     const density = devicePixelRatio || 1;
     if (canvas.width !== Math.round(w * density) || canvas.height !== Math.round(h * density)) [canvas.width, canvas.height] = [Math.round(w * density), Math.round(h * density)];
@@ -45,7 +45,7 @@ export class Loop {
     const points = [];
     let highest = 0;
     for (let k = from; k < end; k += step) {
-      const row = [history.value("tension_in", muscle, k), history.value("tension_out_estimated", muscle, k), history.value("tension_out_true", muscle, k)];
+      const row = [history.value("tension_in_n", muscle, k), history.value("tension_out_estimated_n", muscle, k), history.value("tension_out_n", muscle, k)];
       points.push(row);
       for (const v of row) if (v > highest) highest = v;
     }

@@ -9,11 +9,23 @@ import { words } from "./layout.js";
  * @typedef {{id: string, title: string, unit: string, lines: LineOf[]}} Pane
  */
 
-/** Panes that can be chosen, and those that are shown at first. @type {[string, string][]} */
-export const PANES = [
+/** Panes of every machine, and those that are shown at first. @type {[string, string][]} */
+const PANES = [
   ["far", "Far tension"], ["near", "Near tension"], ["joint_error", "Joint error"], ["end_point_error", "End-point error"],
-  ["joint_angle", "Joint positions"], ["winch", "Winch position"], ["temperature", "Motor temperature"], ["cycle", "Cycle times"],
+  ["joint_angle", "Joint positions"], ["cycle", "Cycle times"],
 ];
+/** Those of a scene: every signal of the muscles that no pane above draws has one of its own. @param {Session["scene"]} scene @returns {[string, string][]} */
+export function panes(scene) {
+  const own = (scene?.signals ?? []).filter((s) => s.muscle !== null && !DRAWN.includes(s.field)).map((s) => /** @type {[string, string]} */ ([`field:${s.field}`, title(s.label)]));
+  return [...PANES, ...new Map(own)];
+}
+const DRAWN = ["tension_in_n", "tension_out_n", "tension_out_estimated_n", "tension_out_desired_n"];
+
+/** @param {string} label */
+function title(label) {
+  return label.charAt(0).toUpperCase() + label.slice(1);
+}
+
 export const FIRST = ["far", "near", "joint_error", "end_point_error"];
 /** Shown at first of a machine that is moved without forces. */
 export const MOVED = ["joint_angle"];
@@ -37,21 +49,21 @@ export function pane(session, id) {
   const of = (/** @type {string} */ field, /** @type {number} */ index, scale = 1) => (/** @type {number} */ k) => scale * history.value(field, index, k);
   const name = words(scene.muscles[muscle]?.name ?? "");
   const only = (/** @type {(false|LineOf)[]} */ lines) => /** @type {LineOf[]} */ (lines.filter(Boolean));
-  const three = (/** @type {string} */ stem, /** @type {number} */ index, scale = 1) => only([
-    has(session, `${stem}_true`) && { name: scene.simulated ? "true (simulated)" : "measured", colour: "--measured", width: 2.6, value: of(`${stem}_true`, index, scale) },
-    has(session, `${stem}_estimated`) && { name: "estimated", colour: "--accent", width: 1.5, value: of(`${stem}_estimated`, index, scale) },
-    has(session, `${stem}_desired`) && { name: "reference", colour: "--warm", dash: [5, 4], width: 1.4, value: of(`${stem}_desired`, index, scale) },
-    has(session, `${stem}_2`) && { name: words(session.compared ?? "second machine"), colour: "--m3", width: 1.4, value: of(`${stem}_2`, index, scale) },
+  const far = () => only([
+    has(session, "tension_out_n") && { name: "true (simulated)", colour: "--measured", width: 2.6, value: of("tension_out_n", muscle) },
+    has(session, "tension_out_estimated_n") && { name: "estimated", colour: "--accent", width: 1.5, value: of("tension_out_estimated_n", muscle) },
+    has(session, "tension_out_desired_n") && { name: "reference", colour: "--warm", dash: [5, 4], width: 1.4, value: of("tension_out_desired_n", muscle) },
+    has(session, "tension_out_2") && { name: words(session.compared ?? "second machine"), colour: "--m3", width: 1.4, value: of("tension_out_2", muscle) },
   ]);
   const one = (/** @type {string} */ title, /** @type {string} */ field) => {
     if (!has(session, field) || !scene.muscles.length) return null;
     const [unit, scale] = shown(scene.layout.find((f) => f.name === field)?.unit ?? "");
     return { id, title: `${title}: ${name}`, unit, lines: [{ name: title.toLowerCase(), colour: "--accent", width: 1.5, value: of(field, muscle, scale) }] };
   };
-  if (id === "far") return scene.muscles.length && has(session, "tension_in") ? { id, title: `Far tension: ${name}`, unit: "N", lines: three("tension_out", muscle) } : null;
-  if (id === "near") return one("Near tension", "tension_in");
-  if (id === "winch") return one("Winch position", "winch_position");
-  if (id === "temperature") return one("Motor temperature", "motor_temperature");
+  if (id === "far") return scene.muscles.length && has(session, "tension_in_n") ? { id, title: `Far tension: ${name}`, unit: "N", lines: far() } : null;
+  if (id === "near") return one("Near tension", "tension_in_n");
+  const field = id.startsWith("field:") ? scene.signals.find((s) => `field:${s.field}` === id) : null;
+  if (field) return one(title(field.label), field.field);
   if (id === "joint_error" || id === "joint_angle") {
     const measured = ["joint_true", "joint_estimated"].find((field) => has(session, field)), errors = id === "joint_error";
     const field = errors ? measured : measured ?? "joint_reference";
@@ -69,8 +81,8 @@ export function pane(session, id) {
       has(session, "end_point_2") && { name: words(session.compared ?? "second machine"), colour: "--warm", width: 1.5, value: distance("end_point_2") }]) };
   }
   if (id === "cycle") {
-    const ring = history.rings.get("cycle_us");
-    return ring ? { id, title: "Cycle times", unit: "µs", lines: ["wake-up delay", "execution"].slice(0, ring.count).map((label, k) => ({ name: label, colour: COLOURS[k], width: 1.3, value: of("cycle_us", k) })) } : null;
+    const times = Object.entries({ wake_up_us: "wake-up delay", read_us: "reading", control_us: "control", write_us: "writing" }).filter(([field]) => has(session, field));
+    return times.length ? { id, title: "Cycle times", unit: "µs", lines: times.map(([field, label], k) => ({ name: label, colour: COLOURS[k], width: 1.3, value: of(field, 0) })) } : null;
   }
   const signal = scene.signals.find((s) => `signal:${s.name}` === id);
   return signal ? { id, title: words(signal.name.replace(":", ": ")), unit: signal.unit, lines: [{ name: signal.label + (signal.simulated_truth ? " (simulated)" : ""), colour: "--accent", width: 1.5, value: of(signal.field, signal.index) }] } : null;

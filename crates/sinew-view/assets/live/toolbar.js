@@ -54,7 +54,7 @@ export class Toolbar {
   legend(highest) {
     const bar = element("span", { class: "ramp" });
     bar.style.background = TENSION_GRADIENT;
-    byId("legend").hidden = !this.session.history.rings.has("tension_in");
+    byId("legend").hidden = !this.session.history.rings.has("tension_in_n");
     byId("legend").replaceChildren(element("span", { text: "Cable tension 0" }), bar, element("span", { text: `${figure(highest)} N` }), element("span", { class: "slides", text: this.session.scene?.tension_along === "interpolated" ? "between the ends interpolated" : "marks: sliding" }));
   }
 
@@ -64,7 +64,7 @@ export class Toolbar {
     if (!state || !scene) return;
     const at = (/** @type {string} */ field, /** @type {number} */ k) => state[field]?.[k] ?? NaN;
     let text = "";
-    if (selection?.kind === "muscle" && state.tension_in) text = `near ${figure(at("tension_in", selection.index))} N, far ${figure(at("tension_out_estimated", selection.index))} N`;
+    if (selection?.kind === "muscle" && state.tension_in_n) text = `near ${figure(at("tension_in_n", selection.index))} N, far ${figure(at("tension_out_estimated_n", selection.index))} N`;
     else if (selection?.kind === "joint") {
       const angle = scene.joints[selection.index]?.unit !== "m", value = ["joint_true", "joint_estimated", "joint_reference"].map((field) => at(field, selection.index)).find(Number.isFinite) ?? NaN;
       text = angle ? `${figure((value * 180) / Math.PI)} deg` : `${figure(1000 * value)} mm`;

@@ -1,7 +1,7 @@
 // Signals over time, one pane under another with a common cursor: zoom by a drag, pause, search, export of what is seen.
 import { ink } from "../view/palette.js";
 import { button, element, figure, save, tell, words } from "./layout.js";
-import { FIRST, MOVED, PANES, pane } from "./panes.js";
+import { FIRST, MOVED, pane, panes } from "./panes.js";
 
 /** @import {Session} from "./session.js" */
 /** @import {Pane} from "./panes.js" */
@@ -45,7 +45,7 @@ export class Traces {
   /** Names that the search offers. */
   offer() {
     const { scene } = this.session;
-    this.names.replaceChildren(...PANES.map(([, title]) => element("option", { value: title })), ...(scene?.signals ?? []).map((s) => element("option", { value: words(s.name), label: `${s.group}, ${s.unit}` })));
+    this.names.replaceChildren(...panes(scene).map(([, title]) => element("option", { value: title })), ...(scene?.signals ?? []).map((s) => element("option", { value: words(s.name), label: `${s.group}, ${s.unit}` })));
     if (this.panes.length && !this.panes.some((id) => pane(this.session, id))) this.panes = [...MOVED];
     this.build();
   }
@@ -53,7 +53,7 @@ export class Traces {
   add() {
     const wanted = this.find.value.trim().toLowerCase();
     if (!wanted) return;
-    const known = PANES.find(([, title]) => title.toLowerCase() === wanted), signals = this.session.scene?.signals ?? [];
+    const known = panes(this.session.scene).find(([, title]) => title.toLowerCase() === wanted), signals = this.session.scene?.signals ?? [];
     const signal = signals.find((s) => words(s.name).toLowerCase() === wanted) ?? signals.find((s) => `${words(s.name)} ${s.label}`.toLowerCase().includes(wanted));
     const id = known?.[0] ?? (signal ? `signal:${signal.name}` : "");
     if (!id) { this.session.tell("notice", { text: `No signal is called “${this.find.value}”.`, bad: true }); return; }

@@ -29,11 +29,11 @@ const LAYOUT: [(&str, &str, usize); 21] = [
     ("joint_true", "f64", 2),
     ("joint_estimated", "f64", 2),
     ("joint_reference", "f64", 2),
-    ("tension_in", "f64", CABLES),
-    ("tension_out_estimated", "f64", CABLES),
-    ("tension_out_true", "f64", CABLES),
-    ("winch_position", "f64", CABLES),
-    ("motor_temperature", "f64", CABLES),
+    ("tension_in_n", "f64", CABLES),
+    ("tension_out_estimated_n", "f64", CABLES),
+    ("tension_out_n", "f64", CABLES),
+    ("position_in_m", "f64", CABLES),
+    ("winding_true_degc", "f64", CABLES),
 ];
 
 /// What commands change.
@@ -58,8 +58,8 @@ impl Default for Machine {
 fn unit(field: &str) -> &'static str {
     match field {
         "time_s" => "s",
-        "winch_position" => "rad",
-        "motor_temperature" => "degC",
+        "position_in_m" => "rad",
+        "winding_true_degc" => "degC",
         name if name.starts_with("tension") => "N",
         name if name.starts_with("joint") => "rad",
         _ => "1",
@@ -94,8 +94,8 @@ impl Machine {
         // At the origin of the last body, so that its drawn place can be read.
         let ball = json!({"body": 2, "kind": "ellipsoid", "size": [0.035, 0.035, 0.035], "position": [0.0, 0.0, 0.0], "quaternion": [1.0, 0.0, 0.0, 0.0], "wrap": false});
         let path: Vec<[f64; 3]> = (0..90).map(|k| place(wanted(0.1 * f64::from(k))).1).collect();
-        let signals: Vec<Value> = (0..CABLES).map(|k| json!({"name": format!("winch_position:cable_{k}"), "label": "winch position", "unit": "rad", "group": "winch",
-            "muscle": k, "joint": null, "field": "winch_position", "index": k, "simulated_truth": false})).collect();
+        let signals: Vec<Value> = (0..CABLES).map(|k| json!({"name": format!("position_in_m:cable_{k}"), "label": "winch position", "unit": "rad", "group": "winch",
+            "muscle": k, "joint": null, "field": "position_in_m", "index": k, "simulated_truth": false})).collect();
         json!({"schema": "sinew.live/1", "machine": "two_links", "source": "twin", "simulated": true, "period_s": 0.001, "gravity": [0.0, 0.0, -9.81],
             "bodies": [{"name": "world", "parent": 0}, {"name": "upper_link", "parent": 0}, {"name": "lower_link", "parent": 1}],
             "shapes": [bone(1), bone(2), ball], "joints": [joint(1, "shoulder"), joint(2, "elbow")], "muscles": (0..CABLES).map(muscle).collect::<Value>(),
@@ -232,11 +232,11 @@ impl Machine {
             "end_point_reference" => end_wanted[k],
             "joint_true" | "joint_estimated" => self.angles[k],
             "joint_reference" => wanted(self.time)[k],
-            "tension_in" => near(k),
-            "tension_out_estimated" => 1.02 * far(k),
-            "tension_out_true" => far(k),
-            "winch_position" => phase(k).sin(),
-            "motor_temperature" => 30.0 + k as f64,
+            "tension_in_n" => near(k),
+            "tension_out_estimated_n" => 1.02 * far(k),
+            "tension_out_n" => far(k),
+            "position_in_m" => phase(k).sin(),
+            "winding_true_degc" => 30.0 + k as f64,
             _ => 0.0,
         }
     }

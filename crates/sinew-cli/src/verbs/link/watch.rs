@@ -7,8 +7,8 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::output::{print, stdout_is_coloured};
 use crate::table::{number, table};
-use sinew_link::Rejection;
 use sinew_link::client::{Client, ClientSession};
+use sinew_link::{JointState, MuscleState, Rejection};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -75,25 +75,29 @@ fn summary(session: &ClientSession, states: u64) -> serde_json::Value {
 /// One state as a line of JSON.
 fn line(session: &ClientSession) -> serde_json::Value {
     let (state, counts) = (session.state(), session.counts());
-    let joints = state.joints();
-    let muscles = state.muscles();
-    serde_json::json!({
+    let mut line = serde_json::json!({
         "machine_time_s": state.machine_time_ns as f64 * 1e-9,
         "cycle": state.cycle,
         "mode": state.mode.name(),
         "fault": state.fault,
         "flags": state.flags,
         "queued": state.queued,
-        "position": joints.iter().map(|joint| joint.position).collect::<Vec<_>>(),
-        "reference": joints.iter().map(|joint| joint.reference).collect::<Vec<_>>(),
-        "tension_in_n": muscles.iter().map(|muscle| muscle.tension_in).collect::<Vec<_>>(),
-        "tension_out_n": muscles.iter().map(|muscle| muscle.tension_out).collect::<Vec<_>>(),
         "end_point_m": state.end_point,
         "round_trip_us": session.peer().round_trip().last_ns as f64 * 1e-3,
         "commands_lost": counts.lost,
         "rejected": counts.rejected,
         "last_rejection": counts.last_rejection.map(Rejection::name),
-    })
+    });
+    // Every number of the records by its name: one list of all joints or muscles each.
+    let joints: Vec<_> = state.joints().iter().map(|joint| joint.numbers()).collect();
+    let muscles: Vec<_> = state.muscles().iter().map(|muscle| muscle.numbers()).collect();
+    for (k, field) in JointState::FIELDS.iter().enumerate() {
+        line[field.name] = joints.iter().map(|numbers| numbers[k]).collect();
+    }
+    for (k, field) in MuscleState::FIELDS.iter().enumerate() {
+        line[field.name] = muscles.iter().map(|numbers| numbers[k]).collect();
+    }
+    line
 }
 
 /// The newest state as tables.
@@ -104,7 +108,7 @@ fn text(session: &ClientSession) -> String {
         .iter()
         .enumerate()
         .map(|(k, joint)| {
-            let numbers = [joint.position, joint.velocity, joint.reference].map(|x| number(Some(1e3 * x)));
+            let numbers = joint.numbers().map(|x| number(Some(1e3 * x)));
             [k.to_string()].into_iter().chain(numbers).collect()
         })
         .collect();
@@ -113,7 +117,7 @@ fn text(session: &ClientSession) -> String {
         .iter()
         .enumerate()
         .map(|(k, muscle)| {
-            let numbers = [muscle.tension_in, muscle.tension_out, 1e3 * muscle.motor_position];
+            let numbers = [muscle.tension_in_n, muscle.tension_out_estimated_n, 1e3 * muscle.position_in_m];
             [k.to_string()].into_iter().chain(numbers.map(|x| number(Some(x)))).collect()
         })
         .collect();

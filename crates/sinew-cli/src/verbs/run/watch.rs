@@ -75,7 +75,8 @@ impl Judged<'_> {
         if record.plant.has_failed() {
             self.evaluation.plant_failed(self.time);
         } else if let Some(arm) = record.plant.simulated() {
-            let row = self.evaluation.record(&record.moment, record.reference, &record.command, arm)?;
+            let seen = record.seen();
+            let row = self.evaluation.record(&seen, arm)?;
             if self.stride.is_some_and(|stride| self.count.is_multiple_of(stride)) {
                 self.trace.push(TraceRow::of(&row, self.robot));
             }

@@ -4,18 +4,18 @@
 //! |---|---|---|
 //! | `time_s`, `repeat` | s, 1 | time of the run; index of the repeat, empty at rest |
 //! | `status` | | operating state of the controller |
-//! | `wanted_x_m` .., `end_point_x_m` .. | m | reference and true position of the end point |
-//! | `reference:JOINT`, `true:JOINT`, `read:JOINT`, `believed:JOINT` | rad or m | reference, truth, encoder, estimate |
+//! | `end_point_reference_x_m` .., `end_point_x_m` .. | m | reference and true position of the end point |
 //! | `length_m:MUSCLE`, `length_error_m:MUSCLE` | m | reference length; true minus reference length |
-//! | `winch_read_m:MUSCLE`, `winch_command_m_per_s:MUSCLE` | m, m/s | motor encoder, commanded cable speed |
-//! | `wanted_n:MUSCLE`, `believed_n:MUSCLE`, `anchor_n:MUSCLE` | N | tension at the anchor: desired, estimated, true |
-//! | `drive_n:MUSCLE`, `load_cell_n:MUSCLE` | N | tension at the drive: true, read |
+//!
+//! and the columns of every joint and muscle that a recording has (`docs/recording.md`).
 
 use crate::csv_text::Csv;
 use crate::error::Error;
 use crate::table_error::TableError;
 use serde::{Deserialize, Serialize};
-use sinew_lab::arm::{CycleSignals, TraceRow, TrackingNumbers};
+use sinew_lab::arm::{TraceRow, TrackingNumbers};
+use sinew_lab::signals::{Axis, Frame, FrameLayout, Row, Signal};
+use std::sync::Arc;
 
 /// Begins the comment with the numbers.
 const RUN: &str = "# run ";
@@ -41,25 +41,13 @@ pub(super) fn csv(head: &RunHead, trace: &[TraceRow]) -> Result<String, Error> {
     let mut table = Csv::new();
     table.row(header(head))?;
     for row in trace {
-        let cycle = &row.cycle;
         let repeat = row.repeat.map_or(String::new(), |repeat| repeat.to_string());
-        let mut cells = vec![format!("{:.3}", row.time_s), repeat, cycle.status.clone()];
-        let metres = [
-            &row.wanted_m[..],
-            &row.end_point_m,
-            &cycle.joint_reference,
-            &cycle.joint_true,
-            &cycle.joint_read,
-            &cycle.joint_believed,
-            &row.length_m,
-            &row.length_error_m,
-            &cycle.winch_read_m,
-            &cycle.winch_command_m_per_s,
-        ];
-        cells.extend(metres.into_iter().flatten().map(|x| shown(*x, 7)));
-        let newtons =
-            [&row.wanted_n, &cycle.anchor_believed_n, &row.anchor_n, &row.drive_n, &cycle.load_cell_n];
-        cells.extend(newtons.into_iter().flatten().map(|x| shown(*x, 3)));
+        let mut cells = vec![format!("{:.3}", row.time_s), repeat, row.status.clone()];
+        let metres = [&row.end_point_reference_m[..], &row.end_point_m, &row.length_m, &row.length_error_m];
+        cells.extend(metres.into_iter().flatten().map(|x| shown(*x, Some(7))));
+        for signal in signals() {
+            cells.extend(row.frame.of(signal).iter().map(|x| shown(*x, signal.row().digits())));
+        }
         table.row(cells)?;
     }
     let head = serde_json::to_string(head)?;
@@ -67,31 +55,37 @@ pub(super) fn csv(head: &RunHead, trace: &[TraceRow]) -> Result<String, Error> {
 }
 
 /// A number, or an empty cell where there is none.
-fn shown(number: f64, digits: usize) -> String {
-    if number.is_finite() { format!("{number:.digits$}") } else { String::new() }
+fn shown(number: f64, digits: Option<usize>) -> String {
+    match digits {
+        _ if !number.is_finite() => String::new(),
+        Some(digits) => format!("{number:.digits$}"),
+        None => number.to_string(),
+    }
+}
+
+/// Signals with a column a joint or muscle.
+fn signals() -> impl Iterator<Item = Signal> {
+    Signal::ALL.iter().copied().filter(|signal| signal.row().axis != Axis::Cycle)
 }
 
 fn header(head: &RunHead) -> Vec<String> {
     let mut header: Vec<String> = ["time_s", "repeat", "status"].map(str::to_owned).to_vec();
-    for quantity in ["wanted", "end_point"] {
+    for quantity in ["end_point_reference", "end_point"] {
         header.extend(["x", "y", "z"].map(|axis| format!("{quantity}_{axis}_m")));
     }
-    for quantity in ["reference", "true", "read", "believed"] {
-        header.extend(head.joints.iter().map(|joint| format!("{quantity}:{joint}")));
-    }
-    let of_muscles = [
-        "length_m",
-        "length_error_m",
-        "winch_read_m",
-        "winch_command_m_per_s",
-        "wanted_n",
-        "believed_n",
-        "anchor_n",
-        "drive_n",
-        "load_cell_n",
-    ];
-    for quantity in of_muscles {
+    for quantity in ["length_m", "length_error_m"] {
         header.extend(head.muscles.iter().map(|muscle| format!("{quantity}:{muscle}")));
+    }
+    for signal in signals() {
+        match signal.row() {
+            Row { axis: Axis::Muscle, .. } => {
+                header.extend(head.muscles.iter().map(|muscle| signal.column(muscle, "")));
+            }
+            _ => {
+                let parts = head.joints.iter().zip(&head.joint_units);
+                header.extend(parts.map(|(joint, unit)| signal.column(joint, unit)));
+            }
+        }
     }
     header
 }
@@ -110,11 +104,12 @@ pub(crate) fn parse(text: &str) -> Result<(RunHead, Vec<TraceRow>), TableError> 
     if !names.iter().eq(header(&head)) {
         return Err(TableError::in_line(line + 1, "the columns of this run", "other columns"));
     }
+    let layout = Arc::new(FrameLayout::new([head.muscles.len(), head.joints.len()], true));
     let mut trace = Vec::new();
     for (k, record) in reader.records().enumerate() {
         let line = line + 2 + k;
         let record = record.map_err(|error| TableError::in_line(line, expected, error.to_string()))?;
-        trace.push(row(&head, &record, line)?);
+        trace.push(row(&head, &layout, &record, line)?);
     }
     if trace.len() < 2 {
         return Err(TableError::in_line(
@@ -127,7 +122,12 @@ pub(crate) fn parse(text: &str) -> Result<(RunHead, Vec<TraceRow>), TableError> 
 }
 
 /// One row; cells are taken in the order of [`header`].
-fn row(head: &RunHead, record: &csv::StringRecord, line: usize) -> Result<TraceRow, TableError> {
+fn row(
+    head: &RunHead,
+    layout: &Arc<FrameLayout>,
+    record: &csv::StringRecord,
+    line: usize,
+) -> Result<TraceRow, TableError> {
     let names = header(head);
     let number = |column: usize| -> Result<f64, TableError> {
         let cell = record.get(column).unwrap_or_default();
@@ -143,42 +143,29 @@ fn row(head: &RunHead, record: &csv::StringRecord, line: usize) -> Result<TraceR
         next += count;
         taken
     };
-    let (joints, muscles) = (head.joints.len(), head.muscles.len());
+    let muscles = head.muscles.len();
     let point = |taken: Vec<f64>| std::array::from_fn(|k| taken[k]);
     let repeat = record.get(1).filter(|cell| !cell.is_empty());
     let refuse = |cell: &str| TableError::in_column(line, "repeat", "a whole number", cell);
     let repeat = repeat.map(|cell| cell.parse().map_err(|_| refuse(cell))).transpose()?;
     // In the order of the header.
-    let (wanted_m, end_point_m) = (point(take(3)?), point(take(3)?));
-    let [joint_reference, joint_true, joint_read, joint_believed] =
-        [take(joints)?, take(joints)?, take(joints)?, take(joints)?];
+    let (end_point_reference_m, end_point_m) = (point(take(3)?), point(take(3)?));
     let (length_m, length_error_m) = (take(muscles)?, take(muscles)?);
-    let (winch_read_m, winch_command_m_per_s) = (take(muscles)?, take(muscles)?);
-    let (wanted_n, anchor_believed_n, anchor_n) = (take(muscles)?, take(muscles)?, take(muscles)?);
-    let (drive_n, load_cell_n) = (take(muscles)?, take(muscles)?);
-    let status = record.get(2).unwrap_or_default().to_owned();
-    let cycle = CycleSignals {
-        status,
-        joint_reference,
-        joint_true,
-        joint_read,
-        joint_believed,
-        winch_read_m,
-        winch_command_m_per_s,
-        load_cell_n,
-        anchor_believed_n,
-    };
-    let time_s = number(0)?;
+    let mut frame = Frame::new(Arc::clone(layout));
+    for signal in signals() {
+        let place = frame.of_mut(signal);
+        let taken = take(place.len())?;
+        place.copy_from_slice(&taken);
+    }
+    let (time_s, status) = (number(0)?, record.get(2).unwrap_or_default().to_owned());
     Ok(TraceRow {
         time_s,
         repeat,
-        wanted_m,
+        status,
+        end_point_reference_m,
         end_point_m,
         length_m,
         length_error_m,
-        wanted_n,
-        anchor_n,
-        drive_n,
-        cycle,
+        frame,
     })
 }

@@ -1,8 +1,9 @@
-//! Status and faults as numbers of a column.
+//! Status, faults and commands as numbers of a signal.
 
+use crate::exchange::BusFault;
 use sinew::control::arm::{ArmStatus, Symptom};
 use sinew::control::supervisor::NamedFault;
-use sinew_session::BusFault;
+use sinew::drive::DriveCommand;
 
 /// Status and fault: 0 following, 1 holding, 2 degraded, 3 stopped; the fault as [`fault_of`] reads it, with
 /// the symptom of the supervisor's fault where that is the same.
@@ -85,6 +86,25 @@ pub fn bus_fault_of(kind: f64, detail: f64) -> Option<BusFault> {
         6 => BusFault::Stale { age_us: detail as u32 },
         _ => return None,
     })
+}
+
+/// Kind and up to two numbers of a command.
+///
+/// | kind | command | numbers |
+/// |---|---|---|
+/// | 0 | speed of the cable | m/s |
+/// | 1 | tension | N; feed-forward of the cable's speed, m/s |
+/// | 2 | current | A |
+/// | 3, 4 | off, brake | |
+#[must_use]
+pub fn command_code(command: &DriveCommand) -> [f64; 3] {
+    match *command {
+        DriveCommand::Velocity(speed) => [0.0, speed, 0.0],
+        DriveCommand::Tension { tension, feed } => [1.0, tension, feed],
+        DriveCommand::Current(current) => [2.0, current, 0.0],
+        DriveCommand::Off => [3.0, 0.0, 0.0],
+        DriveCommand::Brake => [4.0, 0.0, 0.0],
+    }
 }
 
 #[cfg(test)]
