@@ -1,5 +1,5 @@
-//! A bus of one's own, lines of text over UDP, with `planar_leg` on it: `text_bus devices 127.0.0.1:7400` are its
-//! devices, simulated, and `text_bus run 127.0.0.1:7400` in another process the control cycle; see docs/bus.md.
+//! A bus of one's own, lines of text over UDP: `text_bus devices 127.0.0.1:7400` are the drives and sensors of
+//! `planar_leg`, simulated; `text_bus run 127.0.0.1:7400`, another process, moves it. See docs/bus.md.
 
 use sinew::control::arm::resting_tensions;
 use sinew::control::supervisor::{Limits, Supervisor};
@@ -136,14 +136,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let schedule = Schedule::new(&trajectory, 1, 0.3, 0.7)?;
     let limits = Limits::of(&machine, gains)?;
     let mut cycle = Cycle::new(plant, Supervisor::new(controller, limits)?, schedule, 1e-3);
-    let (mut timing, mut error, mut fault) = (Timing::new(), 0.0_f64, None);
+    let (mut timing, mut error) = (Timing::new(), 0.0_f64);
     run(&mut cycle, &mut MonotonicClock, 1_000_000, &false.into(), &mut timing, |record| {
         let errors = record.feedback.joint.iter().zip(&record.reference.q).map(|(q, wanted)| q - wanted);
         error = errors.map(f64::abs).fold(error, f64::max);
-        fault = fault.or(record.command.fault);
         Ok(())
     })?;
     let (mode, BusStatistics { exchanges, lost, .. }) = (cycle.mode(), cycle.statistics());
-    println!("{mode:?} {fault:?} after {exchanges} cycles, {lost} of them lost; errors up to {error:.4} rad");
+    println!("{mode:?} after {exchanges} cycles, {lost} of them lost; errors up to {error:.4} rad");
     Ok(())
 }

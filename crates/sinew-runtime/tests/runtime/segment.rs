@@ -55,7 +55,10 @@ fn process_data_of_several_frames_is_exchanged_whole() {
     let simulated = SimulatedMachine::new(setup.plant.clone(), &setup.machine, setup.devices.clone());
     // Terminals of 12 channels instead of one: 2.1 kB of inputs.
     let mut wide = builtin::encoder(12);
-    let of_cells = |device: &&EthercatDevice| matches!(device.device.channels(), [one] if matches!(one.signal, Signal::Tension(_)));
+    let of_cells = |device: &&EthercatDevice| {
+        let channels = device.device.channels();
+        matches!(channels, [one] if matches!(one.signal, Signal::Tension(_)))
+    };
     let cell = setup.devices.iter().find(of_cells).unwrap().identity;
     wide.identity.product = cell.product;
     wide.identity.revision = cell.revision;

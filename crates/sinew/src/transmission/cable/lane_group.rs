@@ -52,7 +52,7 @@ pub(super) struct Weakenings<const N: usize> {
 }
 
 impl<const N: usize> Weakenings<N> {
-    /// Factors on friction at these lagged speeds, m/s: [`Weakening::factor`] with the inverse of the law's speed.
+    /// Factors on friction at these lagged speeds, m/s: [`Weakening::factor`] with the inverse of its speed.
     #[inline(always)]
     pub(super) fn factors(&self, speed: &Row<N>) -> Row<N> {
         let mut factors = Row::<N>::ZERO;

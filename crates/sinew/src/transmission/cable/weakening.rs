@@ -44,7 +44,7 @@ impl WeakeningForm {
 /// Velocity weakening of friction (Stribeck effect), with a lag that keeps the problem well posed.
 ///
 /// ```text
-/// mu(z) = mu f(z/v_s),  f(0) = 1 + beta,  f(1) = 1 + beta/2,      dz = dt/(tau + dt) (|v| - z)      at every node
+/// mu(z) = mu f(z/v_s),  f(0) = 1 + beta,  f(1) = 1 + beta/2,    dz = dt/(tau + dt) (|v| - z)    at every node
 /// ```
 ///
 /// | symbol | field   | unit | domain | meaning                                           |
