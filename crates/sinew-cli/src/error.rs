@@ -41,6 +41,9 @@ pub(crate) enum Error {
     /// A machine on EtherCAT that does not start.
     #[error(transparent)]
     Ethercat(#[from] sinew_runtime::ethercat::EthercatError),
+    /// A bus that does not start.
+    #[error(transparent)]
+    Bus(#[from] sinew_runtime::BusError),
     /// An interface on which no frames can be exchanged.
     #[error(transparent)]
     Interface(#[from] sinew_segment::RawSocketError),
@@ -358,6 +361,7 @@ impl Error {
             | Self::Ethercat(sinew_runtime::ethercat::EthercatError::Link { .. }) => Self::SYSTEM,
             Self::Interface(sinew_segment::RawSocketError::NoInterface { .. }) => Self::BAD_INPUT,
             Self::Interface(_) => Self::SYSTEM,
+            Self::Bus(sinew_runtime::BusError::System(_)) => Self::SYSTEM,
             Self::Link(error) => link_code(error),
             Self::Page(_) => Self::SYSTEM,
             _ => Self::BAD_INPUT,

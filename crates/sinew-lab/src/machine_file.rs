@@ -9,7 +9,7 @@ pub use mesh::mesh_bytes;
 pub use text::{TextFileError, read_text};
 
 use sinew::body::Robot;
-use sinew::description::machine::{FileReference, has_machine_keys};
+use sinew::description::machine::{BusReader, FileReference, has_machine_keys, machine_on_bus};
 use sinew::description::{
     Description, MachineDescription, Warning, from_mjcf, from_urdf, machine_from_toml, machine_of,
     robot_from_toml,
@@ -38,13 +38,29 @@ pub struct LoadedRobot {
 }
 
 /// Reads and validates a machine: a machine file, or a robot file with defaults for everything but the body. A
-/// file takes precedence over a built-in machine of the same name; `muscles` is as in [`load_robot`].
+/// file takes precedence over a built-in machine of the same name; `muscles` is as in [`load_robot`]. What
+/// identifies its devices on their bus is left out: see [`load_machine_on`].
 ///
 /// # Errors
 /// [`MachineFileError`] names the file, the place in it and what was expected.
 pub fn load_machine(path: &Path, muscles: Option<&Path>) -> Result<MachineDescription, MachineFileError> {
     match text_of(path, muscles)? {
         Text::Toml { name, text } => Ok(machine_from_toml(&name, &text, &mut |file| beside(path, file))?),
+        Text::Other(description) => Ok(machine_of(*description)?),
+    }
+}
+
+/// As [`load_machine`], with what identifies its devices on a bus.
+///
+/// # Errors
+/// As [`load_machine`], and those of the bus.
+pub fn load_machine_on(
+    path: &Path,
+    muscles: Option<&Path>,
+    bus: &mut dyn BusReader,
+) -> Result<MachineDescription, MachineFileError> {
+    match text_of(path, muscles)? {
+        Text::Toml { name, text } => Ok(machine_on_bus(&name, &text, &mut |file| beside(path, file), bus)?),
         Text::Other(description) => Ok(machine_of(*description)?),
     }
 }

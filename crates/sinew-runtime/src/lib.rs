@@ -6,16 +6,25 @@
 //!
 //! | room | purpose |
 //! |---|---|
-//! | [`ethercat`] | a machine on EtherCAT: link, master, drives after CiA 402 |
+//! | [`BUSES`] | the buses that a real machine can be on: a room and a line each |
+//! | [`ethercat`] | a machine on EtherCAT: link, master, drives after CiA 402; what identifies its devices |
 //! | [`link`] | requests and references from a client elsewhere |
 //! | [`cycle`] | a session in real time: its deadlines, and how well they are kept |
 //!
 //! One thread runs the cycle. It allocates nothing, takes no lock and makes no system call but those of its bus and the
 //! one that waits for the next deadline. On virtual time it runs as fast as it can, with the same results to the bit.
 
+mod bus;
 pub mod cycle;
 mod error;
 pub mod ethercat;
 pub mod link;
 
+pub use bus::{Bus, BusError, Wire};
 pub use error::Error;
+
+/// The buses that a real machine can be on.
+pub const BUSES: &[Bus] = &[
+    #[cfg(target_os = "linux")]
+    ethercat::BUS,
+];

@@ -60,9 +60,9 @@ impl Exchange {
     /// As the supervisor takes it, of a cycle that began in time but for what a simulation says.
     #[must_use]
     pub fn status(&self) -> ExchangeStatus {
-        let received = !matches!(self.fault, Some(BusFault::Lost | BusFault::WorkingCounter { .. }));
+        let received = !matches!(self.fault, Some(BusFault::Lost | BusFault::Missing { .. }));
         let drive = match self.fault {
-            Some(BusFault::Drive { muscle, .. } | BusFault::NotOperational { muscle: Some(muscle), .. }) => {
+            Some(BusFault::Drive { muscle, .. } | BusFault::NotReady { muscle: Some(muscle), .. }) => {
                 Some(muscle)
             }
             _ => None,
@@ -80,24 +80,24 @@ impl Exchange {
     }
 }
 
-/// What is wrong with a bus in one cycle.
+/// What is wrong with a bus in one cycle. Codes are the bus's own: the room that drives it has words for them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BusFault {
     /// No answer came back in time: all readings are missing, or the commands may not have arrived.
     Lost,
-    /// Fewer devices than expected took part in the exchange.
-    WorkingCounter {
-        /// Of all devices.
+    /// Devices are missing from the exchange, and the bus does not say which: all readings are missing.
+    Missing {
+        /// As the bus counts those that take part: of all devices.
         expected: u16,
         /// Of this cycle.
         got: u16,
     },
-    /// A device is not operational: its readings are missing, and its drive stands.
-    NotOperational {
+    /// A device is missing or not ready: its readings are missing, and its drive stands.
+    NotReady {
         /// Index in the machine's list of devices.
         device: usize,
-        /// Its EtherCAT state, as in the register AL status.
-        state: u8,
+        /// Its state.
+        code: u16,
         /// The muscle that it drives.
         muscle: Option<usize>,
     },
@@ -105,7 +105,7 @@ pub enum BusFault {
     Drive {
         /// Its muscle.
         muscle: usize,
-        /// Its error code, as in object 0x603F.
+        /// Its error code.
         code: u16,
     },
     /// Of a simulation: the cycle counts as begun this late.
@@ -144,10 +144,10 @@ pub struct BusStatistics {
     pub exchanges: u64,
     /// Without an answer.
     pub lost: u64,
-    /// In which fewer devices than expected took part.
-    pub working_counter: u64,
-    /// In which a device was not operational.
-    pub not_operational: u64,
+    /// From which devices were missing.
+    pub missing: u64,
+    /// In which a device was not ready.
+    pub not_ready: u64,
     /// In which a drive reported a fault.
     pub drive: u64,
     /// Of a simulation: that counted as late, or without a new command.
@@ -162,8 +162,8 @@ impl BusStatistics {
         if let Some(fault) = exchange.fault {
             *match fault {
                 BusFault::Lost => &mut self.lost,
-                BusFault::WorkingCounter { .. } => &mut self.working_counter,
-                BusFault::NotOperational { .. } => &mut self.not_operational,
+                BusFault::Missing { .. } => &mut self.missing,
+                BusFault::NotReady { .. } => &mut self.not_ready,
                 BusFault::Drive { .. } => &mut self.drive,
                 BusFault::Late { .. } | BusFault::Stale { .. } => &mut self.untimely,
             } += 1;
@@ -176,7 +176,7 @@ impl BusStatistics {
 /// How a cycle and the clocks of its devices agree.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ClockReport {
-    /// Drives that take their set-points over at SYNC0.
+    /// Drives that take their set-points over at a time of their own clocks.
     pub synchronized: usize,
     /// How much faster the devices' time runs than the computer's, parts per million.
     pub drift_ppm: f64,

@@ -46,3 +46,37 @@ pub trait Plant {
         false
     }
 }
+
+impl<P: Plant + ?Sized> Plant for Box<P> {
+    fn read(&mut self, feedback: &mut Feedback) -> Exchange {
+        (**self).read(feedback)
+    }
+
+    fn write(&mut self, commands: &[DriveCommand]) {
+        (**self).write(commands);
+    }
+
+    fn stop(&mut self) {
+        (**self).stop();
+    }
+
+    fn period_correction(&self) -> i64 {
+        (**self).period_correction()
+    }
+
+    fn clocks(&self) -> Option<ClockReport> {
+        (**self).clocks()
+    }
+
+    fn simulated(&self) -> Option<&ArmTwin> {
+        (**self).simulated()
+    }
+
+    fn waits(&self) -> bool {
+        (**self).waits()
+    }
+
+    fn has_failed(&self) -> bool {
+        (**self).has_failed()
+    }
+}

@@ -58,7 +58,7 @@ fn fifteen(bencher: Bencher, cells: usize) {
 
 #[divan::bench(args = [12])]
 fn fifteen_with_stribeck(bencher: Bencher, cells: usize) {
-    let weakening = Some(Weakening { rise: 0.3, speed: 3e-3, lag: 0.05 });
+    let weakening = Some(Weakening::rational(0.3, 3e-3, 0.05));
     lanes(bencher, cells, 15, &CableParameters { weakening, ..CableParameters::bench() });
 }
 

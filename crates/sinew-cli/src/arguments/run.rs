@@ -2,7 +2,10 @@
 
 use super::ethercat::DeviceFileArguments;
 use super::session::SessionArguments;
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use sinew_runtime::{BUSES, Bus, ethercat};
+use sinew_session::BusFault;
 
 /// Run a machine: its control cycle once a millisecond, on a simulated or a real bus.
 ///
@@ -18,10 +21,10 @@ pub(crate) struct RunArguments {
     #[command(flatten)]
     pub(crate) session: SessionArguments,
     /// Drives and sensors
-    #[arg(long, value_enum, default_value_t = BusArgument::Twin)]
+    #[arg(long, value_parser = buses(), default_value = TWIN.0)]
     pub(crate) bus: BusArgument,
     /// Network interface of the devices, for --bus ethercat
-    #[arg(long, value_name = "IF", required_if_eq("bus", "ethercat"))]
+    #[arg(long, value_name = "IF", required_if_eq_any(BUSES.iter().map(|bus| ("bus", bus.name))))]
     pub(crate) interface: Option<String>,
     #[command(flatten)]
     pub(crate) devices: DeviceFileArguments,
@@ -31,23 +34,48 @@ pub(crate) struct RunArguments {
 }
 
 /// Drives and sensors of a machine.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) enum BusArgument {
-    /// The simulated machine, without wires
+    /// The simulated machine, without wires.
     Twin,
-    /// The same behind an EtherCAT master and simulated EtherCAT devices
+    /// The same behind an EtherCAT master and simulated EtherCAT devices.
     Segment,
-    /// Devices on a network interface
-    Ethercat,
+    /// A real machine.
+    Real(&'static Bus),
+}
+
+/// Names of those that are simulated, and what they are.
+const TWIN: (&str, &str) = ("twin", "The simulated machine, without wires");
+const SEGMENT: (&str, &str) =
+    ("segment", "The same behind an EtherCAT master and simulated EtherCAT devices");
+
+/// Those that are simulated, and every real one.
+fn buses() -> impl TypedValueParser<Value = BusArgument> {
+    let real = BUSES.iter().map(|bus| (bus.name, bus.about));
+    let values = [TWIN, SEGMENT].into_iter().chain(real);
+    let values = values.map(|(name, about)| PossibleValue::new(name).help(about));
+    PossibleValuesParser::new(values).map(|name| match BUSES.iter().find(|bus| bus.name == name) {
+        Some(bus) => BusArgument::Real(bus),
+        None if name == SEGMENT.0 => BusArgument::Segment,
+        None => BusArgument::Twin,
+    })
 }
 
 impl BusArgument {
     /// As it is given.
     pub(crate) fn name(self) -> &'static str {
         match self {
-            Self::Twin => "twin",
-            Self::Segment => "segment",
-            Self::Ethercat => "ethercat",
+            Self::Twin => TWIN.0,
+            Self::Segment => SEGMENT.0,
+            Self::Real(bus) => bus.name,
+        }
+    }
+
+    /// The code of a fault in its words.
+    pub(crate) fn words(self, fault: BusFault) -> String {
+        match self {
+            Self::Twin | Self::Segment => ethercat::words(fault),
+            Self::Real(bus) => (bus.words)(fault),
         }
     }
 }

@@ -1,14 +1,14 @@
 //! Files that describe the devices of a simulated bus.
 
 use crate::error::Error;
-use sinew::machine::Device;
+use sinew_runtime::ethercat::EthercatDevice;
 use sinew_segment::DescriptionFile;
 use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
 /// Reads all files; each describes a device of the machine.
-pub(super) fn read(paths: &[PathBuf], devices: &[Device]) -> Result<Vec<DescriptionFile>, Error> {
+pub(super) fn read(paths: &[PathBuf], devices: &[EthercatDevice]) -> Result<Vec<DescriptionFile>, Error> {
     let mut files = Vec::new();
     for path in paths {
         let content = content(path).map_err(|source| Error::Unreadable { file: path.clone(), source })?;
@@ -41,7 +41,7 @@ fn content(path: &Path) -> io::Result<Vec<u8>> {
 }
 
 /// The kinds of devices of a machine: vendor:product, revision.
-fn expected(devices: &[Device]) -> String {
+fn expected(devices: &[EthercatDevice]) -> String {
     let mut kinds: Vec<String> = Vec::new();
     for device in devices {
         let of = device.identity;

@@ -3,8 +3,12 @@
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use sinew::description::machine::FileReference;
-use sinew::description::{MachineDescription, from_mjcf, from_urdf, machine_from_toml, machine_of};
-use sinew_lab::machine_file::{Format, MachineFileError, beside, built_in, include, muscles_of, read_text};
+use sinew::description::machine::machine_on_bus;
+use sinew::description::{MachineDescription, from_mjcf, from_urdf, machine_of};
+use sinew_lab::machine_file::{
+    Format, MachineFileError, beside, built_in, include, load_machine_on, muscles_of, read_text,
+};
+use sinew_runtime::ethercat::{DeviceTables, EthercatDevice};
 use std::path::{Path, PathBuf};
 
 /// Text of a file, with what it is to the machine.
@@ -31,8 +35,26 @@ pub(crate) struct MachineSource {
 /// Gives the text of a role; `read` reads it from the disk.
 type Texts<'a> = dyn FnMut(String, &mut dyn FnMut() -> Result<String, String>) -> Result<String, String> + 'a;
 
-/// Reads and validates a machine as [`sinew_lab::machine_file::load_machine`] does, and keeps the texts.
-pub(crate) fn load(path: &Path) -> Result<(MachineDescription, MachineSource), Error> {
+/// A machine, what identifies its devices, and the texts that it was read from.
+pub(crate) struct Loaded {
+    pub(crate) described: MachineDescription,
+    pub(crate) devices: Vec<EthercatDevice>,
+    pub(crate) source: MachineSource,
+}
+
+/// Reads and validates a machine, and what identifies its devices.
+pub(crate) fn load_machine(
+    path: &Path,
+    muscles: Option<&Path>,
+) -> Result<(MachineDescription, Vec<EthercatDevice>), Error> {
+    let mut tables = DeviceTables::default();
+    let described = load_machine_on(path, muscles, &mut tables)?;
+    let devices = tables.devices(&described.machine);
+    Ok((described, devices))
+}
+
+/// The same with the texts of all its files.
+pub(crate) fn load(path: &Path) -> Result<Loaded, Error> {
     let text = match built_in(path) {
         Some((_, text)) => text.to_owned(),
         None => {
@@ -41,12 +63,12 @@ pub(crate) fn load(path: &Path) -> Result<(MachineDescription, MachineSource), E
         }
     };
     let mut texts = vec![SourceText { role: MAIN.to_owned(), text: text.clone() }];
-    let machine = build(path, &text, &mut |role, read| {
+    let (described, devices) = build(path, &text, &mut |role, read| {
         let text = read()?;
         texts.push(SourceText { role, text: text.clone() });
         Ok(text)
     })?;
-    Ok((machine, MachineSource { path: path.to_owned(), texts }))
+    Ok(Loaded { described, devices, source: MachineSource { path: path.to_owned(), texts } })
 }
 
 impl MachineSource {
@@ -57,9 +79,10 @@ impl MachineSource {
     /// Reads and validates the machine from its texts alone.
     pub(crate) fn machine(&self) -> Result<MachineDescription, Error> {
         let main = self.text(MAIN).unwrap_or_default();
-        build(&self.path, main, &mut |role, _| {
+        let (described, _) = build(&self.path, main, &mut |role, _| {
             self.text(&role).map(str::to_owned).ok_or_else(|| "is not part of the recording".to_owned())
-        })
+        })?;
+        Ok(described)
     }
 }
 
@@ -67,9 +90,14 @@ fn role_of(file: &FileReference<'_>) -> String {
     file.included_by.map_or_else(|| file.path.to_owned(), |by| format!("{} in {by}", file.path))
 }
 
-fn build(path: &Path, text: &str, texts: &mut Texts<'_>) -> Result<MachineDescription, Error> {
+fn build(
+    path: &Path,
+    text: &str,
+    texts: &mut Texts<'_>,
+) -> Result<(MachineDescription, Vec<EthercatDevice>), Error> {
     let name = path.display().to_string();
-    match Format::of(path) {
+    let mut tables = DeviceTables::default();
+    let described = match Format::of(path) {
         Ok(Format::Urdf) => {
             let mut muscles = None;
             let file = muscles_of(path, None);
@@ -83,19 +111,21 @@ fn build(path: &Path, text: &str, texts: &mut Texts<'_>) -> Result<MachineDescri
                 muscles = Some(found);
             }
             let muscles = muscles.as_deref().map(|text| (name_of_file.as_str(), text));
-            Ok(machine_of(from_urdf(&name, text, muscles)?)?)
+            machine_of(from_urdf(&name, text, muscles)?)?
         }
         Ok(Format::Mjcf) => {
             let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
             let mut read = |file: &str| texts(file.to_owned(), &mut || include(&folder, file));
-            Ok(machine_of(from_mjcf(&name, text, &mut read)?)?)
+            machine_of(from_mjcf(&name, text, &mut read)?)?
         }
         Ok(Format::Toml) | Err(_) => {
             let mut read = |file: FileReference<'_>| {
                 let role = role_of(&file);
                 texts(role, &mut || beside(path, FileReference { ..file }))
             };
-            Ok(machine_from_toml(&name, text, &mut read)?)
+            machine_on_bus(&name, text, &mut read, &mut tables)?
         }
-    }
+    };
+    let devices = tables.devices(&described.machine);
+    Ok((described, devices))
 }

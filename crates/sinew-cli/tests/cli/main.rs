@@ -21,6 +21,7 @@ mod run;
 mod stops;
 mod study;
 mod tension;
+mod text_bus;
 mod twin;
 mod verbs;
 mod writing;

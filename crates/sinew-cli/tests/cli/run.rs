@@ -25,7 +25,7 @@ fn a_run_behind_simulated_devices_ends_as_planned_and_reports_its_bus() {
     let document: Value = serde_json::from_str(&run).unwrap();
     let bus = &document["bus"];
     assert!(bus["exchanges"].as_u64().unwrap() > 6000, "{bus}");
-    for counter in ["lost", "working_counter_errors", "device_not_operational", "drive_faults"] {
+    for counter in ["lost", "devices_missing", "device_not_ready", "drive_faults"] {
         assert_eq!(bus[counter], 0, "{counter}");
     }
 }

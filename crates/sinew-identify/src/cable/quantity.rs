@@ -180,7 +180,7 @@ impl Quantity {
 /// Velocity weakening from which a search starts: orders of magnitude of greased contacts, a factor of three and more
 /// away from those of the twin. For a controller the rise alone is fitted: with speed and lag free as well, the
 /// arm's largest tracking errors grew by a third.
-pub const INITIAL_WEAKENING: Weakening = Weakening { rise: 0.05, speed: 0.01, lag: 0.015 };
+pub const INITIAL_WEAKENING: Weakening = Weakening::rational(0.05, 0.01, 0.015);
 
 /// The weakening of a model, which it is given where it has none.
 fn weakening(model: &mut CableModel) -> &mut Weakening {

@@ -2,6 +2,7 @@
 
 use crate::text::number;
 use sinew::transmission::SheathLaw;
+use sinew::transmission::cable::WeakeningForm;
 
 /// Largest friction angle: at 20 the ratio of the tensions is 5e8, and the far end is locked.
 const LARGEST_ANGLE: f64 = 20.0;
@@ -81,7 +82,7 @@ impl Sheath {
     /// `theta` for a turning of the path `psi`, rad, and a velocity of the tendon, m/s.
     pub(crate) fn angle(&self, psi: f64, velocity: f64) -> f64 {
         let ratio = velocity * self.inverse_speed;
-        let weakening = if self.rise > 0.0 { 1.0 + self.rise / (1.0 + ratio * ratio) } else { 1.0 };
+        let weakening = WeakeningForm::Rational.factor(self.rise, ratio);
         let wrap = self.bend + self.turning * psi;
         (self.friction * wrap * weakening + self.loss).min(LARGEST_ANGLE)
     }

@@ -1,5 +1,6 @@
 //! From a silent wire to configured devices in OP.
 
+use super::device::EthercatDevice;
 use super::drive::{MODE, mode_of_operation, wanted_mapping};
 use super::error::EthercatError;
 use super::found::FoundDevice;
@@ -8,7 +9,7 @@ use super::sii;
 use ethercrab::error::Error;
 use ethercrab::subdevice_group::{Op, PreOp, PreOpPdi};
 use ethercrab::{Command, DefaultLock, MainDevice, SubDevice, SubDeviceGroup, SubDeviceRef};
-use sinew::machine::{Device, DeviceRole};
+use sinew::machine::DeviceRole;
 
 /// Devices of one master, at most; a power of 2.
 pub(super) const MAX_DEVICES: usize = 128;
@@ -71,15 +72,15 @@ pub(super) type Mappings = [Mapping; 2];
 pub(super) async fn configure(
     main: &MainDevice<'_>,
     group: &PreOpGroup,
-    (devices, positions): (&[Device], &[usize]),
+    (devices, positions): (&[EthercatDevice], &[usize]),
     period: u64,
     watchdog: u64,
 ) -> Result<Vec<Mappings>, EthercatError> {
     let mut mappings = Vec::new();
     for (device, position) in devices.iter().zip(positions) {
-        let during = || format!("configuring {}", device.name);
+        let during = || format!("configuring {}", device.name());
         let subdevice = group.subdevice(main, *position).map_err(protocol(during()))?;
-        if let DeviceRole::Drive(drive) = &device.role {
+        if let DeviceRole::Drive(drive) = &device.device.role {
             for ((assignment, pdo), entries) in ASSIGNMENTS.iter().zip(PDOS).zip(wanted_mapping(drive.mode)) {
                 // A drive whose mapping is fixed may have the objects all the same: what it has is read below.
                 let _ = remap(&subdevice, *assignment, pdo, &entries).await;
@@ -89,7 +90,7 @@ pub(super) async fn configure(
             // Optional in velocity and torque modes.
             let _ = subdevice.sdo_write(INTERPOLATION_TIME, 1, (period / 1_000_000) as u8).await;
             let _ = subdevice.sdo_write(INTERPOLATION_TIME, 2, -3_i8).await;
-            if drive.sync0 && subdevice.dc_support().enhanced() {
+            if device.sync0 && subdevice.dc_support().enhanced() {
                 // A drive that is synchronised by SYNC0 alone has nothing to choose here.
                 for parameters in SYNCHRONIZATION {
                     let _ = subdevice.sdo_write(parameters, 1, WITH_SYNC0).await;
@@ -98,7 +99,7 @@ pub(super) async fn configure(
         }
         let mapping = read_mappings(main, &subdevice).await.map_err(protocol(during()))?;
         if mapping[0].length() > 0 {
-            set_watchdog(&subdevice, watchdog, &device.name).await?;
+            set_watchdog(&subdevice, watchdog, device.name()).await?;
         }
         mappings.push(mapping);
     }

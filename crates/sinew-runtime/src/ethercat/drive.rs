@@ -1,10 +1,11 @@
 //! A drive in the process data: commands in SI units to controlword and set-point, statusword and counts to the cable.
 
 use super::cia402::{DriveState, Goal, controlword};
+use super::device::ObjectAddress;
 use super::error::EthercatError;
 use super::image::{Field, Mapping};
 use sinew::drive::{DriveCommand, DriveParameters, MeasuredShaft, SpeedControl, TensionLoop};
-use sinew::machine::{DriveDevice, DriveMode, ObjectAddress};
+use sinew::machine::{DriveDevice, DriveMode};
 
 /// Objects of CiA 402.
 pub(super) const CONTROLWORD: u16 = 0x6040;

@@ -1,4 +1,4 @@
-use sinew::machine::{DeviceIdentity, ObjectAddress};
+use super::device::{DeviceIdentity, ObjectAddress};
 
 /// Why a machine on EtherCAT does not start.
 #[derive(Debug, thiserror::Error)]

@@ -1,7 +1,7 @@
 //! Devices on the wire beside those that a machine file expects.
 
+use super::device::EthercatDevice;
 use super::error::Mismatch;
-use sinew::machine::Device;
 
 /// A device on the wire.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -19,8 +19,11 @@ pub struct FoundDevice {
 }
 
 /// The position of every expected device: first those with a station alias, then the others in their order.
-pub(super) fn positions(expected: &[Device], found: &[FoundDevice]) -> Result<Vec<usize>, Vec<Mismatch>> {
-    let by_alias = |device: &Device| {
+pub(super) fn positions(
+    expected: &[EthercatDevice],
+    found: &[FoundDevice],
+) -> Result<Vec<usize>, Vec<Mismatch>> {
+    let by_alias = |device: &EthercatDevice| {
         device
             .alias
             .and_then(|alias| found.iter().find(|found| found.alias == alias))
@@ -39,7 +42,7 @@ pub(super) fn positions(expected: &[Device], found: &[FoundDevice]) -> Result<Ve
             Some(found) if device.identity.accepts(found.identity) => positions.push(found.position),
             other => mismatches.push(Mismatch {
                 position: other.map_or(k, |found| found.position),
-                expected: Some((device.name.clone(), device.identity)),
+                expected: Some((device.name().to_owned(), device.identity)),
                 found: other.map(|found| (found.name.clone(), found.identity)),
             }),
         }
@@ -54,19 +57,20 @@ pub(super) fn positions(expected: &[Device], found: &[FoundDevice]) -> Result<Ve
 
 /// What differs between the devices of a machine file and those on the wire; empty where nothing does.
 #[must_use]
-pub fn compare(expected: &[Device], found: &[FoundDevice]) -> Vec<Mismatch> {
+pub fn compare(expected: &[EthercatDevice], found: &[FoundDevice]) -> Vec<Mismatch> {
     positions(expected, found).err().unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ethercat::EthercatError;
-    use sinew::machine::{DeviceIdentity, DeviceRole, RevisionRule};
+    use crate::ethercat::{DeviceIdentity, EthercatError, RevisionRule};
+    use sinew::machine::{Device, DeviceRole};
 
-    fn device(name: &str, product: u32, alias: Option<u16>) -> Device {
+    fn device(name: &str, product: u32, alias: Option<u16>) -> EthercatDevice {
         let identity = DeviceIdentity { vendor: 1, product, revision: 0, rule: RevisionRule::Any };
-        Device { name: name.into(), identity, alias, role: DeviceRole::Sensors(vec![]) }
+        let device = Device { name: name.into(), role: DeviceRole::Sensors(vec![]) };
+        EthercatDevice { device, identity, alias, sync0: true, objects: vec![] }
     }
 
     fn found(position: usize, product: u32, alias: u16) -> FoundDevice {

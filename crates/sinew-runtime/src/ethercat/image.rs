@@ -1,7 +1,7 @@
 //! Where objects stand in the process data of a device.
 
+use super::device::ObjectAddress;
 use super::error::EthercatError;
-use sinew::machine::ObjectAddress;
 
 /// Entries of a device's inputs or outputs, in the order of their mapping.
 #[derive(Debug, Clone, Default)]

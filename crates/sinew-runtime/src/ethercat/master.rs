@@ -1,12 +1,12 @@
 //! The master before operation: what is on the wire.
 
 use super::bring_up::{self, PreOpGroup};
+use super::device::EthercatDevice;
 use super::error::EthercatError;
 use super::found::{FoundDevice, positions};
 use super::link::Link;
 use super::pump::{FrameStorage, Pump};
 use ethercrab::{MainDevice, MainDeviceConfig, RetryBehaviour, Timeouts};
-use sinew::machine::Device;
 use std::time::Duration;
 
 /// A master whose devices are not known yet.
@@ -73,7 +73,7 @@ fn pre_op<L: Link>(
 pub(super) fn matching<L: Link>(
     main: &MainDevice<'_>,
     pump: &mut Pump<'_, L>,
-    expected: &[Device],
+    expected: &[EthercatDevice],
 ) -> Result<(PreOpGroup, Vec<usize>), EthercatError> {
     let (group, found) = pre_op(main, pump)?;
     if found.is_empty() {

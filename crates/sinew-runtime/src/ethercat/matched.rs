@@ -1,17 +1,19 @@
 //! The master whose devices are those of the machine.
 
 use super::bring_up::PreOpGroup;
+use super::device::EthercatDevice;
 use super::error::EthercatError;
 use super::link::Link;
 use super::master::{Master, matching};
 use super::operational::EthercatBus;
-use sinew::machine::{Device, Machine};
+use sinew::machine::Machine;
 
 /// A master whose devices, in PRE-OP, are those of the machine.
 pub struct Matched<'a, L> {
     master: Master<'a, L>,
     group: PreOpGroup,
-    /// Position of every device of the machine file.
+    /// The devices of the machine file, and the position of each on the wire.
+    devices: Vec<EthercatDevice>,
     positions: Vec<usize>,
 }
 
@@ -41,9 +43,11 @@ impl<'a, L: Link> Master<'a, L> {
     /// # Errors
     /// As [`scan`](Self::scan); [`EthercatError::NoDevices`] and [`EthercatError::Mismatch`]. The master is given back, to
     /// try again.
-    pub fn match_devices(mut self, expected: &[Device]) -> Result<Matched<'a, L>, Refused<'a, L>> {
+    pub fn match_devices(mut self, expected: &[EthercatDevice]) -> Result<Matched<'a, L>, Refused<'a, L>> {
         match matching(&self.main, &mut self.pump, expected) {
-            Ok((group, positions)) => Ok(Matched { master: self, group, positions }),
+            Ok((group, positions)) => {
+                Ok(Matched { master: self, group, devices: expected.to_vec(), positions })
+            }
             Err(error) => Err(Refused { master: Box::new(self), error }),
         }
     }
@@ -55,6 +59,7 @@ impl<'a, L: Link> Matched<'a, L> {
     /// # Errors
     /// [`EthercatError`] names the device and what is wrong with it.
     pub fn operate(self, machine: &Machine, period: u64) -> Result<EthercatBus<'a, L>, EthercatError> {
-        EthercatBus::start(self.master, self.group, &self.positions, machine, period)
+        let Self { master, group, devices, positions } = self;
+        EthercatBus::start(master, group, (devices, &positions), (machine, period))
     }
 }

@@ -12,9 +12,11 @@
 mod bring_up;
 mod cia402;
 mod clocks;
+mod device;
 mod drive;
 mod emergency;
 mod error;
+mod file;
 mod found;
 mod image;
 mod link;
@@ -33,9 +35,14 @@ mod sii;
 mod simulated_machine;
 mod slots;
 mod time;
+#[cfg(target_os = "linux")]
+mod wire;
+mod words;
 
 pub use cia402::DriveState;
+pub use device::{ChannelObjects, DeviceIdentity, EthercatDevice, ObjectAddress, RevisionRule};
 pub use error::{EthercatError, Mismatch};
+pub use file::DeviceTables;
 pub use found::{FoundDevice, compare};
 pub use link::Link;
 pub use master::Master;
@@ -48,3 +55,6 @@ pub use segment_link::SegmentLink;
 #[cfg(target_os = "linux")]
 pub use serve::serve;
 pub use simulated_machine::SimulatedMachine;
+#[cfg(target_os = "linux")]
+pub use wire::BUS;
+pub use words::words;

@@ -3,6 +3,7 @@
 use super::bring_up::{self, OP, OpGroup, PreOpGroup};
 use super::cia402::DriveState;
 use super::clocks::{self, Clocks};
+use super::device::EthercatDevice;
 use super::drive::DriveSlot;
 use super::error::EthercatError;
 use super::link::Link;
@@ -38,6 +39,8 @@ pub struct EthercatBus<'a, L: Link> {
     commanded: Option<u64>,
     /// Muscles and independent joints of the machine.
     dimensions: [usize; 2],
+    /// Those of the machine.
+    devices: Vec<EthercatDevice>,
     /// Of the devices on the wire.
     names: Vec<String>,
     /// Of the devices on the wire, after the last writing that was answered.
@@ -71,12 +74,12 @@ impl<'a, L: Link> EthercatBus<'a, L> {
     pub(super) fn start(
         master: Master<'a, L>,
         group: PreOpGroup,
-        positions: &[usize],
-        machine: &Machine,
-        period: u64,
+        (devices, positions): (Vec<EthercatDevice>, &[usize]),
+        (machine, period): (&Machine, u64),
     ) -> Result<Self, EthercatError> {
         let Master { main, mut pump } = master;
-        let devices = configure(&main, &mut pump, group, positions, (machine, period))?;
+        let places = (&devices[..], positions);
+        let configured = configure(&main, &mut pump, group, places, (machine, period))?;
         let mut bus = Self {
             dimensions: [machine.muscles.len(), machine.encoders.len()],
             written: None,
@@ -89,13 +92,14 @@ impl<'a, L: Link> EthercatBus<'a, L> {
             pump,
             period,
             states: Vec::with_capacity(positions.len()),
-            group: devices.group,
-            slots: devices.slots,
-            data: devices.data,
-            clocks: devices.clocks,
-            names: devices.names,
+            group: configured.group,
+            slots: configured.slots,
+            data: configured.data,
+            clocks: configured.clocks,
+            names: configured.names,
+            devices,
         };
-        bus.enable(machine)?;
+        bus.enable()?;
         Ok(bus)
     }
 
@@ -107,20 +111,20 @@ impl<'a, L: Link> EthercatBus<'a, L> {
     /// then; the bus can be started anew again.
     pub fn restart(&mut self, machine: &Machine) -> Result<(), EthercatError> {
         self.stop();
-        let Self { main, pump, period, .. } = self;
-        let (group, positions) = matching(main, pump, &machine.devices)?;
-        let devices = configure(main, pump, group, &positions, (machine, *period))?;
-        (self.group, self.slots, self.data) = (devices.group, devices.slots, devices.data);
-        (self.clocks, self.names) = (devices.clocks, devices.names);
+        let Self { main, pump, period, devices, .. } = self;
+        let (group, positions) = matching(main, pump, devices)?;
+        let configured = configure(main, pump, group, (devices, &positions), (machine, *period))?;
+        (self.group, self.slots, self.data) = (configured.group, configured.slots, configured.data);
+        (self.clocks, self.names) = (configured.clocks, configured.names);
         self.dimensions = [machine.muscles.len(), machine.encoders.len()];
         (self.written, self.until_recovery, self.until_clock) = (None, 0, 0);
         self.states.clear();
         self.in_operation = true;
-        self.enable(machine)
+        self.enable()
     }
 
     /// Exchanges process data until every device is in OP and every drive enabled and standing.
-    fn enable(&mut self, machine: &Machine) -> Result<(), EthercatError> {
+    fn enable(&mut self) -> Result<(), EthercatError> {
         let [muscles, joints] = self.dimensions;
         let hold = vec![DriveCommand::Velocity(0.0); muscles];
         let mut feedback = Feedback::new(muscles, joints);
@@ -139,7 +143,8 @@ impl<'a, L: Link> EthercatBus<'a, L> {
             return Err(device);
         }
         let (device, state, code) = self.disabled_drive().unwrap_or((0, DriveState::NotReadyToSwitchOn, 0));
-        Err(EthercatError::NotEnabled { device: machine.devices[device].name.clone(), state, code })
+        let device = self.devices.get(device).map_or("a drive", EthercatDevice::name).to_owned();
+        Err(EthercatError::NotEnabled { device, state, code })
     }
 
     /// The first drive that is not enabled: its device, state and error code.
@@ -321,18 +326,18 @@ fn configure<L: Link>(
     main: &MainDevice<'_>,
     pump: &mut Pump<'_, L>,
     group: PreOpGroup,
-    positions: &[usize],
+    (devices, positions): (&[EthercatDevice], &[usize]),
     (machine, period): (&Machine, u64),
 ) -> Result<Configured, EthercatError> {
-    let places = (&machine.devices[..], positions);
-    let mappings = pump.complete(bring_up::configure(main, &group, places, period, WATCHDOG))?;
-    let slots = slots(machine, positions, &mappings)?;
+    let mappings =
+        pump.complete(bring_up::configure(main, &group, (devices, positions), period, WATCHDOG))?;
+    let slots = slots(machine, (devices, positions), &mappings)?;
     let mut names = vec![String::new(); positions.len()];
-    positions.iter().zip(&machine.devices).for_each(|(at, device)| names[*at].clone_from(&device.name));
+    positions.iter().zip(devices).for_each(|(at, device)| device.name().clone_into(&mut names[*at]));
     let group = pump.complete(bring_up::map_addresses(main, group))?;
-    let synchronized = slots.iter().filter_map(|slot| {
-        let SlotRole::Drive(drive) = &slot.role else { return None };
-        drive.device.sync0.then(|| (slot.position, names[slot.position].as_str()))
+    let synchronized = slots.iter().zip(devices).filter_map(|(slot, device)| {
+        let is_drive = matches!(slot.role, SlotRole::Drive(_));
+        (is_drive && device.sync0).then(|| (slot.position, names[slot.position].as_str()))
     });
     let synchronized: Vec<_> = synchronized.collect();
     let clocks = pump.complete(clocks::start(main, &group, &synchronized, period))?;
@@ -342,7 +347,7 @@ fn configure<L: Link>(
 }
 
 fn concerns_drive(fault: &BusFault) -> bool {
-    matches!(fault, BusFault::Drive { .. } | BusFault::NotOperational { muscle: Some(_), .. })
+    matches!(fault, BusFault::Drive { .. } | BusFault::NotReady { muscle: Some(_), .. })
 }
 
 impl<L: Link> Plant for EthercatBus<'_, L> {
@@ -356,7 +361,7 @@ impl<L: Link> Plant for EthercatBus<'_, L> {
             Some(Err(Error::WorkingCounter { expected, received })) => {
                 // Some device did not take part, and the counter does not say which.
                 feedback.clear();
-                Some(BusFault::WorkingCounter { expected, got: received })
+                Some(BusFault::Missing { expected, got: received })
             }
             _ => {
                 feedback.clear();
@@ -379,7 +384,7 @@ impl<L: Link> Plant for EthercatBus<'_, L> {
         self.states.extend_from_slice(&answer.subdevice_states);
         self.data.expect(&self.states);
         let (expected, got) = (self.data.written(), answer.working_counter);
-        self.written = (got != expected).then_some(BusFault::WorkingCounter { expected, got });
+        self.written = (got != expected).then_some(BusFault::Missing { expected, got });
         if self.written.is_none() {
             self.commanded = Some(self.begin + sent);
         }

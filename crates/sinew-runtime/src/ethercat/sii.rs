@@ -55,10 +55,10 @@ fn push_entries(mapping: &mut Mapping, mut data: &[u8]) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::device::ObjectAddress;
     use super::*;
     use core::pin::pin;
     use core::task::{Context, Poll, Waker};
-    use sinew::machine::ObjectAddress;
 
     fn of(words: &[u16]) -> [Mapping; 2] {
         let future = mappings(async |word: u16, buffer: &mut [u8]| {

@@ -1,7 +1,8 @@
 //! The simulated machine behind simulated devices: their set-points move it, its sensors fill their inputs.
 
+use super::device::{ChannelObjects, EthercatDevice, ObjectAddress};
 use sinew::drive::{DriveCommand, DriveParameters};
-use sinew::machine::{Device, DeviceRole, DriveDevice, Machine, ObjectAddress, SensorChannel, Signal};
+use sinew::machine::{DeviceRole, DriveDevice, Machine, SensorChannel, Signal};
 use sinew::twin::arm::ArmTwin;
 use sinew_segment::{
     AxisCommand, DescriptionError, DescriptionFile, DeviceDescription, DeviceSettings, Segment, builtin,
@@ -11,7 +12,7 @@ use sinew_segment::{
 #[derive(Debug, Clone)]
 pub struct SimulatedMachine {
     arm: ArmTwin,
-    devices: Vec<Device>,
+    devices: Vec<EthercatDevice>,
     /// Of the design, from which the drives were configured: `[muscles]`.
     drives: Vec<DriveParameters>,
     commands: Vec<DriveCommand>,
@@ -29,11 +30,11 @@ const DRUM_END: u16 = 0x8611;
 const POSITION_GAIN: f64 = 20.0;
 
 impl SimulatedMachine {
-    /// A machine as built; `machine` is its design, whose devices stand on the wire in their order.
+    /// A machine as built; `machine` is its design, whose `devices` stand on the wire in their order.
     #[must_use]
-    pub fn new(arm: ArmTwin, machine: &Machine) -> Self {
+    pub fn new(arm: ArmTwin, machine: &Machine, devices: Vec<EthercatDevice>) -> Self {
         Self {
-            devices: machine.devices.clone(),
+            devices,
             drives: machine.muscles.iter().map(|muscle| muscle.drive).collect(),
             commands: vec![DriveCommand::Brake; machine.muscles.len()],
             started: false,
@@ -78,7 +79,7 @@ impl SimulatedMachine {
     /// The machine follows the set-points of its drives for a period, ns, and shows its measurements.
     pub fn advance(&mut self, segment: &mut Segment, period: u64) {
         for (place, device) in self.devices.iter().enumerate() {
-            let DeviceRole::Drive(drive) = &device.role else { continue };
+            let DeviceRole::Drive(drive) = &device.device.role else { continue };
             let Some(axis) = segment.device(place).and_then(|device| device.drive()) else { continue };
             self.started |= axis.brake_released();
             self.commands[drive.muscle] =
@@ -125,7 +126,7 @@ impl SimulatedMachine {
         let truth = self.arm.truth();
         for (place, device) in self.devices.iter().enumerate() {
             let Some(simulated) = segment.device_mut(place) else { continue };
-            match &device.role {
+            match &device.device.role {
                 DeviceRole::Drive(drive) => {
                     let Some(axis) = simulated.drive_mut() else { continue };
                     let parameters = &self.drives[drive.muscle];
@@ -149,9 +150,9 @@ impl SimulatedMachine {
                         per_mille.round() as i16,
                     );
                 }
-                DeviceRole::Sensors(channels) => {
-                    for channel in channels {
-                        show_channel(channel, self.reading(channel), simulated);
+                DeviceRole::Sensors(_) => {
+                    for (channel, objects) in device.channels() {
+                        show_channel((channel, objects), self.reading(channel), simulated);
                     }
                 }
             }
@@ -169,15 +170,19 @@ impl SimulatedMachine {
 }
 
 /// A reading as a count with a clear status, or a status that marks it as invalid.
-fn show_channel(channel: &SensorChannel, reading: f64, device: &mut sinew_segment::Device) {
+fn show_channel(
+    (channel, objects): (&SensorChannel, &ChannelObjects),
+    reading: f64,
+    device: &mut sinew_segment::Device,
+) {
     let mut set =
         |object: ObjectAddress, octets: &[u8]| device.set_object(object.index, object.subindex, octets);
-    if let Some((object, mask)) = channel.status {
+    if let Some((object, mask)) = objects.status {
         set(object, &(if reading.is_finite() { 0 } else { mask }).to_le_bytes());
     }
     if reading.is_finite() {
         let count = ((reading - channel.offset) / channel.scale).round();
-        set(channel.value, &(count as i32).to_le_bytes());
+        set(objects.value, &(count as i32).to_le_bytes());
     }
 }
 
@@ -191,7 +196,7 @@ fn error_code(fault: sinew::drive::DriveFault) -> u16 {
 /// The description of a device, of the latest revision that is accepted, where a file has one.
 fn described(
     files: &[DescriptionFile],
-    device: &Device,
+    device: &EthercatDevice,
 ) -> Result<Option<DeviceDescription>, DescriptionError> {
     let all = files.iter().flat_map(|file| file.identities().iter().map(move |of| (of, file)));
     let accepted = all.filter(|(of, _)| device.identity.accepts([of.vendor, of.product, of.revision]));
@@ -200,13 +205,13 @@ fn described(
 }
 
 /// A simulated device in the place of one that is not described: the built-in drive, or a terminal with its channels, under its identity.
-fn stand_in(device: &Device) -> DeviceDescription {
-    let mut description = match &device.role {
+fn stand_in(device: &EthercatDevice) -> DeviceDescription {
+    let mut description = match &device.device.role {
         DeviceRole::Drive(_) => builtin::drive(),
         DeviceRole::Sensors(channels) => match channels.as_slice() {
             [] => builtin::coupler(),
             [one] if matches!(one.signal, Signal::Tension(_)) => builtin::load_cell(),
-            all => builtin::encoder(terminal_channels(all)),
+            _ => builtin::encoder(terminal_channels(&device.objects)),
         },
     };
     let identity = device.identity;
@@ -222,7 +227,7 @@ fn clock_drift(place: usize) -> i32 {
 }
 
 /// Channels that a terminal needs so that it has every value that is read: their records begin at 0x6000, 16 apart.
-fn terminal_channels(channels: &[SensorChannel]) -> usize {
-    let place = |channel: &SensorChannel| usize::from(channel.value.index.saturating_sub(0x6000) / 0x10) + 1;
+fn terminal_channels(channels: &[ChannelObjects]) -> usize {
+    let place = |channel: &ChannelObjects| usize::from(channel.value.index.saturating_sub(0x6000) / 0x10) + 1;
     channels.iter().map(place).max().unwrap_or(0)
 }

@@ -1,6 +1,7 @@
 //! The devices of the machine in the process data: what each of them reads and writes in a cycle.
 
 use super::bring_up::Mappings;
+use super::device::{ChannelObjects, EthercatDevice};
 use super::drive::DriveSlot;
 use super::error::EthercatError;
 use super::image::Field;
@@ -33,26 +34,27 @@ pub(super) struct SensorSlot {
 /// [`EthercatError::NotMapped`] for the first object that is missing.
 pub(super) fn slots(
     machine: &Machine,
-    positions: &[usize],
+    (devices, positions): (&[EthercatDevice], &[usize]),
     mappings: &[Mappings],
 ) -> Result<Vec<Slot>, EthercatError> {
     let mut slots = Vec::new();
-    for ((device, position), [outputs, inputs]) in machine.devices.iter().zip(positions).zip(mappings) {
-        let role = match &device.role {
+    for ((device, position), [outputs, inputs]) in devices.iter().zip(positions).zip(mappings) {
+        let name = device.name();
+        let role = match &device.device.role {
             DeviceRole::Drive(drive) => {
                 let parameters = machine.muscles[drive.muscle].drive;
                 let mapped = [outputs, inputs];
-                SlotRole::Drive(Box::new(DriveSlot::new(&device.name, *drive, parameters, mapped)?))
+                SlotRole::Drive(Box::new(DriveSlot::new(name, *drive, parameters, mapped)?))
             }
-            DeviceRole::Sensors(channels) => {
-                let sensor = |channel: &SensorChannel| {
-                    let value = inputs.require(&device.name, channel.value, &[1, 2, 4])?;
-                    let status = channel.status.map(|(object, mask)| {
-                        inputs.require(&device.name, object, &[1, 2]).map(|field| (field, mask))
+            DeviceRole::Sensors(_) => {
+                let sensor = |(channel, objects): (&SensorChannel, &ChannelObjects)| {
+                    let value = inputs.require(name, objects.value, &[1, 2, 4])?;
+                    let status = objects.status.map(|(object, mask)| {
+                        inputs.require(name, object, &[1, 2]).map(|field| (field, mask))
                     });
                     Ok(SensorSlot { channel: *channel, value, status: status.transpose()? })
                 };
-                SlotRole::Sensors(channels.iter().map(sensor).collect::<Result<_, EthercatError>>()?)
+                SlotRole::Sensors(device.channels().map(sensor).collect::<Result<_, EthercatError>>()?)
             }
         };
         slots.push(Slot { position: *position, role });
@@ -69,7 +71,7 @@ impl Slot {
         (state, inputs): (SubDeviceState, Option<&[u8]>),
         feedback: &mut Feedback,
     ) -> Option<BusFault> {
-        let lost = |muscle| Some(BusFault::NotOperational { device, state: number(state), muscle });
+        let lost = |muscle| Some(BusFault::NotReady { device, code: number(state), muscle });
         match (&mut self.role, inputs) {
             (SlotRole::Drive(drive), Some(inputs)) => {
                 let muscle = drive.device.muscle;
@@ -98,7 +100,7 @@ impl Slot {
 }
 
 /// A state as in the register AL status.
-fn number(state: SubDeviceState) -> u8 {
+fn number(state: SubDeviceState) -> u16 {
     match state {
         SubDeviceState::None => 0,
         SubDeviceState::Init => 1,
@@ -106,7 +108,7 @@ fn number(state: SubDeviceState) -> u8 {
         SubDeviceState::Bootstrap => 3,
         SubDeviceState::SafeOp => 4,
         SubDeviceState::Op => 8,
-        SubDeviceState::Other(number) => number,
+        SubDeviceState::Other(number) => number.into(),
     }
 }
 

@@ -126,7 +126,7 @@ fn lost_frames_are_bridged_for_four_cycles_and_stop_the_machine_when_they_last()
 fn a_drive_that_leaves_op_stops_the_machine_under_its_name_and_comes_back() {
     let outcome = run(DRIVE, DeviceFault::DropToSafeOp(AlStatusCode::Watchdog), None);
     assert_eq!(outcome.stopped, Some(Fault::Drive(1)), "{outcome:?}");
-    let cycles = outcome.statistics.not_operational;
+    let cycles = outcome.statistics.not_ready;
     assert!(cycles > 0 && cycles < 200, "acknowledged and back in OP: {outcome:?}");
 }
 
@@ -141,7 +141,7 @@ fn a_fault_of_a_drive_stops_the_machine_with_its_code() {
 #[test]
 fn a_load_cell_that_leaves_op_is_bridged_by_the_observers_until_it_is_back() {
     let outcome = run(LOAD_CELL, DeviceFault::DropToSafeOp(AlStatusCode::Watchdog), None);
-    assert!(outcome.stopped.is_none() && outcome.statistics.not_operational > 0, "{outcome:?}");
+    assert!(outcome.stopped.is_none() && outcome.statistics.not_ready > 0, "{outcome:?}");
     assert!(outcome.error < 0.05, "{outcome:?}");
 }
 
@@ -172,7 +172,7 @@ fn emergencies_while_objects_are_read_and_written_do_not_keep_the_bus_from_opera
             });
         }
         let storage = FrameStorage::new();
-        let matched = Master::new(&storage, link).unwrap().match_devices(&setup.machine.devices).unwrap();
+        let matched = Master::new(&storage, link).unwrap().match_devices(&setup.devices).unwrap();
         matched.operate(&setup.machine, PERIOD).unwrap();
     }
 }
@@ -182,8 +182,8 @@ fn a_wrong_working_counter_late_and_damaged_frames_are_counted_and_bridged() {
     for kind in [DeviceFault::WorkingCounter(-1), DeviceFault::Late(700_000), DeviceFault::Corrupted] {
         let name = format!("{kind:?}");
         let outcome = run(0, kind, Some(2 * PERIOD));
-        let BusStatistics { lost, working_counter, .. } = outcome.statistics;
-        assert!((2..=4).contains(&(lost + working_counter)), "{name}: {outcome:?}");
+        let BusStatistics { lost, missing, .. } = outcome.statistics;
+        assert!((2..=4).contains(&(lost + missing)), "{name}: {outcome:?}");
         assert!(outcome.stopped.is_none() && outcome.error < 0.05, "{name}: {outcome:?}");
     }
 }
@@ -311,16 +311,16 @@ fn an_interface_without_devices_is_named() {
 #[test]
 fn missing_wrong_and_surplus_devices_are_named_before_anything_moves() {
     let setup = Setup::new(machine("planar_leg"), 3, &[]);
-    let mut devices = setup.machine.devices.clone();
+    let mut devices = setup.devices.clone();
     devices.swap(0, 1);
     let storage = FrameStorage::new();
     let refused = Master::new(&storage, setup.link()).unwrap().match_devices(&devices).err().unwrap();
     assert!(matches!(refused.error, EthercatError::Mismatch(_)), "{refused:?}");
-    let mut devices = setup.machine.devices.clone();
+    let mut devices = setup.devices.clone();
     devices.pop();
     let mut refused = refused.master.match_devices(&devices).err().unwrap();
     assert!(refused.error.to_string().contains("expected no device"), "{refused:?}");
     let before = refused.master.link_mut().machine().arm().truth().time;
     assert!(before == 0.0, "nothing moved");
-    assert!(refused.master.match_devices(&setup.machine.devices).is_ok(), "the master tries again");
+    assert!(refused.master.match_devices(&setup.devices).is_ok(), "the master tries again");
 }

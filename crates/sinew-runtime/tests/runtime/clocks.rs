@@ -1,12 +1,10 @@
 //! Distributed clocks: the drives take their set-points over at SYNC0, and the cycle keeps pace with the devices.
 
 use crate::common::{Setup, machine};
-use sinew::machine::{DeviceRole, Machine};
 use sinew_runtime::ethercat::FrameStorage;
 use sinew_session::{ClockReport, Plant};
 
-fn report(machine: Machine) -> ClockReport {
-    let setup = Setup::new(machine, 3, &[]);
+fn report(setup: &Setup) -> ClockReport {
     let storage = FrameStorage::new();
     let cycle = setup.run(setup.segment_bus(&storage), |_| {});
     assert_eq!(cycle.statistics().first, None);
@@ -16,10 +14,9 @@ fn report(machine: Machine) -> ClockReport {
 #[test]
 fn drives_are_synchronised_and_the_cycle_follows_the_clock_of_the_bus() {
     for name in ["planar_leg", "lm_arm"] {
-        let machine = machine(name);
-        let drives = machine.muscles.len();
-        let report = report(machine);
-        assert_eq!(report.synchronized, drives, "{name}");
+        let setup = Setup::new(machine(name), 3, &[]);
+        let report = report(&setup);
+        assert_eq!(report.synchronized, setup.machine.muscles.len(), "{name}");
         // The clock of the first simulated device is 11 ppm fast, and shows whole nanoseconds.
         assert!((report.drift_ppm - 11.0).abs() < 1.0, "{name}: {report:?}");
         assert!(report.phase_rms_us < 0.3 && report.phase_max_us < 1.0, "{name}: {report:?}");
@@ -29,9 +26,7 @@ fn drives_are_synchronised_and_the_cycle_follows_the_clock_of_the_bus() {
 
 #[test]
 fn a_drive_takes_set_points_as_they_arrive_where_the_machine_file_says_so() {
-    let mut machine = machine("planar_leg");
-    if let DeviceRole::Drive(drive) = &mut machine.devices[0].role {
-        drive.sync0 = false;
-    }
-    assert_eq!(report(machine).synchronized, 3);
+    let mut setup = Setup::new(machine("planar_leg"), 3, &[]);
+    setup.devices[0].sync0 = false;
+    assert_eq!(report(&setup).synchronized, 3);
 }

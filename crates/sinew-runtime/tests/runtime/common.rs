@@ -8,7 +8,9 @@ use sinew::predictor::CableModel;
 use sinew::trajectory::{MinimumJerk, Schedule, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, InjectedFault};
 use sinew_runtime::cycle::{Cycle, CycleRecord, Timing, VirtualClock, run};
-use sinew_runtime::ethercat::{EthercatBus, FrameStorage, Master, SegmentLink, SimulatedMachine};
+use sinew_runtime::ethercat::{
+    EthercatBus, EthercatDevice, FrameStorage, Master, SegmentLink, SimulatedMachine,
+};
 use sinew_session::{Plant, TwinPlant};
 use std::sync::atomic::AtomicBool;
 
@@ -18,6 +20,7 @@ pub(crate) const STEP: f64 = 1e-3;
 /// A machine with a motion of all of its joints, and its plant.
 pub(crate) struct Setup {
     pub(crate) machine: Machine,
+    pub(crate) devices: Vec<EthercatDevice>,
     pub(crate) trajectory: Trajectory,
     pub(crate) controller: ArmController,
     pub(crate) plant: ArmTwin,
@@ -71,7 +74,8 @@ impl Setup {
         let tensions = resting_tensions(&specimen.robot, &machine.start, &limits).unwrap();
         let plant =
             ArmTwin::new(&specimen, &machine.start, &tensions, seed).unwrap().with_faults(faults).unwrap();
-        Self { machine, trajectory, controller, plant }
+        let devices = EthercatDevice::simulated(&machine);
+        Self { machine, devices, trajectory, controller, plant }
     }
 
     pub(crate) fn supervisor(&self) -> Supervisor {
@@ -88,14 +92,13 @@ impl Setup {
     }
 
     pub(crate) fn link(&self) -> SegmentLink {
-        let simulated = SimulatedMachine::new(self.plant.clone(), &self.machine);
+        let simulated = SimulatedMachine::new(self.plant.clone(), &self.machine, self.devices.clone());
         let segment = simulated.segment(&[]).unwrap();
         SegmentLink::new(segment, simulated)
     }
 
     pub(crate) fn segment_bus<'a>(&self, storage: &'a FrameStorage) -> EthercatBus<'a, SegmentLink> {
-        let matched =
-            Master::new(storage, self.link()).unwrap().match_devices(&self.machine.devices).unwrap();
+        let matched = Master::new(storage, self.link()).unwrap().match_devices(&self.devices).unwrap();
         matched.operate(&self.machine, PERIOD).unwrap()
     }
 

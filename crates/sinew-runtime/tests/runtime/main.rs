@@ -6,6 +6,7 @@ mod bus_faults;
 mod bus_stops;
 mod clocks;
 mod common;
+mod device_tables;
 mod link;
 mod link_stops;
 mod segment;

@@ -2,8 +2,8 @@
 
 use crate::common::{Errors, PERIOD, Setup, machine, with_mode};
 use sinew::control::arm::ArmStatus;
-use sinew::machine::{Device, DriveMode, Signal};
-use sinew_runtime::ethercat::{FrameStorage, Master, SegmentLink, SimulatedMachine};
+use sinew::machine::{DriveMode, Signal};
+use sinew_runtime::ethercat::{EthercatDevice, FrameStorage, Master, SegmentLink, SimulatedMachine};
 use sinew_segment::builtin;
 use sinew_session::Plant;
 
@@ -52,18 +52,20 @@ fn a_machine_tracks_through_all_layers_as_on_the_bus_without_wires() {
 #[test]
 fn process_data_of_several_frames_is_exchanged_whole() {
     let setup = Setup::new(machine("chain10"), 3, &[]);
-    let simulated = SimulatedMachine::new(setup.plant.clone(), &setup.machine);
+    let simulated = SimulatedMachine::new(setup.plant.clone(), &setup.machine, setup.devices.clone());
     // Terminals of 12 channels instead of one: 2.1 kB of inputs.
     let mut wide = builtin::encoder(12);
-    let of_cells =
-        |device: &&Device| matches!(device.channels(), [one] if matches!(one.signal, Signal::Tension(_)));
-    let cell = setup.machine.devices.iter().find(of_cells).unwrap().identity;
+    let of_cells = |device: &&EthercatDevice| {
+        let channels = device.device.channels();
+        matches!(channels, [one] if matches!(one.signal, Signal::Tension(_)))
+    };
+    let cell = setup.devices.iter().find(of_cells).unwrap().identity;
     wide.identity.product = cell.product;
     wide.identity.revision = cell.revision;
     let segment = simulated.segment(&[wide.into()]).unwrap();
     let storage = FrameStorage::new();
     let master = Master::new(&storage, SegmentLink::new(segment, simulated)).unwrap();
-    let bus = master.match_devices(&setup.machine.devices).unwrap().operate(&setup.machine, PERIOD).unwrap();
+    let bus = master.match_devices(&setup.devices).unwrap().operate(&setup.machine, PERIOD).unwrap();
     let (direct, _) = tracked(&setup, setup.twin_bus());
     let (wired, _) = tracked(&setup, bus);
     assert!(wired.mean < 1.1 * direct.mean, "{direct:?} {wired:?}");

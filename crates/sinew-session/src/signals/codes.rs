@@ -49,18 +49,16 @@ pub fn status_of(status: f64, fault: f64) -> ArmStatus {
 const SECOND: f64 = 65_536.0;
 const THIRD: f64 = SECOND * SECOND;
 
-/// Kind and detail of a bus fault: 0 none, 1 lost, 2 working counter, 3 not operational, 4 drive; of a simulation
+/// Kind and detail of a bus fault: 0 none, 1 lost, 2 missing, 3 not ready, 4 drive; of a simulation
 /// 5 late, 6 stale.
 pub(crate) fn bus_code(fault: Option<BusFault>) -> [f64; 2] {
     match fault {
         None => [0.0, 0.0],
         Some(BusFault::Lost) => [1.0, 0.0],
-        Some(BusFault::WorkingCounter { expected, got }) => {
-            [2.0, f64::from(expected) + SECOND * f64::from(got)]
-        }
-        Some(BusFault::NotOperational { device, state, muscle }) => {
+        Some(BusFault::Missing { expected, got }) => [2.0, f64::from(expected) + SECOND * f64::from(got)],
+        Some(BusFault::NotReady { device, code, muscle }) => {
             let muscle = muscle.map_or(0.0, |muscle| muscle as f64 + 1.0);
-            [3.0, device as f64 + SECOND * f64::from(state) + THIRD * muscle]
+            [3.0, device as f64 + SECOND * f64::from(code) + THIRD * muscle]
         }
         Some(BusFault::Drive { muscle, code }) => [4.0, muscle as f64 + SECOND * f64::from(code)],
         Some(BusFault::Late { by_ns }) => [5.0, f64::from(by_ns)],
@@ -75,10 +73,10 @@ pub fn bus_fault_of(kind: f64, detail: f64) -> Option<BusFault> {
     let (second, third) = (rest % SECOND, (rest / SECOND).floor());
     Some(match kind as u32 {
         1 => BusFault::Lost,
-        2 => BusFault::WorkingCounter { expected: first as u16, got: second as u16 },
-        3 => BusFault::NotOperational {
+        2 => BusFault::Missing { expected: first as u16, got: second as u16 },
+        3 => BusFault::NotReady {
             device: first as usize,
-            state: second as u8,
+            code: second as u16,
             muscle: (third >= 1.0).then(|| third as usize - 1),
         },
         4 => BusFault::Drive { muscle: first as usize, code: second as u16 },
@@ -155,9 +153,9 @@ mod tests {
         for fault in [
             None,
             Some(BusFault::Lost),
-            Some(BusFault::WorkingCounter { expected: 90, got: u16::MAX }),
-            Some(BusFault::NotOperational { device: 31, state: 0x14, muscle: None }),
-            Some(BusFault::NotOperational { device: 0, state: 4, muscle: Some(0) }),
+            Some(BusFault::Missing { expected: 90, got: u16::MAX }),
+            Some(BusFault::NotReady { device: 31, code: 0x14, muscle: None }),
+            Some(BusFault::NotReady { device: 0, code: 0xf00d, muscle: Some(0) }),
             Some(BusFault::Drive { muscle: 14, code: 0x7305 }),
             Some(BusFault::Late { by_ns: 500_000 }),
             Some(BusFault::Stale { age_us: u32::MAX }),

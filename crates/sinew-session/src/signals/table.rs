@@ -144,7 +144,7 @@ signals! {
     #[doc = "its fault, as `fault`"]
     ModeFault("mode_fault", "1", Cycle, State, ONE, every, "fault of the mode") =
         |cycle, out| put(out, cycle.command.fault.map_or(0.0, fault_code));
-    #[doc = "0 none, 1 lost, 2 working counter, 3 device not operational, 4 drive, by injection 5 late (ns), 6 without a new command (its age, us)"]
+    #[doc = "0 none, 1 lost, 2 devices missing, 3 device not ready, 4 drive, by injection 5 late (ns), 6 without a new command (its age, us)"]
     BusFault("bus_fault", "1", Cycle, State, ONE, every, "fault of the bus") =
         |cycle, out| put(out, bus_code(cycle.exchange.fault)[0]);
     #[doc = "numbers of the bus fault"]

@@ -63,7 +63,7 @@ impl<'a> Document<'a> {
 
 /// A table of a document.
 #[derive(Debug, Clone)]
-pub(in crate::description) struct Table<'d> {
+pub struct Table<'d> {
     document: &'d Document<'d>,
     entries: &'d DeTable<'d>,
     at: usize,
@@ -74,7 +74,10 @@ pub(in crate::description) struct Table<'d> {
 
 impl<'d> Table<'d> {
     /// Refuses keys that are none of the known ones.
-    pub(in crate::description) fn check_keys(&self, known: &[&str]) -> Result<(), DescriptionError> {
+    ///
+    /// # Errors
+    /// The first such key, with the one that was probably meant.
+    pub fn check_keys(&self, known: &[&str]) -> Result<(), DescriptionError> {
         let unknown = |key: &&Spanned<_>| {
             let key: &alloc::borrow::Cow<'_, str> = Spanned::get_ref(key);
             !known.contains(&key.as_ref())
@@ -88,12 +91,18 @@ impl<'d> Table<'d> {
         Err(self.document.error(key.span().start, &self.place, &problem))
     }
 
-    pub(in crate::description) fn entry(&self, key: &str) -> Option<Entry<'d>> {
+    /// The value of a key.
+    #[must_use]
+    pub fn entry(&self, key: &str) -> Option<Entry<'d>> {
         let (key, value) = self.entries.iter().find(|(known, _)| known.get_ref() == key)?;
         Some(Entry { document: self.document, place: self.place.clone(), key: key.get_ref(), value })
     }
 
-    pub(in crate::description) fn required(&self, key: &str) -> Result<Entry<'d>, DescriptionError> {
+    /// The value of a key that has to be there.
+    ///
+    /// # Errors
+    /// It is missing.
+    pub fn required(&self, key: &str) -> Result<Entry<'d>, DescriptionError> {
         self.entry(key).ok_or_else(|| self.error(&format!("{key} is missing")))
     }
 
@@ -109,7 +118,10 @@ impl<'d> Table<'d> {
     }
 
     /// The table at a key, with the same name as the key in errors.
-    pub(in crate::description) fn table(&self, key: &str) -> Result<Option<Table<'d>>, DescriptionError> {
+    ///
+    /// # Errors
+    /// Something else stands there.
+    pub fn table(&self, key: &str) -> Result<Option<Table<'d>>, DescriptionError> {
         let Some(entry) = self.entry(key) else { return Ok(None) };
         let place = if self.outermost { format!("[{key}]") } else { format!("{}: {key}", self.place) };
         entry.table(place).map(Some)
@@ -123,7 +135,17 @@ impl<'d> Table<'d> {
         name: &str,
         known: &[&str],
     ) -> Result<Vec<(Table<'d>, Named)>, DescriptionError> {
-        let tables = self.tables_about(key, name, known)?;
+        self.tables_with(key, name, Some(known))
+    }
+
+    /// As [`Table::tables`]; without known keys, with any.
+    pub(in crate::description) fn tables_with(
+        &self,
+        key: &str,
+        name: &str,
+        known: Option<&[&str]>,
+    ) -> Result<Vec<(Table<'d>, Named)>, DescriptionError> {
+        let tables = self.read_tables(key, name, known)?;
         let mut lines: BTreeMap<&str, usize> = BTreeMap::new();
         for (table, Named { text, line }) in &tables {
             if let Some(other) = lines.insert(text, *line) {
@@ -141,6 +163,15 @@ impl<'d> Table<'d> {
         about: &str,
         known: &[&str],
     ) -> Result<Vec<(Table<'d>, Named)>, DescriptionError> {
+        self.read_tables(key, about, Some(known))
+    }
+
+    fn read_tables(
+        &self,
+        key: &str,
+        about: &str,
+        known: Option<&[&str]>,
+    ) -> Result<Vec<(Table<'d>, Named)>, DescriptionError> {
         let Some(entry) = self.entry(key) else { return Ok(Vec::new()) };
         let read = |mut table: Table<'d>| {
             let named = table.entry(about);
@@ -148,7 +179,7 @@ impl<'d> Table<'d> {
             if let Some(text) = text {
                 table.place = format!("[[{key}]] `{}`", shortened(text));
             }
-            table.check_keys(known)?;
+            known.map_or(Ok(()), |known| table.check_keys(known))?;
             let named = table.required(about)?;
             let text = named.text("a name")?.to_string();
             Ok((table, Named { text, line: named.line() }))
@@ -210,7 +241,7 @@ impl Document<'_> {
 
 /// A key of a table with its value.
 #[derive(Debug, Clone)]
-pub(in crate::description) struct Entry<'d> {
+pub struct Entry<'d> {
     document: &'d Document<'d>,
     place: String,
     pub(in crate::description) key: &'d str,
@@ -218,12 +249,15 @@ pub(in crate::description) struct Entry<'d> {
 }
 
 impl<'d> Entry<'d> {
-    pub(in crate::description) fn line(&self) -> usize {
+    /// Of its value, from 1.
+    #[must_use]
+    pub fn line(&self) -> usize {
         self.document.line(self.value.span().start)
     }
 
     /// The error that the value is not what was expected.
-    pub(in crate::description) fn refuse(&self, expected: &str) -> DescriptionError {
+    #[must_use]
+    pub fn refuse(&self, expected: &str) -> DescriptionError {
         self.refuse_part(self.value, expected)
     }
 
@@ -266,7 +300,11 @@ impl<'d> Entry<'d> {
         self.value.get_ref().as_bool().ok_or_else(|| self.refuse("true or false"))
     }
 
-    pub(in crate::description) fn number(&self, domain: Domain) -> Result<f64, DescriptionError> {
+    /// A number.
+    ///
+    /// # Errors
+    /// Something else, or a number outside of its domain.
+    pub fn number(&self, domain: Domain) -> Result<f64, DescriptionError> {
         self.checked(self.value, domain)
     }
 
@@ -280,10 +318,10 @@ impl<'d> Entry<'d> {
     }
 
     /// Several numbers, each of the same domain.
-    pub(in crate::description) fn numbers<const N: usize>(
-        &self,
-        domain: Domain,
-    ) -> Result<[f64; N], DescriptionError> {
+    ///
+    /// # Errors
+    /// As [`number`](Self::number), or another count of numbers.
+    pub fn numbers<const N: usize>(&self, domain: Domain) -> Result<[f64; N], DescriptionError> {
         let all = || format!("{N} numbers, each {}", domain.expected);
         let array = self.value.get_ref().as_array().filter(|array| array.len() == N);
         let Some(array) = array else { return Err(self.refuse(&all())) };
@@ -322,7 +360,10 @@ impl<'d> Entry<'d> {
     }
 
     /// One of the known names: its index.
-    pub(in crate::description) fn name(&self, kind: &str, known: &[&str]) -> Result<usize, DescriptionError> {
+    ///
+    /// # Errors
+    /// Another name, with the one that was probably meant.
+    pub fn name(&self, kind: &str, known: &[&str]) -> Result<usize, DescriptionError> {
         let text = self.text(&format!("the name of a {kind}"))?;
         known.iter().position(|name| *name == text).ok_or_else(|| self.unknown_name(kind, known))
     }

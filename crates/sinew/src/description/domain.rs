@@ -8,13 +8,19 @@ pub(in crate::description) const AT_MOST_LARGEST: &str = "a number of magnitude 
 
 /// Finite numbers that fulfil a condition.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::description) struct Domain {
+pub struct Domain {
     /// In words.
     pub(in crate::description) expected: &'static str,
     holds: fn(f64) -> bool,
 }
 
 impl Domain {
+    /// Numbers as expected in words, for which a condition holds.
+    #[must_use]
+    pub const fn new(expected: &'static str, holds: fn(f64) -> bool) -> Self {
+        Self { expected, holds }
+    }
+
     pub(in crate::description) fn contains(self, number: f64) -> bool {
         number.is_finite() && (self.holds)(number)
     }
@@ -43,13 +49,3 @@ pub(in crate::description) const DELAY: Domain =
     Domain { expected: "a number in [0, 10]", holds: |x| (0.0..=10.0).contains(&x) };
 pub(in crate::description) const NOT_ZERO: Domain =
     Domain { expected: "a finite number other than 0", holds: |x| x != 0.0 };
-pub(in crate::description) const UNSIGNED_32: Domain =
-    Domain { expected: "a whole number in 0..=0xffffffff", holds: |x| is_whole(x, 4_294_967_295.0) };
-pub(in crate::description) const UNSIGNED_16: Domain =
-    Domain { expected: "a whole number in 0..=0xffff", holds: |x| is_whole(x, 65_535.0) };
-pub(in crate::description) const STATION_ALIAS: Domain =
-    Domain { expected: "a whole number in 1..=0xffff", holds: |x| x > 0.0 && is_whole(x, 65_535.0) };
-
-fn is_whole(x: f64, largest: f64) -> bool {
-    (0.0..=largest).contains(&x) && libm::trunc(x).to_bits() == x.abs().to_bits()
-}

@@ -50,7 +50,7 @@ pub struct Machine {
     pub rules: ControlRules,
     /// Limits that its supervisor keeps, and the times of its reactions.
     pub safety: SafetyLimits,
-    /// Devices on its fieldbus, in the order on the wire.
+    /// Drives and sensors as devices, in the order of its file.
     pub devices: Vec<Device>,
 }
 

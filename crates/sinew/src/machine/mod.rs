@@ -29,10 +29,7 @@ pub use change::DesignChange;
 pub use characteristics::{Characteristics, JointCharacteristics, MuscleCharacteristics};
 pub use clearance::Clearance;
 pub use design::Machine;
-pub use device::{
-    Device, DeviceIdentity, DeviceRole, DriveDevice, DriveMode, ObjectAddress, RevisionRule, SensorChannel,
-    Signal,
-};
+pub use device::{Device, DeviceRole, DriveDevice, DriveMode, SensorChannel, Signal};
 pub use muscle::MuscleDesign;
 pub use routing::Routing;
 pub use rules::ControlRules;

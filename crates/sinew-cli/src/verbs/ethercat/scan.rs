@@ -4,12 +4,11 @@ use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{EthercatScanArguments, General};
 use crate::error::Error;
 use crate::table::table;
-use sinew::machine::Device;
-use sinew_lab::machine_file::load_machine;
-use sinew_runtime::ethercat::{FoundDevice, FrameStorage, Master, RawSocketLink, compare};
+use crate::verbs::machine_source::load_machine;
+use sinew_runtime::ethercat::{EthercatDevice, FoundDevice, FrameStorage, Master, RawSocketLink, compare};
 
 pub(super) fn run(arguments: &EthercatScanArguments, general: &General) -> Result<Answer, Error> {
-    let expected = load_machine(&arguments.machine, None)?.machine.devices;
+    let (_, expected) = load_machine(&arguments.machine, None)?;
     let storage = FrameStorage::new();
     let mut master = Master::new(&storage, RawSocketLink::open(&arguments.interface)?)?;
     let found = master.scan()?;
@@ -22,7 +21,7 @@ pub(super) fn run(arguments: &EthercatScanArguments, general: &General) -> Resul
     Ok(Answer { outcome: Outcome::of(fits), content, written: Vec::new() })
 }
 
-fn json(expected: &[Device], found: &[FoundDevice], fits: bool) -> serde_json::Value {
+fn json(expected: &[EthercatDevice], found: &[FoundDevice], fits: bool) -> serde_json::Value {
     let found: Vec<_> = found
         .iter()
         .map(|device| {
@@ -38,7 +37,7 @@ fn json(expected: &[Device], found: &[FoundDevice], fits: bool) -> serde_json::V
         .map(|device| {
             let identity = device.identity;
             serde_json::json!({
-                "name": device.name, "vendor": identity.vendor, "product": identity.product,
+                "name": device.name(), "vendor": identity.vendor, "product": identity.product,
                 "revision": identity.revision, "alias": device.alias,
             })
         })
@@ -47,7 +46,7 @@ fn json(expected: &[Device], found: &[FoundDevice], fits: bool) -> serde_json::V
 }
 
 /// Both lists side by side in the order on the wire, differences marked.
-fn text(expected: &[Device], found: &[FoundDevice]) -> String {
+fn text(expected: &[EthercatDevice], found: &[FoundDevice]) -> String {
     let mismatches = compare(expected, found);
     let rows: Vec<Vec<String>> = (0..expected.len().max(found.len()))
         .map(|k| {
@@ -57,7 +56,7 @@ fn text(expected: &[Device], found: &[FoundDevice]) -> String {
             let differs = mismatches.iter().any(|mismatch| mismatch.position == k);
             let wanted = expected.get(k).map_or([String::from("none"), String::new()], |device| {
                 let of = device.identity;
-                [device.name.clone(), identity([of.vendor, of.product, of.revision])]
+                [device.name().to_owned(), identity([of.vendor, of.product, of.revision])]
             });
             let mark = if differs { "differs" } else { "" };
             [k.to_string()].into_iter().chain(on_wire).chain(wanted).chain([mark.to_owned()]).collect()

@@ -6,10 +6,10 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::output::print;
 use crate::verbs::device_files;
+use crate::verbs::machine_source::load_machine;
 use sinew::control::arm::{resting_tensions, synthesize};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin};
 use sinew_lab::experiment::oracle_models;
-use sinew_lab::machine_file::load_machine;
 use sinew_runtime::ethercat::{SimulatedMachine, serve};
 use sinew_segment::RawSocket;
 use std::sync::atomic::Ordering;
@@ -19,15 +19,16 @@ use std::time::Duration;
 const PERIOD: u64 = 1_000_000;
 
 pub(super) fn run(arguments: &EthercatSimulateArguments, general: &General) -> Result<Answer, Error> {
-    let machine = load_machine(&arguments.machine, None)?.machine;
-    let descriptions = device_files::read(&arguments.devices.files, &machine.devices)?;
+    let (described, devices) = load_machine(&arguments.machine, None)?;
+    let machine = described.machine;
+    let descriptions = device_files::read(&arguments.devices.files, &devices)?;
     let socket = RawSocket::open(&arguments.interface)?;
     let design = ArmSpecimen::nominal(&machine)?;
     let (gains, _) = synthesize(&machine, &oracle_models(&design), std::slice::from_ref(&machine.start))?;
     let specimen = ArmSpecimen::drawn_around(&design, &machine, arguments.seed)?;
     let tensions = resting_tensions(&specimen.robot, &machine.start, &gains.tension_limits())?;
     let arm = ArmTwin::new(&specimen, &machine.start, &tensions, arguments.seed)?;
-    let mut simulated = SimulatedMachine::new(arm, &machine);
+    let mut simulated = SimulatedMachine::new(arm, &machine, devices);
     let mut segment = simulated.segment(&descriptions)?;
     if !general.json {
         print(&format!(

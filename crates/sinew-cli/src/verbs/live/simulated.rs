@@ -31,8 +31,7 @@ const VARIANTS: [CompensationVariant; 5] = [
 /// The machine of the arguments along its motion, calibrated. One that cannot make its motion is moved without forces, with the
 /// reason, unless the motion was asked for.
 pub(super) fn source(arguments: &LiveArguments) -> Result<Box<dyn Source>, Error> {
-    let (description, _) = machine_source::load(&arguments.model)?;
-    let mut machine = description.machine;
+    let mut machine = machine_source::load(&arguments.model)?.described.machine;
     read_meshes(&mut machine.robot, &arguments.model);
     match stage(arguments, machine.clone()) {
         Ok(stage) => Ok(Box::new(stage)),

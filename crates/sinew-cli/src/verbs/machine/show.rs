@@ -7,13 +7,13 @@ use crate::error::Error;
 use crate::output::{one_line, refuse_overwrite, write_all};
 use crate::table::{number, table};
 use crate::verbs::arm::model::print_warnings;
+use crate::verbs::machine_source::load_machine;
 use serde::Serialize;
 use sinew::body::JointKind;
 use sinew::control::arm::characterize;
 use sinew::description::MachineDescription;
 use sinew::description::machine::{Setting, Value, ValueSource};
 use sinew::machine::Machine;
-use sinew_lab::machine_file::load_machine;
 use sinew_report::colours::STANDALONE;
 use sinew_report::machine_picture::draw;
 
@@ -25,7 +25,7 @@ const CELLS: usize = 12;
 pub(super) fn run(arguments: &MachineShowArguments, general: &General) -> Result<Answer, Error> {
     let inputs = [&arguments.machine].into_iter().chain(&arguments.muscles);
     refuse_overwrite(inputs, arguments.picture.as_slice(), general.no_clobber)?;
-    let loaded = load_machine(&arguments.machine, arguments.muscles.as_deref())?;
+    let (loaded, _) = load_machine(&arguments.machine, arguments.muscles.as_deref())?;
     print_warnings(&loaded.warnings);
     show(&loaded, arguments, general).map_err(|error| error.at(&loaded.places))
 }

@@ -10,13 +10,13 @@ use crate::progress::Progress;
 use crate::table::{number, table};
 use crate::verbs::arm::model::print_warnings;
 use crate::verbs::arm::view::machine_scene;
+use crate::verbs::machine_source::load_machine;
 use serde::Serialize;
 use sinew::control::arm::{DampingMargins, JointFigures, joint_limits, synthesize};
 use sinew::description::MachineDescription;
 use sinew::machine::{Machine, Tolerances};
 use sinew::twin::arm::ArmSpecimen;
 use sinew_lab::experiment::oracle_models;
-use sinew_lab::machine_file::load_machine;
 use sinew_report::tuning::{Changed, Figures, Margins, Tuned, TunedJoint, TunedMuscle, page};
 use std::path::PathBuf;
 
@@ -29,7 +29,7 @@ pub(super) fn run(arguments: &MachineTuneArguments, general: &General) -> Result
     let outputs: Vec<PathBuf> = arguments.out.iter().chain(&arguments.report).cloned().collect();
     let inputs = [&arguments.machine].into_iter().chain(&arguments.muscles);
     refuse_overwrite(inputs, &outputs, general.no_clobber)?;
-    let loaded = load_machine(&arguments.machine, arguments.muscles.as_deref())?;
+    let (loaded, _) = load_machine(&arguments.machine, arguments.muscles.as_deref())?;
     print_warnings(&loaded.warnings);
     tune(&loaded, arguments, general).map_err(|error| error.at(&loaded.places))
 }

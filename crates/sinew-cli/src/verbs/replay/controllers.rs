@@ -94,7 +94,7 @@ pub(super) fn other_controller(
     let given = gains.map(read_gains).transpose()?;
     let design = match machine {
         Some(path) => {
-            let design = machine_source::load(path)?.0.machine;
+            let design = machine_source::load(path)?.described.machine;
             Machine { payload: motion.machine.payload, ..design }.loaded()?
         }
         None => motion.machine.loaded()?,

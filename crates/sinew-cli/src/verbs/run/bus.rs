@@ -1,5 +1,6 @@
 //! Exchanges of a run: JSON, and a line for people where something was wrong.
 
+use crate::arguments::BusArgument;
 use sinew::machine::Machine;
 use sinew_session::{BusFault, BusStatistics, ClockReport};
 
@@ -17,21 +18,20 @@ pub(super) fn json(statistics: &BusStatistics, clocks: Option<ClockReport>) -> s
         "clocks": clocks,
         "exchanges": statistics.exchanges,
         "lost": statistics.lost,
-        "working_counter_errors": statistics.working_counter,
-        "device_not_operational": statistics.not_operational,
+        "devices_missing": statistics.missing,
+        "device_not_ready": statistics.not_ready,
         "drive_faults": statistics.drive,
         "untimely": statistics.untimely,
     })
 }
 
-pub(super) fn text(statistics: &BusStatistics, machine: &Machine) -> String {
-    let BusStatistics { exchanges, lost, working_counter, not_operational, drive, untimely, first } =
-        statistics;
+pub(super) fn text(statistics: &BusStatistics, bus: BusArgument, machine: &Machine) -> String {
+    let BusStatistics { exchanges, lost, missing, not_ready, drive, untimely, first } = statistics;
     let Some((cycle, fault)) = first else { return String::new() };
     format!(
-        "Bus: of {exchanges} exchanges {lost} lost, {working_counter} with a wrong working counter, {not_operational} with a \
-         device out of operation, {drive} with a drive in fault, {untimely} late or without a new command by injection; the first in cycle {cycle}: {}\n",
-        described(*fault, machine)
+        "Bus: of {exchanges} exchanges {lost} lost, {missing} without all devices, {not_ready} with a \
+         device that was not ready, {drive} with a drive in fault, {untimely} late or without a new command by injection; the first in cycle {cycle}: {}\n",
+        described(*fault, bus, machine)
     )
 }
 
@@ -48,18 +48,17 @@ pub(super) fn clocks_text(clocks: Option<ClockReport>) -> String {
     )
 }
 
-/// A fault with the name of its device.
-pub(super) fn described(fault: BusFault, machine: &Machine) -> String {
-    let device = |k: usize| machine.devices.get(k).map_or("?", |device| device.name.as_str());
+/// A fault with the name of its device, its code in the words of the bus.
+fn described(fault: BusFault, bus: BusArgument, machine: &Machine) -> String {
+    let name = |k: usize| machine.devices.get(k).map_or("a device", |device| device.name.as_str());
+    let words = bus.words(fault);
     match fault {
         BusFault::Lost => "no answer".to_owned(),
-        BusFault::WorkingCounter { expected, got } => format!("working counter {got} instead of {expected}"),
-        BusFault::NotOperational { device: k, state, .. } => {
-            format!("{} is in state {state:#x} instead of OP (0x8)", device(k))
-        }
-        BusFault::Drive { muscle, code } => {
+        BusFault::Missing { .. } => words,
+        BusFault::NotReady { device, .. } => format!("{} {words}", name(device)),
+        BusFault::Drive { muscle, .. } => {
             let place = machine.devices.iter().position(|device| device.driven_muscle() == Some(muscle));
-            format!("{} reports error code {code:#06x}", place.map_or("a drive", device))
+            format!("{} {words}", place.map_or("a drive", name))
         }
         BusFault::Late { by_ns } => format!("late by {:.3} ms", f64::from(by_ns) * 1e-6),
         BusFault::Stale { age_us } => format!("no command for {:.3} ms", f64::from(age_us) * 1e-3),

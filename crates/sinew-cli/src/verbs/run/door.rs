@@ -36,7 +36,7 @@ impl<'a> Door<'a> {
         Self {
             arguments: session,
             bus: *bus,
-            interface: interface.as_deref().filter(|_| *bus == BusArgument::Ethercat),
+            interface: interface.as_deref().filter(|_| matches!(bus, BusArgument::Real(_))),
             devices: &devices.files,
             pace: if *virtual_time { Pace::Virtual } else { Pace::RealTime },
         }
@@ -70,7 +70,7 @@ impl<'a> Door<'a> {
                 return refuse("--compensation", value, "it with a simulated bus only");
             }
         }
-        if let Some(file) = self.devices.first().filter(|_| self.bus != BusArgument::Segment) {
+        if let Some(file) = self.devices.first().filter(|_| !matches!(self.bus, BusArgument::Segment)) {
             return refuse("--device", shown(file), "it with --bus segment");
         }
         if let Some(file) = record.as_ref().filter(|_| self.recording().is_none() && self.table().is_none()) {

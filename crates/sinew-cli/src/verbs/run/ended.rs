@@ -135,7 +135,7 @@ impl Ended {
             None => self.run_text(door, &setup.machine),
         };
         text += &self.counts.as_ref().map_or(String::new(), link::text);
-        text += &bus::text(&self.statistics, &setup.machine);
+        text += &bus::text(&self.statistics, door.bus, &setup.machine);
         text += &bus::clocks_text(self.clocks);
         if door.pace == Pace::RealTime {
             text += &timing::text(&self.timing);

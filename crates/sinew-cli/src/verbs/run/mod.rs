@@ -26,10 +26,9 @@ use sinew::trajectory::Schedule;
 use sinew_lab::arm::{INITIAL_REST_S, IdentifiedMachine, PreparedRun, TrackingNumbers};
 use sinew_lab::experiment::Evaluation;
 use sinew_lab::experiment::arm::STEP;
+use sinew_runtime::Bus;
 use sinew_runtime::cycle::{Cycle, MonotonicClock, RealTime, Timing, run as step_through};
-use sinew_runtime::ethercat::{
-    EthercatError, FrameStorage, Master, RawSocketLink, SegmentLink, SimulatedMachine,
-};
+use sinew_runtime::ethercat::{EthercatError, FrameStorage, Master, SegmentLink, SimulatedMachine};
 use sinew_runtime::link::{LinkedMotion, RunMotion};
 use sinew_segment::DescriptionFile;
 use sinew_session::{CycleRecord, Plant, TwinPlant, VirtualClock};
@@ -54,17 +53,16 @@ fn start(door: &Door<'_>, general: &General) -> Result<Answer, Error> {
     let setup = door.setup();
     drop(progress);
     let setup = setup?;
-    let descriptions = device_files::read(door.devices, &setup.machine.devices)?;
+    let descriptions = device_files::read(door.devices, &setup.devices)?;
     door.tell_duration(&setup);
     let timed = door.pace == Pace::RealTime;
     let shown =
         Shown { bus: door.bus.name(), simulated: door.is_simulated(), linked: door.is_linked(), timed };
     let page = RunPage::start(&door.arguments.page, &setup, &shown)?;
     let prepared = Prepared { door, setup: &setup, progress: Progress::new() };
-    let ended = if let Some(interface) = door.interface {
-        prepared.on_hardware(interface, page)?
-    } else {
-        prepared.simulated(&descriptions, page)?
+    let ended = match (door.bus, door.interface) {
+        (BusArgument::Real(bus), Some(interface)) => prepared.on_hardware(bus, interface, page)?,
+        _ => prepared.simulated(&descriptions, page)?,
     };
     drop(prepared);
     ended.answer(door, &setup, general.json)
@@ -79,7 +77,7 @@ struct Prepared<'a> {
 
 impl Prepared<'_> {
     /// With the devices on an interface, and what the machine file says of their cables.
-    fn on_hardware(&self, interface: &str, page: Option<RunPage>) -> Result<Ended, Error> {
+    fn on_hardware(&self, bus: &Bus, interface: &str, page: Option<RunPage>) -> Result<Ended, Error> {
         let Self { setup, progress, .. } = self;
         progress.show("bringing the devices into operation", 0.0);
         let task = setup.task();
@@ -90,14 +88,13 @@ impl Prepared<'_> {
         }
         let limits = Limits::of(&setup.machine, controller.gains())?;
         let supervisor = Supervisor::new(controller, limits)?;
-        let storage = FrameStorage::new();
-        let master = Master::new(&storage, RawSocketLink::open(interface)?)?;
+        let mut wire = (bus.open)(interface)?;
         // Before any drive moves, and before the thread has its priority.
         let recording = self.record(&identified.gains, &identified.models, false)?;
         // From here on drives have power: whoever ends the run stops them.
         let watch = self.watch(recording, page, None);
-        let matched = master.match_devices(&setup.machine.devices).map_err(EthercatError::from)?;
-        self.step(matched.operate(&setup.machine, PERIOD)?, supervisor, watch).map(|(ended, ..)| ended)
+        let plant = wire.operate(&setup.machine, &setup.devices, PERIOD)?;
+        self.step(plant, supervisor, watch).map(|(ended, ..)| ended)
     }
 
     /// With a specimen that is drawn and calibrated, alone or behind simulated devices.
@@ -121,12 +118,12 @@ impl Prepared<'_> {
         let (mut ended, judged, supervisor) = match door.bus {
             BusArgument::Twin => self.step(TwinPlant::new(plant, STEP), supervisor, watch)?,
             // The latter has an interface and is not simulated.
-            BusArgument::Segment | BusArgument::Ethercat => {
-                let simulated = SimulatedMachine::new(plant, &setup.machine);
+            BusArgument::Segment | BusArgument::Real(_) => {
+                let simulated = SimulatedMachine::new(plant, &setup.machine, setup.devices.clone());
                 let segment = simulated.segment(descriptions)?;
                 let storage = FrameStorage::new();
                 let master = Master::new(&storage, SegmentLink::new(segment, simulated))?;
-                let matched = master.match_devices(&setup.machine.devices).map_err(EthercatError::from)?;
+                let matched = master.match_devices(&setup.devices).map_err(EthercatError::from)?;
                 self.step(matched.operate(&setup.machine, PERIOD)?, supervisor, watch)?
             }
         };

@@ -3,7 +3,7 @@
 use super::{fault, motion};
 use crate::arguments::{FaultArgument, MotionArguments, PathArgument};
 use crate::error::Error;
-use crate::verbs::machine_source::{self, MachineSource};
+use crate::verbs::machine_source::{self, Loaded, MachineSource};
 use crate::verbs::{read_text, verification};
 use sinew::control::arm::ArmGains;
 use sinew::description::machine::Places;
@@ -15,12 +15,15 @@ use sinew_lab::arm::{
     CalibratedArm, INITIAL_REST_S, InfeasibleMotion, TrackingTask, Verified, infeasible_motion, verify,
     verify_tour,
 };
+use sinew_runtime::ethercat::EthercatDevice;
 use std::path::Path;
 
 /// A run that can be simulated.
 pub(crate) struct Setup {
     /// With its payload.
     pub(crate) machine: Machine,
+    /// What identifies its devices.
+    pub(crate) devices: Vec<EthercatDevice>,
     /// Where its parts are written.
     places: Places,
     /// The texts that it was read from.
@@ -61,7 +64,7 @@ impl Setup {
         arguments: &MotionArguments,
         default_path: impl FnOnce(&Machine) -> PathArgument,
     ) -> Result<Self, Error> {
-        let (described, source) = machine_source::load(&arguments.model)?;
+        let Loaded { described, devices, source } = machine_source::load(&arguments.model)?;
         let (machine, places) = (described.machine, described.places);
         let payload = arguments.payload.unwrap_or(machine.payload);
         let machine = Machine { payload, ..machine };
@@ -72,6 +75,7 @@ impl Setup {
         let repeats = repeats(arguments.repeats, trajectory.is_closed())?;
         let mut setup = Self {
             machine,
+            devices,
             places,
             source,
             path,

@@ -1,64 +1,86 @@
-//! Devices on the fieldbus, in the order on the wire.
+//! Devices of a machine: what they do for it. What identifies them is read by the room that drives their bus.
 
-use super::listing::{Listing, Value, ValueSource, source_of};
-use crate::description::document::{Entry, Table};
-use crate::description::domain::{FINITE, NOT_ZERO, POSITIVE, STATION_ALIAS, UNSIGNED_16, UNSIGNED_32};
+use super::listing::{Listing, Value, source_of};
+use crate::description::document::Table;
+use crate::description::domain::{FINITE, NOT_ZERO, POSITIVE};
 use crate::description::error::DescriptionError;
-use crate::machine::{
-    Device, DeviceIdentity, DeviceRole, DriveDevice, DriveMode, Machine, ObjectAddress, RevisionRule,
-    SensorChannel, Signal,
-};
+use crate::machine::{Device, DeviceRole, DriveDevice, DriveMode, Machine, SensorChannel, Signal};
 use alloc::format;
 use alloc::vec::Vec;
 
-/// Keys of `[[device]]`.
-pub(super) const DEVICE: [&str; 13] = [
-    "name",
-    "vendor",
-    "product",
-    "revision",
-    "revision_rule",
-    "alias",
-    "muscle",
-    "mode",
-    "counts_per_turn",
-    "offset_rad",
-    "rated_torque_nm",
-    "synchronization",
-    "channel",
-];
-/// Those of drives alone.
-const DRIVE: [&str; 5] = ["mode", "counts_per_turn", "offset_rad", "rated_torque_nm", "synchronization"];
-/// Keys of `[[device.channel]]`.
-pub(super) const CHANNEL: [&str; 7] = ["name", "muscle", "joint", "value", "status", "scale", "offset"];
+/// Keys that drives alone have.
+const DRIVE: [&str; 4] = ["mode", "counts_per_turn", "offset_rad", "rated_torque_nm"];
 
 const MODES: [&str; 2] = ["velocity", "torque"];
-const SYNCHRONIZATIONS: [&str; 2] = ["sync0", "frame"];
-const RULES: [&str; 3] = ["exact", "at_least", "any"];
+
+/// What the tables of devices say for the bus that they are on, beside their roles.
+pub trait BusReader {
+    /// Its keys.
+    fn keys(&self) -> BusKeys;
+
+    /// Reads their values: of one device after the other, in the order of the file.
+    ///
+    /// # Errors
+    /// The first value that it cannot use.
+    fn read(
+        &mut self,
+        device: &Table<'_>,
+        channels: &[Table<'_>],
+        listing: &mut Listing,
+    ) -> Result<(), DescriptionError>;
+}
+
+/// Keys of a bus.
+#[derive(Debug, Clone, Copy)]
+pub struct BusKeys {
+    /// In `[[device]]`.
+    pub device: &'static [&'static str],
+    /// In `[[device]]` of drives alone.
+    pub drive: &'static [&'static str],
+    /// In `[[device.channel]]`.
+    pub channel: &'static [&'static str],
+}
+
+/// The reader of the bus, where there is one: without it, keys that are none of a role are left out.
+pub(super) type Bus<'a> = Option<&'a mut dyn BusReader>;
 
 /// The devices of a machine; those of [`Device::defaults`] where the file names none.
 pub(super) fn read(
     root: &Table<'_>,
     machine: &Machine,
+    bus: &mut Bus<'_>,
     listing: &mut Listing,
 ) -> Result<Vec<Device>, DescriptionError> {
-    let tables = root.tables("device", "name", &DEVICE)?;
+    let keys = bus.as_ref().map(|bus| Keys::with(bus.keys()));
+    let known = keys.as_ref();
+    let tables = root.tables_with("device", "name", known.map(|keys| &keys.device[..]))?;
     if tables.is_empty() {
         return Ok(Device::defaults(&machine.robot, &machine.muscles, &machine.encoders));
     }
     let mut devices = Vec::new();
     for (table, named) in tables {
         listing.begin(&table.place);
-        let device = Device {
-            name: named.text,
-            identity: identity(&table, listing)?,
-            alias: table
-                .entry("alias")
-                .map(|entry| entry.number(STATION_ALIAS))
-                .transpose()?
-                .map(|x| x as u16),
-            role: role(&table, machine, listing)?,
+        let channels = table.tables_with("channel", "name", known.map(|keys| &keys.channel[..]))?;
+        let names = channels.iter().map(|(_, named)| named.text.clone()).collect();
+        let channels: Vec<_> = channels.into_iter().map(|(table, _)| table).collect();
+        let drive_keys = known.map_or(&DRIVE[..], |keys| &keys.drive);
+        if let (None, Some(entry)) =
+            (table.entry("muscle"), drive_keys.iter().find_map(|key| table.entry(key)))
+        {
+            return Err(entry.problem(", but the device is no drive: expected the key `muscle` beside it"));
+        }
+        if let Some(bus) = bus {
+            bus.read(&table, &channels, listing)?;
+        }
+        let role = if table.entry("muscle").is_some() {
+            DeviceRole::Drive(drive(&table, machine, listing)?)
+        } else {
+            let line = table.entry("channel").map(|entry| entry.line());
+            listing.add("channel", Value::Texts(names), source_of(line));
+            let channels = channels.iter().map(|table| channel(table, machine));
+            DeviceRole::Sensors(channels.collect::<Result<_, _>>()?)
         };
+        let device = Device { name: named.text, role };
         refuse_twice(&table, &devices, &device)?;
         devices.push(device);
     }
@@ -66,6 +88,24 @@ pub(super) fn read(
     match muscles(machine).iter().enumerate().find(|(muscle, _)| !driven(*muscle)) {
         Some((_, name)) => Err(root.error(&format!("no [[device]] is the drive of muscle `{name}`"))),
         None => Ok(devices),
+    }
+}
+
+/// All keys: of devices, of drives alone, of channels.
+struct Keys {
+    device: Vec<&'static str>,
+    drive: Vec<&'static str>,
+    channel: Vec<&'static str>,
+}
+
+impl Keys {
+    fn with(bus: BusKeys) -> Self {
+        let drive = [&DRIVE, bus.drive].concat();
+        Self {
+            device: [&["name"], bus.device, &["muscle"], &drive, &["channel"]].concat(),
+            channel: [&["name", "muscle", "joint"], bus.channel, &["scale", "offset"]].concat(),
+            drive,
+        }
     }
 }
 
@@ -89,44 +129,18 @@ fn refuse_twice(table: &Table<'_>, devices: &[Device], device: &Device) -> Resul
     Ok(())
 }
 
-fn identity(table: &Table<'_>, listing: &mut Listing) -> Result<DeviceIdentity, DescriptionError> {
-    let mut number = |key: &str| -> Result<u32, DescriptionError> {
-        let entry = table.required(key)?;
-        let number = entry.number(UNSIGNED_32)?;
-        listing.number(key, number, ValueSource::File { line: entry.line() });
-        Ok(number as u32)
-    };
-    let (vendor, product) = (number("vendor")?, number("product")?);
-    let revision = if table.entry("revision").is_some() { number("revision")? } else { 0 };
-    let rule = table.entry("revision_rule");
-    let chosen = rule.as_ref().map_or(Ok(1), |entry| entry.name("revision_rule", &RULES))?;
-    listing.text("revision_rule", RULES[chosen], source_of(rule.map(|entry| entry.line())));
-    let rule = [RevisionRule::Exact, RevisionRule::AtLeast, RevisionRule::Any][chosen];
-    Ok(DeviceIdentity { vendor, product, revision, rule })
-}
-
-fn role(table: &Table<'_>, machine: &Machine, listing: &mut Listing) -> Result<DeviceRole, DescriptionError> {
-    let Some(muscle) = table.entry("muscle") else {
-        if let Some(entry) = DRIVE.iter().find_map(|key| table.entry(key)) {
-            return Err(entry.problem(", but the device is no drive: expected the key `muscle` beside it"));
-        }
-        return channels(table, machine, listing).map(DeviceRole::Sensors);
-    };
+fn drive(
+    table: &Table<'_>,
+    machine: &Machine,
+    listing: &mut Listing,
+) -> Result<DriveDevice, DescriptionError> {
     if let Some(entry) = table.entry("channel") {
         return Err(entry.bare("a drive has no channels: expected the load cell in a device of its own"));
     }
-    let index = muscle.name("muscle", &muscles(machine))?;
+    let index = table.required("muscle")?.name("muscle", &muscles(machine))?;
     let mut drive = DriveDevice::of(index, &machine.muscles[index].drive);
-    let mode = table.entry("mode");
-    let chosen = mode.as_ref().map_or(Ok(0), |entry| entry.name("mode", &MODES))?;
+    let chosen = listing.word(table, "mode", (&MODES, 0))?;
     drive.mode = [DriveMode::Velocity, DriveMode::Torque][chosen];
-    listing.text("mode", MODES[chosen], source_of(mode.map(|entry| entry.line())));
-    let synchronization = table.entry("synchronization");
-    let chosen =
-        synchronization.as_ref().map_or(Ok(0), |entry| entry.name("synchronization", &SYNCHRONIZATIONS))?;
-    drive.sync0 = chosen == 0;
-    let source = source_of(synchronization.map(|entry| entry.line()));
-    listing.text("synchronization", SYNCHRONIZATIONS[chosen], source);
     for (key, domain, number) in [
         ("counts_per_turn", NOT_ZERO, &mut drive.counts_per_turn),
         ("offset_rad", FINITE, &mut drive.offset),
@@ -138,32 +152,14 @@ fn role(table: &Table<'_>, machine: &Machine, listing: &mut Listing) -> Result<D
         }
         listing.number(key, *number, source_of(entry.map(|entry| entry.line())));
     }
-    Ok(DeviceRole::Drive(drive))
+    Ok(drive)
 }
 
-fn channels(
-    table: &Table<'_>,
-    machine: &Machine,
-    listing: &mut Listing,
-) -> Result<Vec<SensorChannel>, DescriptionError> {
-    let channel = |(table, _): (Table<'_>, _)| {
-        let signal = signal(&table, machine)?;
-        let value = address(&table.required("value")?)?;
-        let status = table.table("status")?.map(|status| -> Result<_, DescriptionError> {
-            status.check_keys(&["object", "error_mask"])?;
-            let mask = status.entry("error_mask").map(|entry| entry.number(UNSIGNED_16)).transpose()?;
-            Ok((address(&status.required("object")?)?, mask.map_or(u16::MAX, |mask| mask as u16)))
-        });
-        let scale = table.required("scale")?.number(NOT_ZERO)?;
-        let offset = table.entry("offset").map_or(Ok(0.0), |entry| entry.number(FINITE))?;
-        Ok(SensorChannel { signal, value, status: status.transpose()?, scale, offset })
-    };
-    let tables = table.tables("channel", "name", &CHANNEL)?;
-    let names = tables.iter().map(|(_, named)| named.text.clone()).collect();
-    let line = table.entry("channel").map(|entry| entry.line());
-    let read: Result<Vec<_>, DescriptionError> = tables.into_iter().map(channel).collect();
-    listing.add("channel", Value::Texts(names), source_of(line));
-    read
+fn channel(table: &Table<'_>, machine: &Machine) -> Result<SensorChannel, DescriptionError> {
+    let signal = signal(table, machine)?;
+    let scale = table.required("scale")?.number(NOT_ZERO)?;
+    let offset = table.entry("offset").map_or(Ok(0.0), |entry| entry.number(FINITE))?;
+    Ok(SensorChannel { signal, scale, offset })
 }
 
 fn signal(table: &Table<'_>, machine: &Machine) -> Result<Signal, DescriptionError> {
@@ -184,13 +180,4 @@ fn muscles(machine: &Machine) -> Vec<&str> {
 fn joints(machine: &Machine) -> Vec<&str> {
     let joints = &machine.robot.parts().joints;
     machine.robot.independent_joints().into_iter().map(|joint| joints[joint].name.as_str()).collect()
-}
-
-/// An index and a subindex: `[0x6000, 2]`.
-fn address(entry: &Entry<'_>) -> Result<ObjectAddress, DescriptionError> {
-    let [index, subindex] = entry.numbers::<2>(UNSIGNED_16)?;
-    if subindex > f64::from(u8::MAX) {
-        return Err(entry.refuse("index and subindex of an object, the latter in 0..=0xff"));
-    }
-    Ok(ObjectAddress { index: index as u16, subindex: subindex as u8 })
 }

@@ -1,9 +1,10 @@
 //! From the text of a machine file, and of the files that it names, to a machine.
 
+use super::devices::{self, Bus, BusReader};
 use super::files::{Files, ReadFile};
 use super::listing::{Listing, Setting};
 use super::places::Places;
-use super::{devices, drives, joints, safety, task, transmissions};
+use super::{drives, joints, safety, task, transmissions};
 use crate::body::{Parts, Robot};
 use crate::description::Description;
 use crate::description::document::{Document, Entry, Table};
@@ -35,7 +36,8 @@ pub struct MachineDescription {
 /// Reads a machine from its TOML.
 ///
 /// `file` names the text in errors; `read` gives the text of the files that it names: the body, the muscles
-/// of a body in URDF, identified models of cables, files that a body in MJCF includes.
+/// of a body in URDF, identified models of cables, files that a body in MJCF includes. What identifies devices
+/// on their bus is left out: see [`machine_on_bus`].
 ///
 /// # Errors
 /// The first error: file, line, table, key, the value and what was expected.
@@ -63,12 +65,34 @@ pub fn machine_from_toml(
     text: &str,
     read: &mut ReadFile<'_>,
 ) -> Result<MachineDescription, DescriptionError> {
+    machine_in(file, text, read, None)
+}
+
+/// As [`machine_from_toml`], with what identifies its devices on a bus.
+///
+/// # Errors
+/// As [`machine_from_toml`], and those of the bus.
+pub fn machine_on_bus(
+    file: &str,
+    text: &str,
+    read: &mut ReadFile<'_>,
+    bus: &mut dyn BusReader,
+) -> Result<MachineDescription, DescriptionError> {
+    machine_in(file, text, read, Some(bus))
+}
+
+fn machine_in(
+    file: &str,
+    text: &str,
+    read: &mut ReadFile<'_>,
+    bus: Bus<'_>,
+) -> Result<MachineDescription, DescriptionError> {
     let document = Document::new(file, text);
     let table = document.parse()?;
     let root = document.root(&table, "machine");
     let mut files = Files::new(file, read);
     let description = body(&root, &mut files)?;
-    machine(&root, description, &mut files)
+    machine(&root, description, &mut files, bus)
 }
 
 /// A machine of which the body alone is described: everything else is a default.
@@ -80,7 +104,7 @@ pub fn machine_of(description: Description) -> Result<MachineDescription, Descri
     let document = Document::new(&file, "");
     let table = document.parse()?;
     let none = &mut |_: super::FileReference<'_>| Err("is not read".to_string());
-    machine(&document.root(&table, "machine"), description, &mut Files::new(&file, none))
+    machine(&document.root(&table, "machine"), description, &mut Files::new(&file, none), None)
 }
 
 /// Reads the robot of a machine file or of a robot file: its body, with the travel and the poses of the
@@ -208,6 +232,7 @@ fn machine(
     root: &Table<'_>,
     mut description: Description,
     files: &mut Files<'_>,
+    mut bus: Bus<'_>,
 ) -> Result<MachineDescription, DescriptionError> {
     description.parts = named(&description.parts);
     let origins = description.origins.clone();
@@ -224,7 +249,7 @@ fn machine(
     let drives = drives::read(root, list)?;
     machine.muscles = transmissions::read(root, &machine, &drives, files, list)?;
     machine.encoders = joints::encoders(root, &robot, list)?;
-    machine.devices = devices::read(root, &machine, list)?;
+    machine.devices = devices::read(root, &machine, &mut bus, list)?;
     machine.tolerances = task::tolerances(root, list)?;
     machine.rules = task::rules(root, list)?;
     machine.safety = safety::safety(root, &machine, list)?;

@@ -1,5 +1,7 @@
 //! Every value of a machine with the place it comes from, in the order of reading.
 
+use crate::description::document::Table;
+use crate::description::error::DescriptionError;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
@@ -51,7 +53,7 @@ pub struct Setting {
 
 /// Settings while they are read.
 #[derive(Debug, Default)]
-pub(super) struct Listing {
+pub struct Listing {
     pub(super) settings: Vec<Setting>,
     table: String,
 }
@@ -62,11 +64,13 @@ impl Listing {
         self.table = table.to_string();
     }
 
-    pub(super) fn add(&mut self, key: &str, value: Value, source: ValueSource) {
+    /// Adds a value of the present table.
+    pub fn add(&mut self, key: &str, value: Value, source: ValueSource) {
         self.settings.push(Setting { table: self.table.clone(), key: key.to_string(), value, source });
     }
 
-    pub(super) fn number(&mut self, key: &str, value: f64, source: ValueSource) {
+    /// Adds a number.
+    pub fn number(&mut self, key: &str, value: f64, source: ValueSource) {
         self.add(key, Value::Number(value), source);
     }
 
@@ -74,12 +78,30 @@ impl Listing {
         self.add(key, value.map_or(Value::None, Value::Number), source);
     }
 
+    /// Adds a text.
     pub(super) fn text(&mut self, key: &str, value: &str, source: ValueSource) {
         self.add(key, Value::Text(value.to_string()), source);
+    }
+
+    /// Reads one of some words, the one of this index where the key is missing, and adds it: its index.
+    ///
+    /// # Errors
+    /// Another word.
+    pub fn word(
+        &mut self,
+        table: &Table<'_>,
+        key: &str,
+        (words, default): (&[&str], usize),
+    ) -> Result<usize, DescriptionError> {
+        let entry = table.entry(key);
+        let chosen = entry.as_ref().map_or(Ok(default), |entry| entry.name(key, words))?;
+        self.text(key, words[chosen], source_of(entry.map(|entry| entry.line())));
+        Ok(chosen)
     }
 }
 
 /// File and line of an entry, else a default.
-pub(super) fn source_of(line: Option<usize>) -> ValueSource {
+#[must_use]
+pub fn source_of(line: Option<usize>) -> ValueSource {
     line.map_or(ValueSource::Default, |line| ValueSource::File { line })
 }

@@ -17,7 +17,7 @@
 //! | `[every_joint_encoder]`, `[[joint_encoder]]` | `joint`; `counts_per_turn`, `resolution_rad` or `resolution_m`, or `none = true` | 14 bits, 10 um |
 //! | `[[travel]]` | `joint`, `range_rad` or `range_m`: narrower than that of the body | range of the body |
 //! | `[payload]` | `mass_kg` at the end point, else at the site `endpoint` | 0 |
-//! | `[[device]]` | `name`, `vendor`, `product`, `revision`, `revision_rule`, `alias`; of a drive `muscle`, `mode`, `counts_per_turn`, `offset_rad`, `rated_torque_nm`; of sensors `[[device.channel]]` with `name`, `muscle` or `joint`, `value`, `status`, `scale`, `offset`: in the order on the wire | [`Device::defaults`](crate::machine::Device::defaults) |
+//! | `[[device]]` | `name`; of a drive `muscle`, `mode`, `counts_per_turn`, `offset_rad`, `rated_torque_nm`; of sensors `[[device.channel]]` with `name`, `muscle` or `joint`, `scale`, `offset`; what identifies them on their bus, a [`BusReader`] reads | [`Device::defaults`](crate::machine::Device::defaults) |
 //! | `[tolerances]` | [`Tolerances`](crate::machine::Tolerances) | |
 //! | `[control]` | [`ControlRules`](crate::machine::ControlRules) | |
 //! | `[safety]` | [`SafetyLimits`](crate::machine::SafetyLimits) | those of drives and motors |
@@ -38,7 +38,12 @@ mod safety;
 mod task;
 mod transmissions;
 
+pub use super::document::{Entry, Table};
+pub use super::domain::Domain;
+pub use devices::{BusKeys, BusReader};
 pub use files::{FileReference, ReadFile};
-pub use import::{MachineDescription, has_machine_keys, machine_from_toml, machine_of, robot_from_toml};
-pub use listing::{Setting, Value, ValueSource};
+pub use import::{
+    MachineDescription, has_machine_keys, machine_from_toml, machine_of, machine_on_bus, robot_from_toml,
+};
+pub use listing::{Listing, Setting, Value, ValueSource, source_of};
 pub use places::Places;

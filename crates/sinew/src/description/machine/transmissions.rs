@@ -14,7 +14,7 @@ use crate::drive::LoadCell;
 use crate::machine::{Machine, MuscleDesign};
 use crate::predictor::{CableModel, Model};
 use crate::transmission::SheathBend;
-use crate::transmission::cable::{CableParameters, Weakening};
+use crate::transmission::cable::{CableParameters, Weakening, WeakeningForm};
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -206,12 +206,18 @@ impl<'d> Reader<'d, '_> {
         for table in &tables {
             inner.extend(table.table("weakening")?);
         }
-        inner.iter().try_for_each(|table| table.check_keys(&keys(WEAKENING, &[])))?;
-        let zero = Weakening { rise: 0.0, speed: 0.0, lag: 0.0 };
+        inner.iter().try_for_each(|table| table.check_keys(&keys(WEAKENING, &["form"])))?;
+        let zero = Weakening::rational(0.0, 0.0, 0.0);
         if !inner.is_empty() {
             let (on, named) = (cable.weakening, ("cable.weakening.", other));
             let read = if on.is_some() { overlay } else { complete };
-            cable.weakening = Some(read(&inner, WEAKENING, on.unwrap_or(zero), |_| Ok(()), listing, named)?);
+            let numbers = read(&inner, WEAKENING, on.unwrap_or(zero), |_| Ok(()), listing, named)?;
+            let (entry, forms) = (first(&inner, "form"), WeakeningForm::ALL.map(WeakeningForm::name));
+            let form = entry.as_ref().map(|entry| entry.name("form", &forms)).transpose()?;
+            let form = form.map_or(numbers.form, |form| WeakeningForm::ALL[form]);
+            let source = entry.map_or(other, |entry| ValueSource::File { line: entry.line() });
+            listing.text("cable.weakening.form", form.name(), source);
+            cable.weakening = Some(Weakening { form, ..numbers });
         } else if cable.weakening.is_none() {
             listing.add("cable.weakening", Value::None, ValueSource::Default);
         }

@@ -57,14 +57,14 @@ impl Work for Step<'_> {
 #[cfg(test)]
 mod tests {
     use super::super::lane_group::Row;
-    use super::super::{CableLaw, CableParameters, CablePath, Weakening};
+    use super::super::{CableLaw, CableParameters, CablePath, Weakening, WeakeningForm};
     use super::*;
     use std::vec::Vec;
 
     #[test]
     fn every_instruction_set_computes_the_same_bits() {
-        let weakening = Some(Weakening { rise: 0.4, speed: 4e-3, lag: 0.04 });
-        for weakening in [None, weakening] {
+        let forms = WeakeningForm::ALL.map(|form| Weakening { form, ..Weakening::rational(0.4, 4e-3, 0.04) });
+        for weakening in forms.map(Some).into_iter().chain([None]) {
             let parameters = CableParameters { weakening, ..CableParameters::bench() };
             let law = CableLaw::new(&CablePath::bench(), &parameters, 11).unwrap();
             let run = |set: InstructionSet| -> Vec<u64> {

@@ -2,8 +2,8 @@
 
 use super::elementary::tanh_series;
 use super::law::CableLaw;
-use super::parameters::Weakening;
 use super::travel::CellView;
+use super::weakening::{Weakening, WeakeningForm};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -46,6 +46,29 @@ pub(super) struct Weakenings<const N: usize> {
     /// `1/v_s`, s/m.
     pub(super) inverse_speed: Row<N>,
     pub(super) lag: Row<N>,
+    pub(super) form: [WeakeningForm; N],
+    /// Whether all have this form, which a compiler can vectorise.
+    pub(super) all_rational: bool,
+}
+
+impl<const N: usize> Weakenings<N> {
+    /// Factors on friction at these lagged speeds, m/s: [`Weakening::factor`] with the inverse of its speed.
+    #[inline(always)]
+    pub(super) fn factors(&self, speed: &Row<N>) -> Row<N> {
+        let mut factors = Row::<N>::ZERO;
+        if self.all_rational {
+            for k in 0..N {
+                let ratio = speed.0[k] * self.inverse_speed.0[k];
+                factors.0[k] = WeakeningForm::Rational.factor(self.rise.0[k], ratio);
+            }
+        } else {
+            for k in 0..N {
+                let ratio = speed.0[k] * self.inverse_speed.0[k];
+                factors.0[k] = self.form[k].factor(self.rise.0[k], ratio);
+            }
+        }
+        factors
+    }
 }
 
 /// Recoverable creep of the cells.
@@ -154,10 +177,15 @@ impl<const N: usize> LaneGroup<N> {
             let or = |value: fn(&Weakening) -> f64, otherwise: f64| {
                 row(&move |law| law.weakening.as_ref().map_or(otherwise, value))
             };
+            let form = core::array::from_fn(|k| {
+                laws.get(k).and_then(|law| law.weakening).map_or(WeakeningForm::default(), |w| w.form)
+            });
             lanes.weakening = Some(Weakenings {
                 rise: or(|w| w.rise, 0.0),
                 inverse_speed: or(|w| 1.0 / w.speed, 1.0),
                 lag: or(|w| w.lag, 1.0),
+                form,
+                all_rational: form == [WeakeningForm::Rational; N],
             });
         }
         for lane in 0..N {

@@ -1,7 +1,8 @@
 //! A cable discretised: parameters per cell and per node.
 
-use super::parameters::{CableParameters, Weakening};
+use super::parameters::CableParameters;
 use super::path::{CablePath, NodePlace};
+use super::weakening::Weakening;
 use crate::error::{Error, non_negative, within};
 use alloc::vec::Vec;
 
@@ -247,7 +248,7 @@ mod tests {
         let over_a_pulley = |friction: f64, efficiency: f64, rise: f64| {
             let free = Segment::Free { length: 0.5 };
             let path = CablePath::new(vec![free.clone(), Segment::Pulley { wrap: 1.0 }, free]).unwrap();
-            let weakening = Some(Weakening { rise, speed: 1e-3, lag: 0.01 });
+            let weakening = Some(Weakening::rational(rise, 1e-3, 0.01));
             let parameters = CableParameters { friction, efficiency, weakening, ..CableParameters::bench() };
             CableLaw::new(&path, &parameters, 2)
         };

@@ -296,7 +296,7 @@ impl CableBatch {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Cable, CableParameters, CablePath, Weakening};
+    use super::super::{Cable, CableParameters, CablePath, Weakening, WeakeningForm};
     use super::*;
     use core::f64::consts::PI;
     use std::vec;
@@ -305,7 +305,11 @@ mod tests {
     fn laws(weakening: Option<Weakening>) -> Vec<CableLaw> {
         let law = |k: usize| {
             let friction = 0.1 + 0.01 * k as f64;
-            let weakening = weakening.filter(|_| k < 8);
+            // Forms side by side in one group, where one of them is not the default.
+            let weakening = weakening.filter(|_| k < 8).map(|w| {
+                let form = if k % 2 == 0 { w.form } else { WeakeningForm::default() };
+                Weakening { form, ..w }
+            });
             let parameters = CableParameters { friction, weakening, ..CableParameters::bench() };
             CableLaw::new(&CablePath::bench(), &parameters, 7).unwrap()
         };
@@ -440,7 +444,8 @@ mod tests {
 
     #[test]
     fn a_cable_continues_to_the_bit_from_a_state_that_was_written() {
-        for weakening in [None, Some(Weakening { rise: 0.4, speed: 4e-3, lag: 0.04 })] {
+        let forms = WeakeningForm::ALL.map(|form| Weakening { form, ..Weakening::rational(0.4, 4e-3, 0.04) });
+        for weakening in forms.map(Some).into_iter().chain([None]) {
             let (mut batch, _) = settled(weakening);
             // Two totals, seven tensions, six slips, and six speeds where friction weakens.
             assert_eq!(batch.state_len(), if weakening.is_some() { 21 } else { 15 });

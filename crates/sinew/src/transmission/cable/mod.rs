@@ -59,12 +59,14 @@ mod repair;
 mod steady;
 mod step;
 mod travel;
+mod weakening;
 
 pub use ends::{EndMotion, EndTensions};
 pub use law::CableLaw;
 pub use many::CableBatch;
 pub use one::Cable;
-pub use parameters::{CableParameters, Weakening};
+pub use parameters::CableParameters;
 pub use path::{CablePath, Segment};
 pub(crate) use steady::BothDirections;
 pub use steady::SteadySliding;
+pub use weakening::{Weakening, WeakeningForm};

@@ -1,48 +1,8 @@
 //! Parameters of friction and elasticity of a cable.
 
+use super::weakening::Weakening;
 use crate::error::{Error, non_negative, positive, within};
 use serde::{Deserialize, Serialize};
-
-/// Velocity weakening of friction (Stribeck effect), with a lag that keeps the problem well posed.
-///
-/// ```text
-/// mu(z) = mu (1 + beta/(1 + (z/v_s)^2)),      dz = dt/(tau + dt) (|v| - z)      at every node
-/// ```
-///
-/// | symbol | field   | unit | domain | meaning                                           |
-/// |--------|---------|------|--------|---------------------------------------------------|
-/// | beta   | `rise`  | 1    | >= 0   | breakaway friction is `1 + beta` times sliding friction |
-/// | v_s    | `speed` | m/s  | > 0    | speed at which half of the rise remains            |
-/// | tau    | `lag`   | s    | >= 0.005 | time constant of the speed estimate of a node    |
-///
-/// # Assumes
-/// Without the lag the law is ill posed along a cable: the smaller the step, the larger the jitter.
-///
-/// # Source
-/// `stribeck1902`; the rational form and the lag are ours. The tables of `yuan2023`, at 0.02 m/s and above,
-/// show no such rise and do not identify its size.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Weakening {
-    /// `beta`, 1.
-    pub rise: f64,
-    /// `v_s`, m/s.
-    #[serde(rename = "speed_m_per_s")]
-    pub speed: f64,
-    /// `tau`, s.
-    #[serde(rename = "lag_s")]
-    pub lag: f64,
-}
-
-impl Weakening {
-    /// The factor on the friction coefficient at a lagged speed `z >= 0`, m/s.
-    #[inline]
-    #[must_use]
-    pub fn factor(&self, speed: f64) -> f64 {
-        let ratio = speed / self.speed;
-        1.0 + self.rise / (1.0 + ratio * ratio)
-    }
-}
 
 /// Friction, drag and elasticity of a cable on its [`CablePath`](super::CablePath).
 ///
@@ -131,24 +91,8 @@ impl CableParameters {
         positive("compliance", self.compliance)?;
         non_negative("sheath_compliance", self.sheath_compliance)?;
         if let Some(weakening) = &self.weakening {
-            non_negative("weakening.rise", weakening.rise)?;
-            positive("weakening.speed", weakening.speed)?;
-            let lag = weakening.lag;
-            within("weakening.lag", "a finite number >= 0.005 s", lag, lag.is_finite() && lag >= 0.005)?;
+            weakening.validate()?;
         }
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn friction_is_highest_at_rest_and_half_of_the_rise_remains_at_the_given_speed() {
-        let weakening = Weakening { rise: 0.6, speed: 4e-3, lag: 0.02 };
-        for (speed, factor) in [(0.0, 1.6), (4e-3, 1.3), (8e-3, 1.12), (4.0, 1.0)] {
-            assert!((weakening.factor(speed) - factor).abs() < 1e-6, "{speed}");
-        }
     }
 }

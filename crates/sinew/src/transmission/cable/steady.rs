@@ -249,7 +249,7 @@ mod tests {
 
     #[test]
     fn in_lanes_cables_slide_to_the_bit_as_each_alone() {
-        for weakening in [None, Some(Weakening { rise: 0.4, speed: 4e-3, lag: 0.04 })] {
+        for weakening in [None, Some(Weakening::rational(0.4, 4e-3, 0.04))] {
             let law = |k: i32| {
                 let friction = 0.1 + 0.01 * f64::from(k);
                 // Friction weakens in every other cable.

@@ -59,12 +59,10 @@ fn update_friction<const N: usize>(lanes: &mut LaneGroup<N>, interval: f64) {
     for (i, (memory, node)) in lanes.memory.iter_mut().zip(&mut lanes.nodes).enumerate() {
         let (friction, loss, mut z, w) = (memory.friction, memory.loss, memory.speed, lanes.slip[i + 1]);
         let (mut half_angle, mut tanh_half) = (Row::<N>::ZERO, Row::<N>::ZERO);
+        let factors = law.factors(&z);
         for k in 0..N {
-            // As `Weakening::factor`, with the speed scaled before it is squared.
-            let ratio = z.0[k] * law.inverse_speed.0[k];
-            let factor = 1.0 + law.rise.0[k] / (1.0 + ratio * ratio);
             z.0[k] += interval / (law.lag.0[k] + interval) * (w.0[k].abs() / interval - z.0[k]);
-            half_angle.0[k] = friction.0[k] * factor + loss.0[k];
+            half_angle.0[k] = friction.0[k] * factors.0[k] + loss.0[k];
             tanh_half.0[k] = tanh_series(half_angle.0[k]);
         }
         (memory.speed, node.half_angle, node.tanh_half) = (z, half_angle, tanh_half);
@@ -266,7 +264,7 @@ fn reset_slip_where_slack<const N: usize>(lanes: &mut LaneGroup<N>) {
 #[cfg(test)]
 mod tests {
     use super::super::bare::{Random, law, swept};
-    use super::super::parameters::Weakening;
+    use super::super::weakening::{Weakening, WeakeningForm};
     use super::*;
     use crate::transmission::Sliding;
     use alloc::vec;
@@ -525,7 +523,7 @@ mod tests {
     #[test]
     fn friction_follows_the_lagged_speed_of_its_own_node() {
         let mut law = law(&COMPLIANCE, &HALF_ANGLE);
-        let weakening = Weakening { rise: 0.5, speed: 2e-3, lag: 0.02 };
+        let weakening = Weakening::rational(0.5, 2e-3, 0.02);
         law.weakening = Some(weakening);
         law.nodes[0].loss = 0.01;
         let mut lanes = LaneGroup::<1>::new(&[law]);
@@ -551,8 +549,15 @@ mod tests {
     fn friction_weakens_while_a_cable_slides_and_only_where_it_is_said_to() {
         let plain = law(&COMPLIANCE, &HALF_ANGLE);
         let mut weak = plain.clone();
-        let weakening = Weakening { rise: 0.5, speed: 2e-3, lag: 0.01 };
+        let weakening = Weakening::rational(0.5, 2e-3, 0.01);
         weak.weakening = Some(weakening);
+        let mut other = plain.clone();
+        let form = WeakeningForm::Gaussian;
+        other.weakening = Some(Weakening { form, ..weakening });
+        let mut lanes = LaneGroup::<2>::new(&[other, plain.clone()]);
+        let before = lanes.nodes[0].half_angle.0[0];
+        update_friction(&mut lanes, 1e-3);
+        assert!((lanes.nodes[0].half_angle.0[0] - 1.5 * before).abs() < 1e-15, "another form, at rest");
         let mut lanes = LaneGroup::<2>::new(&[weak, plain]);
         for k in 0..2 {
             lanes.settle(k, 40.0, Sliding::TowardMotor);

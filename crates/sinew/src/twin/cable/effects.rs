@@ -103,7 +103,7 @@ pub struct SlowFriction {
 
 impl Default for SlowFriction {
     fn default() -> Self {
-        Self { weakening: Weakening { rise: 0.1, speed: 3e-3, lag: 0.05 } }
+        Self { weakening: Weakening::rational(0.1, 3e-3, 0.05) }
     }
 }
 

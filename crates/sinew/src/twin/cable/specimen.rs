@@ -139,8 +139,8 @@ impl Draws {
             heat: of.heat.map(|h| DragHeat { softening: h.softening * softening, ..h }),
             creep: of.creep.map(|c| BraidCreep { share: c.share * share, ..c }),
             slow: of.slow.map(|slow| {
-                let Weakening { rise: most, speed: half, lag: memory } = slow.weakening;
-                let weakening = Weakening { rise: most * rise, speed: half * speed, lag: memory * lag };
+                let Weakening { form, rise: most, speed: half, lag: memory } = slow.weakening;
+                let weakening = Weakening { form, rise: most * rise, speed: half * speed, lag: memory * lag };
                 SlowFriction { weakening }
             }),
             breakage: of.breakage.map(|b| Breakage { tension: b.tension }),

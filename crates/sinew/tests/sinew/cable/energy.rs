@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::{
     Cable, CableBatch, CableLaw, CableParameters, CablePath, EndMotion, EndTensions, Segment, Weakening,
+    WeakeningForm,
 };
 
 fn law(parameters: &CableParameters, cells: usize) -> CableLaw {
@@ -63,8 +64,10 @@ fn a_million_random_steps_create_no_energy() {
 
 #[test]
 fn nor_do_they_where_friction_weakens_or_drag_is_absent() {
-    let weakening = Some(Weakening { rise: 0.6, speed: 3e-3, lag: 0.02 });
-    shake(3e-4, 20_000, &CableParameters { weakening, ..CableParameters::bench() });
+    for form in WeakeningForm::ALL {
+        let weakening = Some(Weakening { form, ..Weakening::rational(0.6, 3e-3, 0.02) });
+        shake(3e-4, 20_000, &CableParameters { weakening, ..CableParameters::bench() });
+    }
     shake(3e-4, 20_000, &CableParameters { drag: 0.0, ..CableParameters::bench() });
     shake(
         1e-3,
@@ -115,8 +118,13 @@ fn parameters() -> impl Strategy<Value = CableParameters> {
     let rest = (edgy(0.0..30.0, &[0.0]), edgy(1e-5..1e-3, &[1e-8, 0.1]), edgy(0.0..1e-3, &[0.0]));
     let weakening = prop_oneof![
         Just(None),
-        (edgy(0.0..0.6, &[0.0]), edgy(1e-4..0.1, &[1e-9, 1e3]), edgy(0.005..0.2, &[0.005]))
-            .prop_map(|(rise, speed, lag)| Some(Weakening { rise, speed, lag })),
+        (
+            edgy(0.0..0.6, &[0.0]),
+            edgy(1e-4..0.1, &[1e-9, 1e3]),
+            edgy(0.005..0.2, &[0.005]),
+            proptest::sample::select(&WeakeningForm::ALL)
+        )
+            .prop_map(|(rise, speed, lag, form)| Some(Weakening { form, rise, speed, lag })),
     ];
     (friction, drag, rest, weakening).prop_map(|(friction, drag, rest, weakening)| CableParameters {
         friction: friction.0,

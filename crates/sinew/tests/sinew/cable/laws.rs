@@ -164,7 +164,7 @@ fn tension_is_never_negative_and_never_lost_in_any_motion() {
 
 #[test]
 fn a_lane_and_a_lone_cable_agree_to_the_bit() {
-    let weakening = Some(Weakening { rise: 0.4, speed: 4e-3, lag: 0.04 });
+    let weakening = Some(Weakening::rational(0.4, 4e-3, 0.04));
     for weakening in [None, weakening] {
         let laws: Vec<CableLaw> = (0..19)
             .map(|k| {
@@ -296,7 +296,7 @@ fn a_reversal_is_prepared_without_moving_the_far_end() {
 
 #[test]
 fn friction_that_weakens_with_speed_is_highest_after_rest() {
-    let weakening = Weakening { rise: 0.5, speed: 3e-3, lag: 0.05 };
+    let weakening = Weakening::rational(0.5, 3e-3, 0.05);
     let parameters = CableParameters { weakening: Some(weakening), ..without_drag() };
     // Smallest and largest friction angle between the ends while the whole cable slides at a speed.
     let angles = |speed: f64| {
@@ -344,9 +344,9 @@ fn what_is_not_physical_is_refused_by_name() {
     refused(|p| p.pretension = -1.0, "pretension");
     refused(|p| p.compliance = 0.0, "compliance");
     refused(|p| p.sheath_compliance = f64::NAN, "sheath_compliance");
-    refused(|p| p.weakening = Some(Weakening { rise: -1.0, speed: 1.0, lag: 0.1 }), "weakening.rise");
-    refused(|p| p.weakening = Some(Weakening { rise: 1.0, speed: 0.0, lag: 0.1 }), "weakening.speed");
-    refused(|p| p.weakening = Some(Weakening { rise: 1.0, speed: 1.0, lag: 0.0 }), "weakening.lag");
+    refused(|p| p.weakening = Some(Weakening::rational(-1.0, 1.0, 0.1)), "weakening.rise");
+    refused(|p| p.weakening = Some(Weakening::rational(1.0, 0.0, 0.1)), "weakening.speed");
+    refused(|p| p.weakening = Some(Weakening::rational(1.0, 1.0, 0.0)), "weakening.lag");
 }
 
 #[test]
@@ -432,7 +432,7 @@ fn a_softer_cable_keeps_its_length_and_loses_tension_and_energy_in_proportion() 
 
 #[test]
 fn a_cable_continues_from_its_saved_state_to_the_bit() {
-    let weakening = Some(Weakening { rise: 0.3, speed: 0.01, lag: 0.01 });
+    let weakening = Some(Weakening::rational(0.3, 0.01, 0.01));
     let laws: Vec<CableLaw> = (0..19)
         .map(|k| {
             let weakening = weakening.filter(|_| k < 8);

@@ -14,11 +14,26 @@ mod stability;
 mod unlawful;
 mod wrong;
 
-use sinew::description::{DescriptionError, MachineDescription, machine_from_toml};
+use sinew::description::machine::{BusKeys, BusReader, FileReference, Listing, Table, machine_on_bus};
+use sinew::description::{DescriptionError, MachineDescription};
+
+/// A bus whose devices have roles and nothing else.
+struct RolesAlone;
+
+impl BusReader for RolesAlone {
+    fn keys(&self) -> BusKeys {
+        BusKeys { device: &[], drive: &[], channel: &[] }
+    }
+
+    fn read(&mut self, _: &Table<'_>, _: &[Table<'_>], _: &mut Listing) -> Result<(), DescriptionError> {
+        Ok(())
+    }
+}
 
 /// A machine without other files.
 pub(crate) fn read(text: &str) -> Result<MachineDescription, DescriptionError> {
-    machine_from_toml("machine.toml", text, &mut |file| Err(format!("{} is not here", file.path)))
+    let read = &mut |file: FileReference<'_>| Err(format!("{} is not here", file.path));
+    machine_on_bus("machine.toml", text, read, &mut RolesAlone)
 }
 
 /// A machine of this repository.

@@ -259,8 +259,8 @@ fn what_is_missing_twice_or_contradictory_is_refused() {
         &["extensor", "`drive of the extensor` is its drive"],
     );
     wrong(
-        "joint = \"shoulder\"\nvalue",
-        "joint = \"shoulder\"\nmuscle = \"flexor\"\nvalue",
+        "joint = \"shoulder\"\nscale",
+        "joint = \"shoulder\"\nmuscle = \"flexor\"\nscale",
         "joint = \"shoulder\"",
         &["expected one of both"],
     );
@@ -296,4 +296,15 @@ proptest! {
             prop_assert!(error.line >= 1 && error.line <= replaced(&(at..end), &by).lines().count() + 1, "{}", error);
         }
     }
+}
+
+#[test]
+fn without_a_bus_its_keys_are_left_out_and_those_of_roles_are_not() {
+    let read = |text: &str| {
+        sinew::description::machine_from_toml("machine.toml", text, &mut |_| Err("no other file".into()))
+    };
+    let with_bus = EVERY_KEY.replacen("[[device]]", "[[device]]\nvendor = \"any\"", 1);
+    assert_eq!(read(&with_bus).unwrap().machine, self::read(EVERY_KEY).unwrap().machine);
+    assert!(self::read(&with_bus).is_err(), "a bus without such a key refuses it");
+    assert!(read(&EVERY_KEY.replace("mode = \"torque\"", "mode = \"talk\"")).is_err());
 }

@@ -1,0 +1,147 @@
+//! What identifies devices on EtherCAT in a machine file: read, or refused with line, key and what was expected.
+
+use sinew::description::machine::machine_on_bus;
+use sinew::description::{DescriptionError, MachineDescription};
+use sinew_runtime::ethercat::{
+    ChannelObjects, DeviceIdentity, DeviceTables, EthercatDevice, ObjectAddress, RevisionRule,
+};
+
+/// Devices of a machine with two muscles.
+const DEVICES: &str = r#"
+[[device]]
+name = "coupler"
+vendor = 2
+product = 0x044c2c52
+revision_rule = "any"
+
+[[device]]
+name = "drive of the flexor"
+vendor = 0x51e37
+product = 0x10402
+revision = 0x10000
+revision_rule = "exact"
+alias = 1001
+muscle = "flexor"
+mode = "torque"
+synchronization = "frame"
+
+[[device]]
+name = "drive of the extensor"
+vendor = 0x51e37
+product = 0x10402
+muscle = "extensor"
+
+[[device]]
+name = "sensors"
+vendor = 2
+product = 0x0d1e3052
+
+[[device.channel]]
+name = "force"
+muscle = "flexor"
+value = [0x6000, 17]
+status = { object = [0x6010, 1], error_mask = 0x60 }
+scale = -0.01
+"#;
+
+const LEG: &str = r#"<mujoco><worldbody><body name="shank">
+  <joint name="knee" axis="0 1 0" range="0 90"/><inertial pos="0 0 -0.2" mass="1" diaginertia="0.01 0.01 0.001"/>
+</body></worldbody><tendon>
+  <fixed name="extensor"><joint joint="knee" coef="0.03"/></fixed>
+  <fixed name="flexor"><joint joint="knee" coef="-0.03"/></fixed>
+</tendon></mujoco>"#;
+
+fn read(devices: &str) -> Result<(MachineDescription, Vec<EthercatDevice>), DescriptionError> {
+    let mut tables = DeviceTables::default();
+    let text = format!("body = \"leg.xml\"\n{devices}");
+    let described = machine_on_bus("leg.toml", &text, &mut |_| Ok(LEG.to_owned()), &mut tables)?;
+    let devices = tables.devices(&described.machine);
+    Ok((described, devices))
+}
+
+/// The error of the devices with one line in place of another; it stands on that line.
+fn error(line: usize, by: &str) -> String {
+    let mut lines: Vec<&str> = DEVICES.lines().collect();
+    lines[line] = by;
+    let error = read(&lines.join("\n")).err().unwrap_or_else(|| panic!("accepted: {by}"));
+    // The body stands on the first line, and lines count from 1.
+    assert_eq!(error.line, line + 2, "{by}: {error}");
+    error.to_string()
+}
+
+#[test]
+fn devices_are_read_with_their_identity_objects_and_roles() {
+    let (described, devices) = read(DEVICES).unwrap();
+    assert_eq!(devices.len(), 4);
+    let [coupler, flexor, extensor, sensors] = &devices[..] else { panic!("{devices:?}") };
+    assert!(coupler.objects.is_empty() && coupler.identity.rule == RevisionRule::Any);
+    let identity =
+        DeviceIdentity { vendor: 0x51e37, product: 0x10402, revision: 0x10000, rule: RevisionRule::Exact };
+    assert_eq!((flexor.identity, flexor.alias, flexor.sync0), (identity, Some(1001), false));
+    assert_eq!((extensor.alias, extensor.sync0), (None, true));
+    assert_eq!(extensor.identity.rule, RevisionRule::AtLeast);
+    let address = |index, subindex| ObjectAddress { index, subindex };
+    let objects = ChannelObjects { value: address(0x6000, 17), status: Some((address(0x6010, 1), 0x60)) };
+    assert_eq!(sensors.objects, [objects]);
+    let of_machine: Vec<_> = devices.iter().map(|device| &device.device).collect();
+    assert_eq!(of_machine, described.machine.devices.iter().collect::<Vec<_>>());
+    // Every value is listed with its line, those of the bus beside those of the role.
+    for key in ["vendor", "revision_rule", "synchronization", "mode", "channel"] {
+        assert!(described.settings.iter().any(|setting| setting.key == key), "{key}");
+    }
+}
+
+#[test]
+fn every_key_of_a_device_is_refused_where_it_is_misspelt_or_has_another_value() {
+    let mut checked = 0;
+    for (line, text) in DEVICES.lines().enumerate() {
+        let Some((key, value)) = text.split_once(" = ") else { continue };
+        let told = error(line, &format!("{key}x = {value}"));
+        assert!(told.contains(&format!("expected `{key}`")), "{told}");
+        if key != "name" {
+            let wrong = if value.starts_with('"') { "17.25" } else { "\"much\"" };
+            for wrong in [wrong, "true", "[1, 2, 3]"] {
+                assert!(error(line, &format!("{key} = {wrong}")).contains(key), "{key} = {wrong}");
+            }
+            checked += 1;
+        }
+    }
+    assert!(checked > 15, "{checked}");
+}
+
+#[test]
+fn numbers_of_a_bus_are_whole_and_within_their_bits() {
+    for (at, wrong, expected) in [
+        ("vendor = 2", "vendor = -1", "0..=0xffffffff"),
+        ("vendor = 2", "vendor = 0x100000000", "0..=0xffffffff"),
+        ("product = 0x044c2c52", "product = 0.5", "0..=0xffffffff"),
+        ("alias = 1001", "alias = 0", "1..=0xffff"),
+        ("alias = 1001", "alias = 65536", "1..=0xffff"),
+        ("value = [0x6000, 17]", "value = [0x6000, 256]", "0..=0xff"),
+        ("value = [0x6000, 17]", "value = [0x16000, 1]", "0..=0xffff"),
+        ("revision_rule = \"any\"", "revision_rule = \"at_last\"", "`at_least`"),
+    ] {
+        let line = DEVICES.lines().position(|text| text == at).unwrap();
+        let told = error(line, wrong);
+        assert!(told.contains(expected), "{told}");
+    }
+    for gone in ["vendor = 2", "product = 0x044c2c52", "value = [0x6000, 17]"] {
+        let key = gone.split(' ').next().unwrap();
+        let told = read(&DEVICES.replacen(gone, "", 1)).err().unwrap().to_string();
+        assert!(told.contains(&format!("{key} is missing")), "{told}");
+    }
+}
+
+#[test]
+fn synchronization_is_of_drives_alone() {
+    let line = DEVICES.lines().position(|text| text.starts_with("revision_rule = \"any\"")).unwrap();
+    let told = error(line, "synchronization = \"frame\"");
+    assert!(told.contains("the device is no drive"), "{told}");
+}
+
+#[test]
+fn a_machine_without_tables_has_the_simulated_devices() {
+    let (described, devices) = read("").unwrap();
+    assert_eq!(devices, EthercatDevice::simulated(&described.machine));
+    assert_eq!(devices.len(), 5);
+}
