@@ -148,7 +148,7 @@ impl Head {
     /// Length of a cycle, s.
     #[must_use]
     pub fn period_s(&self) -> f64 {
-        self.period_ns as f64 * 1e-9
+        self.period_ns as f64 / 1e9
     }
 }
 

@@ -98,7 +98,7 @@ fn measure(name: &str) {
     let storage = FrameStorage::new();
     let link = Timed { link: setup.link(), behind: Duration::ZERO };
     let matched = Master::new(&storage, link).unwrap().match_devices(&setup.machine.devices).unwrap();
-    let bus = Measured { bus: matched.operate(&setup.machine, PERIOD).unwrap(), last: 0, coding: Vec::new() };
+    let bus = Measured { bus: matched.operate(&setup.machine).unwrap(), last: 0, coding: Vec::new() };
     let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), common::STEP);
     let (mut clock, mut control) = (MonotonicClock, Vec::new());
     while !cycle.is_finished() {

@@ -33,7 +33,7 @@ impl<'a> Evaluation<'a> {
         let ranges = ranges.map(|range| range.map_or(f64::INFINITY, |[low, high]| high - low));
         Ok(Self {
             errors: TrackingErrors::new(run.specimen, run.robot, run.site)?,
-            summary: TrackSummary::new(slack_below.collect(), ranges.collect()),
+            summary: TrackSummary::new(slack_below.collect(), ranges.collect(), run.specimen.period),
             pretension,
         })
     }

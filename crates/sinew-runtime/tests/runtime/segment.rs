@@ -63,7 +63,7 @@ fn process_data_of_several_frames_is_exchanged_whole() {
     let segment = simulated.segment(&[wide.into()]).unwrap();
     let storage = FrameStorage::new();
     let master = Master::new(&storage, SegmentLink::new(segment, simulated)).unwrap();
-    let bus = master.match_devices(&setup.machine.devices).unwrap().operate(&setup.machine, PERIOD).unwrap();
+    let bus = master.match_devices(&setup.machine.devices).unwrap().operate(&setup.machine).unwrap();
     let (direct, _) = tracked(&setup, setup.twin_bus());
     let (wired, _) = tracked(&setup, bus);
     assert!(wired.mean < 1.1 * direct.mean, "{direct:?} {wired:?}");

@@ -18,6 +18,7 @@ mod clearance;
 mod design;
 mod device;
 mod muscle;
+mod period;
 mod routing;
 mod rules;
 mod safety;
@@ -34,6 +35,8 @@ pub use device::{
     Signal,
 };
 pub use muscle::MuscleDesign;
+pub(crate) use period::parts_of;
+pub use period::{DEFAULT_PERIOD, PERIOD_RANGE, dead_time};
 pub use routing::Routing;
 pub use rules::ControlRules;
 pub use safety::{DriveLimits, SafetyLimits};

@@ -82,7 +82,7 @@ fn tuned(
     let models = oracle_models(&design);
     let (gains, found) = synthesize(machine, &models, poses)?;
     let limits = joint_limits(machine, &models, poses)?;
-    let designed = DampingMargins::of(&gains, &found);
+    let designed = DampingMargins::of(&gains, &found, machine.dead_time());
     let mut least = designed.clone();
     for seed in 0..specimens {
         progress.show("margins of drawn machines", f64::from(seed + 1) / f64::from(specimens + 1));
@@ -91,7 +91,7 @@ fn tuned(
         let tolerances = Tolerances { attachment: Some(0.0), ..machine.tolerances };
         let of_built = Machine { robot: built.robot.clone(), tolerances, ..machine.clone() };
         let (_, found) = synthesize(&of_built, &oracle_models(&built), poses)?;
-        for (least, other) in least.iter_mut().zip(DampingMargins::of(&gains, &found)) {
+        for (least, other) in least.iter_mut().zip(DampingMargins::of(&gains, &found, machine.dead_time())) {
             if other.crossover > least.crossover {
                 *least = other;
             }

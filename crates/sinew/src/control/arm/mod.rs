@@ -18,6 +18,7 @@ mod joint_observer;
 mod joint_stiffness;
 mod margins;
 mod open_loop;
+mod pace;
 mod residual_network;
 mod resting_tensions;
 mod sensor_monitor;
