@@ -19,8 +19,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Cycles from one that is shown to the next.
-const EVERY: u64 = 16;
+/// Time from a cycle that is shown to the next, s.
+const EVERY: f64 = 0.016;
 /// Shown cycles that the ring holds.
 const RING: usize = 16;
 /// Time without a cycle after which the run counts as silent.
@@ -51,6 +51,8 @@ pub struct Tap {
     sizes: [usize; 2],
     words: usize,
     count: u64,
+    /// Cycles from one that is shown to the next.
+    every: u64,
     stop: Arc<AtomicBool>,
 }
 
@@ -91,6 +93,7 @@ pub fn tap(parts: RunParts) -> Result<(Tap, Run), Error> {
     let sizes = [muscles, joints];
     let words = Signals::words(sizes);
     let (producer, consumer) = RingBuffer::new(RING * words);
+    let every = (EVERY / parts.machine.period).round().max(1.0) as u64;
     let stop = Arc::new(AtomicBool::new(false));
     let choices = Choices { tension_limits: parts.tension_limits.clone(), ..Choices::default() };
     let run = Run {
@@ -105,7 +108,7 @@ pub fn tap(parts: RunParts) -> Result<(Tap, Run), Error> {
         stop: Arc::clone(&stop),
         parts,
     };
-    Ok((Tap { ring: producer, sizes, words, count: 0, stop }, run))
+    Ok((Tap { ring: producer, sizes, words, count: 0, every, stop }, run))
 }
 
 impl Tap {
@@ -115,7 +118,7 @@ impl Tap {
     /// # Shapes
     /// Those of the machine.
     pub fn show(&mut self, cycle: &Observed<'_>) {
-        let due = self.count.is_multiple_of(EVERY);
+        let due = self.count.is_multiple_of(self.every);
         self.count += 1;
         if !due {
             return;

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::grid::{join, round, split, unround};
-use crate::head::{Coding, ColumnSpec, Head, STRIDE};
+use crate::head::{Coding, ColumnSpec, Head};
 use crate::messages::{Column, Cycles};
 use crate::sample::Layout;
 use crate::{column, head};
@@ -13,6 +13,7 @@ use sinew_runtime::link::CycleInput;
 #[derive(Debug)]
 pub(crate) struct BlockBuilder {
     layout: Layout,
+    stride: u64,
     first: u64,
     count: usize,
     /// `[columns][cycles]`.
@@ -25,10 +26,12 @@ pub(crate) struct BlockBuilder {
 }
 
 impl BlockBuilder {
-    pub(crate) fn new(layout: Layout) -> Self {
+    /// With a value of slow columns in every cycle that is a multiple of the stride.
+    pub(crate) fn new(layout: Layout, stride: u64) -> Self {
         let columns = |count: usize| vec![Vec::with_capacity(head::BLOCK); count];
         Self {
             layout,
+            stride: stride.max(1),
             first: 0,
             count: 0,
             fast: columns(layout.fast()),
@@ -58,7 +61,7 @@ impl BlockBuilder {
         let (fast, rest) = sample[1..].split_at(self.layout.fast());
         let (slow, rates) = rest.split_at(self.layout.slow());
         self.fast.iter_mut().zip(fast).for_each(|(column, x)| column.push(*x));
-        if index.is_multiple_of(STRIDE) {
+        if index.is_multiple_of(self.stride) {
             self.slow.iter_mut().zip(slow).for_each(|(column, x)| column.push(*x));
         }
         let commands = &fast[self.layout.commands()..];
@@ -247,7 +250,7 @@ mod tests {
             virtual_time: true,
             start_ns: 0,
             period_ns: 1,
-            stride: STRIDE,
+            stride: head::STRIDE,
             machine: String::new(),
             muscles: Vec::new(),
             joints: Vec::new(),

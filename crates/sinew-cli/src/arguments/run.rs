@@ -4,7 +4,7 @@ use super::ethercat::DeviceFileArguments;
 use super::session::SessionArguments;
 use clap::{Args, ValueEnum};
 
-/// Run a machine: its control cycle once a millisecond, on a simulated or a real bus.
+/// Run a machine: its control cycle once a period, on a simulated or a real bus.
 ///
 /// twin is the simulated machine without wires; segment adds an EtherCAT master and simulated EtherCAT devices in this
 /// process; ethercat drives the devices on a network interface, which the machine file describes. Everything is planned and

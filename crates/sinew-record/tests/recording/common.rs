@@ -86,7 +86,7 @@ impl Setup {
             simulated: true,
             virtual_time: true,
             start_ns: 0,
-            period_ns: PERIOD,
+            period_ns: self.machine.period_ns(),
         };
         Head::new(&self.machine, of)
     }

@@ -50,6 +50,23 @@ fn a_machine_tracks_through_all_layers_as_on_the_bus_without_wires() {
 }
 
 #[test]
+fn a_machine_with_a_slower_or_faster_cycle_tracks_through_all_layers() {
+    for (name, period) in
+        [("planar_leg", 2e-3), ("finger", 4e-3), ("bench_joint", 1e-2), ("planar_leg", 5e-4)]
+    {
+        let machine = sinew::machine::Machine { period, ..machine(name) };
+        let setup = Setup::new(machine, 3, &[]);
+        let (direct, _) = tracked(&setup, setup.twin_bus());
+        let storage = FrameStorage::new();
+        let (wired, _) = tracked(&setup, setup.segment_bus(&storage));
+        assert!(
+            wired.mean < 1.2 * direct.mean && wired.max < 1.3 * direct.max,
+            "{name} at {period} s: {direct:?} {wired:?}"
+        );
+    }
+}
+
+#[test]
 fn process_data_of_several_frames_is_exchanged_whole() {
     let setup = Setup::new(machine("chain10"), 3, &[]);
     let simulated = SimulatedMachine::new(setup.plant.clone(), &setup.machine);

@@ -5,7 +5,7 @@ use crate::machine::{ControlRules, DEFAULT_PERIOD, Machine, dead_time};
 ///
 /// ```text
 /// D   = min(T, 1 ms) + T/2 + t_d,   s = max(D/D_0, 1)
-/// c_T = c/s,   t_v = s 5.6 ms,   w_o,T = min(w_o, 0.29/T),   r = clip(0.3132/(w_o,T T), 1, 5.4) for T > 1 ms
+/// c_T = c/s,   w_T = min(w, w_o,T/3) where w_o,T < w_o,   t_v = s 5.6 ms,   w_o,T = min(w_o, 0.29/T),   r = clip(0.3132/(w_o,T T), 1, 5.4) for T > 1 ms
 /// ```
 ///
 /// | symbol | meaning                                                                     | unit  |
@@ -13,7 +13,7 @@ use crate::machine::{ControlRules, DEFAULT_PERIOD, Machine, dead_time};
 /// | T, t_d | period of the control cycle, longest transport delay of the drives' readings    | s     |
 /// | D, D_0 | [`dead_time`]; that of a millisecond without transport, with which the rules were found | s |
 /// | s      | how much slower the loops of the winches are, so that their phases stay           | 1     |
-/// | c, w_o | [`ControlRules`]                                                              | rad/s |
+/// | c, w, w_o | [`ControlRules`]                                                           | rad/s |
 /// | t_v    | time constant of a winch's travel                                             | s     |
 /// | r      | largest growth of the bandwidth of the joints' observers                      | 1     |
 ///
@@ -34,8 +34,10 @@ pub(super) struct Pace {
 /// `t_v` of a millisecond, s.
 const STRETCH_TIME: f64 = 0.0056;
 /// `w_o T`, and that of the fastest observer.
-const OBSERVER_STEP: f64 = 0.29;
+pub(super) const OBSERVER_STEP: f64 = 0.29;
 const FASTEST_STEP: f64 = 0.3132;
+/// Least `w_o,T/w` where the period lowers the former.
+pub(super) const MIN_OBSERVER_RATIO: f64 = 3.0;
 /// `r`.
 const MAX_BANDWIDTH_RATIO: f64 = 5.4;
 
@@ -48,6 +50,10 @@ impl Pace {
     pub(super) fn new(rules: &ControlRules, period: f64, transport: f64) -> Self {
         let slower = (dead_time(period, transport) / dead_time(DEFAULT_PERIOD, 0.0)).max(1.0);
         let observer_bandwidth = rules.observer_bandwidth.min(OBSERVER_STEP / period);
+        let bandwidth = match observer_bandwidth < rules.observer_bandwidth {
+            true => rules.bandwidth.min(observer_bandwidth / MIN_OBSERVER_RATIO),
+            false => rules.bandwidth,
+        };
         let ratio = if period > DEFAULT_PERIOD {
             (FASTEST_STEP / (observer_bandwidth * period)).clamp(1.0, MAX_BANDWIDTH_RATIO)
         } else {
@@ -55,6 +61,7 @@ impl Pace {
         };
         Self {
             rules: ControlRules {
+                bandwidth,
                 observer_bandwidth,
                 damping_crossover: rules.damping_crossover / slower,
                 ..*rules
