@@ -170,7 +170,7 @@ impl Controller {
             Some((q, v, a)) => set(&mut self.previewed, q, [Some(v), Some(a)])?,
             None => self.previewed.clone_from(&self.current),
         }
-        let Self { inner, muscles, current, previewed } = self;
+        let Self { inner, muscles, current, previewed, .. } = self;
         let measurement = ArmMeasurement {
             motor: motor.row("motor", *muscles)?,
             tension: tension.row("tension", *muscles)?,

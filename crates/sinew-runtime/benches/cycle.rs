@@ -9,7 +9,7 @@
 #[path = "../tests/runtime/common.rs"]
 mod common;
 
-use common::{PERIOD, Setup, machine};
+use common::{Setup, machine};
 use sinew::drive::DriveCommand;
 use sinew_runtime::cycle::{Cycle, MonotonicClock};
 use sinew_runtime::ethercat::{EthercatBus, FrameStorage, Link, Master, SegmentLink};

@@ -72,8 +72,8 @@ fn a_client_drives_a_machine_at_four_milliseconds_in_lock_step() {
     let mut client = running.connect();
     let (mode, joints) = advance(&mut client, Request::Run, Setpoints::none(), 400_000_000);
     assert_eq!((mode, joints.len()), (Mode::Run, 2));
-    assert_eq!(client.welcome().period_ns, 4_000_000);
-    assert!(client.welcome().state_period_ns.is_multiple_of(4_000_000));
+    assert_eq!(client.session().welcome().period_ns, 4_000_000);
+    assert!(client.session().welcome().state_period_ns.is_multiple_of(4_000_000));
     advance(&mut client, Request::Run, Setpoints::none(), 600_000_000);
     assert_eq!(running.end()["outcome"], "done");
 }

@@ -279,7 +279,7 @@ mod tests {
         let machine = machine.unwrap().machine;
         let motion = plan(&machine, &DesiredMotion::ToPose(vec![0.02]), Some(5.0)).unwrap();
         let found = first_infeasibility(&machine, &motion, 1).unwrap().unwrap();
-        let Violation::Unstable { joint, muscle: Some(muscle), rate, most } = &found.violation else {
+        let Violation::Unstable { joint, muscle: Some(muscle), rate, most, .. } = &found.violation else {
             panic!("{found}")
         };
         assert!(joint == "hinge" && ["front", "back"].contains(&muscle.as_str()) && rate > most, "{found}");

@@ -1,6 +1,6 @@
 //! Machines controlled through the EtherCAT master and simulated devices, in virtual time.
 
-use crate::common::{Errors, PERIOD, Setup, machine, with_mode};
+use crate::common::{Errors, Setup, machine, with_mode};
 use sinew::control::arm::ArmStatus;
 use sinew::machine::{Device, DriveMode, Signal};
 use sinew_runtime::ethercat::{FrameStorage, Master, SegmentLink, SimulatedMachine};
