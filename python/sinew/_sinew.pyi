@@ -362,11 +362,11 @@ class Twin:
     def step(
         self,
         command: ArrayLike,
-        interval_s: _Number = 0.001,
+        interval_s: _Number | None = None,
         *,
         kind: Literal["speed", "tension", "current"] = "speed",
     ) -> None:
-        """All drives execute their commands for `interval_s` seconds; `command`: shape `(muscles,)`."""
+        """All drives execute their commands for `interval_s` seconds, by default a period; `command`: shape `(muscles,)`."""
     def copy(self) -> Twin:
         """A twin that continues independently from the same state."""
     def __copy__(self) -> Twin: ...
@@ -419,9 +419,9 @@ class Controller:
         a: ArrayLike | None = None,
         *,
         previewed: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
-        interval_s: _Number = 0.001,
+        interval_s: _Number | None = None,
     ) -> Command:
-        """One control cycle: the commands for the `interval_s` seconds to come."""
+        """One control cycle: the commands for the `interval_s` seconds to come, by default a period."""
     def copy(self) -> Controller:
         """A controller that continues independently from the same state."""
     def __copy__(self) -> Controller: ...

@@ -1,6 +1,8 @@
 //! A bus of one's own, lines of text over UDP: `text_bus devices 127.0.0.1:7400` are the drives and sensors of
 //! `planar_leg`, simulated; `text_bus run 127.0.0.1:7400`, another process, moves it. See docs/bus.md.
 
+#![allow(clippy::print_stdout, reason = "an example prints")]
+
 use sinew::control::arm::resting_tensions;
 use sinew::control::supervisor::{Limits, Supervisor};
 use sinew::drive::DriveCommand;
@@ -28,9 +30,8 @@ impl Wire for TextWire {
         &'a mut self,
         machine: &Machine,
         _: &[EthercatDevice],
-        period: u64,
     ) -> Result<Box<dyn Plant + 'a>, BusError> {
-        let patience = self.0.set_read_timeout(Some(Duration::from_nanos(period / 2)));
+        let patience = self.0.set_read_timeout(Some(Duration::from_nanos(machine.period_ns() / 2)));
         patience.map_err(|error| BusError::System(error.into()))?;
         let (line, muscles) = (String::with_capacity(4096), machine.muscles.len());
         Ok(Box::new(TextBus { socket: &self.0, cycle: 0, line, answer: [0; 4096], muscles }))
@@ -57,7 +58,7 @@ impl TextBus<'_> {
             let length = self.socket.recv(&mut self.answer).ok()?;
             let mut words = str::from_utf8(&self.answer[..length]).ok()?.split_whitespace();
             if words.next()?.parse() == Ok(self.cycle) {
-                let Feedback { motor, tension, joint } = feedback;
+                let Feedback { motor, tension, joint, .. } = feedback;
                 let mut numbers = motor.iter_mut().chain(tension).chain(joint);
                 return numbers.try_for_each(|number| words.next()?.parse().ok().map(|read| *number = read));
             }
@@ -129,15 +130,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         let tensions = resting_tensions(&machine.robot, &machine.start, &gains.tension_limits())?;
         let arm = ArmTwin::new(&ArmSpecimen::nominal(&machine)?, &machine.start, &tensions, 1)?;
         let feedback = Feedback::new(machine.muscles.len(), machine.start.len());
-        return devices(address, TwinPlant::new(arm, 1e-3), feedback);
+        return devices(address, TwinPlant::new(arm), feedback);
     }
     let mut wire = (BUS.open)(address)?;
-    let plant = wire.operate(&machine, &[], 1_000_000)?;
+    let plant = wire.operate(&machine, &[])?;
     let schedule = Schedule::new(&trajectory, 1, 0.3, 0.7)?;
     let limits = Limits::of(&machine, gains)?;
-    let mut cycle = Cycle::new(plant, Supervisor::new(controller, limits)?, schedule, 1e-3);
+    let mut cycle = Cycle::new(plant, Supervisor::new(controller, limits)?, schedule, machine.period);
     let (mut timing, mut error) = (Timing::new(), 0.0_f64);
-    run(&mut cycle, &mut MonotonicClock, 1_000_000, &false.into(), &mut timing, |record| {
+    run(&mut cycle, &mut MonotonicClock, machine.period_ns(), &false.into(), &mut timing, |record| {
         let errors = record.feedback.joint.iter().zip(&record.reference.q).map(|(q, wanted)| q - wanted);
         error = errors.map(f64::abs).fold(error, f64::max);
         Ok(())

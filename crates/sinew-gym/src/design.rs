@@ -1,6 +1,6 @@
 use crate::observation::{Layout, ObservationPart};
 use crate::randomisation::Randomisation;
-use crate::settings::{Actuation, Settings};
+use crate::settings::{Actuation, Settings, within};
 use crate::task::Task;
 use sinew::Error;
 use sinew::body::{Poses, Robot};
@@ -34,6 +34,8 @@ pub struct EnvironmentDesign {
     pub(crate) specimen: ArmSpecimen,
     pub(crate) task: Task,
     pub(crate) settings: Settings,
+    /// Control cycles of the drives for which an action holds.
+    pub(crate) cycles: u32,
     pub(crate) randomisation: Randomisation,
     /// Finite ranges of the independent joints, rad or m: `[joints]`.
     pub(crate) ranges: Vec<[f64; 2]>,
@@ -59,6 +61,15 @@ const HALF_ERROR: f64 = 0.2;
 /// Tensions are commanded from this many times the least one below which a drive does not pay out.
 const LEAST_TENSION: f64 = 1.5;
 
+/// Cycles of a machine with this period, s, in the interval of an action.
+fn cycles(settings: &Settings, period: f64) -> Result<u32, Error> {
+    let exact = 1e-3 * f64::from(settings.interval_ms) / period;
+    let whole = exact.round();
+    let expected = "such that the interval of an action is a whole number of them";
+    within("period of the machine", expected, period, (exact - whole).abs() < 1e-6 && whole >= 1.0)?;
+    Ok(whole as u32)
+}
+
 impl EnvironmentDesign {
     /// Checks everything and derives what all environments share.
     ///
@@ -76,6 +87,7 @@ impl EnvironmentDesign {
         machine.validate()?;
         let machine = machine.loaded()?;
         task.validate(machine.start.len())?;
+        let cycles = cycles(&settings, machine.period)?;
         let specimen = ArmSpecimen::nominal_at(&machine, settings.resolution)?;
         let cells = specimen.resolution.cells;
         let laws = specimen.cables.iter().map(|cable| CableLaw::new(&cable.path, &cable.parameters, cells));
@@ -96,6 +108,7 @@ impl EnvironmentDesign {
             specimen,
             task,
             settings,
+            cycles,
             randomisation,
             ranges,
             encoded,

@@ -58,8 +58,8 @@ pub struct Outcome {
     pub error: f64,
 }
 
-/// Step of the plant, s.
-const STEP: f64 = 1e-3;
+/// s: the unit of intervals and delays.
+const MILLISECOND: f64 = 1e-3;
 
 impl Environment {
     /// At the beginning of its first episode.
@@ -163,8 +163,8 @@ impl Environment {
         readings.motor_rate.copy_from_slice(&readings.motor);
         readings.joint_rate.copy_from_slice(&readings.joint);
         let mut failed = false;
-        for _ in 0..design.settings.interval_ms {
-            if twin.step(commands, STEP).is_err() {
+        for _ in 0..design.cycles {
+            if twin.step(commands, design.machine.period).is_err() {
                 failed = true;
                 break;
             }
@@ -175,7 +175,7 @@ impl Environment {
         }
         let motors = readings.motor.iter_mut().zip(&twin.reading().motor).zip(&self.homing);
         motors.for_each(|((told, measured), homing)| *told = measured + homing);
-        let rate = 1.0 / (STEP * f64::from(design.settings.interval_ms));
+        let rate = 1.0 / (MILLISECOND * f64::from(design.settings.interval_ms));
         let motors = readings.motor_rate.iter_mut().zip(&readings.motor);
         motors.for_each(|(before, now)| *before = rate * (now - *before));
         let joints = readings.joint_rate.iter_mut().zip(&readings.joint);
@@ -230,7 +230,8 @@ impl Environment {
         self.delays.clear();
         for (k, reading) in self.design.encoded.iter().zip(&mut self.readings.joint) {
             *reading = self.twin.reading().joint[*k];
-            self.delays.push(Delay::new(episode.delay_ms, *reading)?);
+            self.delays
+                .push(Delay::new(episode.delay_ms * (MILLISECOND / self.design.machine.period), *reading)?);
         }
         // The encoders were set to zero in the start, with cables that hardly stretched.
         let places = truth.lengths.iter().zip(truth.cables).zip(&self.design.home);
@@ -251,7 +252,7 @@ impl Environment {
     /// What is wanted at the end of the next interval.
     fn update_target(&mut self) -> Result<(), Error> {
         if let Task::Track(trajectory) = &self.design.task {
-            let interval = STEP * f64::from(self.design.settings.interval_ms);
+            let interval = MILLISECOND * f64::from(self.design.settings.interval_ms);
             let mut time = self.offset + f64::from(self.steps + 1) * interval;
             if trajectory.is_closed() && trajectory.duration() > 0.0 {
                 time %= trajectory.duration();

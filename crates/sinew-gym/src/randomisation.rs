@@ -126,8 +126,7 @@ impl Drawn {
             }
         }
         for drive in &mut specimen.drives {
-            // Steps of the drives are milliseconds.
-            drive.delay_steps += self.delay_ms;
+            drive.delay_ms += self.delay_ms;
         }
         Ok(specimen)
     }

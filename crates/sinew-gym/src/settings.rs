@@ -18,7 +18,7 @@ pub enum Actuation {
 pub struct Settings {
     /// What an action commands.
     pub actuation: Actuation,
-    /// Milliseconds for which an action holds, 1 to 1000.
+    /// Milliseconds for which an action holds, 1 to 1000; a whole number of the machine's periods.
     pub interval_ms: u32,
     /// Actions of an episode, at least 1: it is truncated then.
     pub steps: u32,

@@ -279,3 +279,21 @@ fn wrong_input_is_refused_with_its_name_and_changes_nothing() {
     assert!(EnvironmentBatch::new(&design, &[], ResetMode::NextStep, 1).is_err());
     assert!(EnvironmentBatch::new(&design, &[1], ResetMode::NextStep, 0).is_err());
 }
+
+#[test]
+fn an_environment_has_its_machines_period_and_refuses_an_interval_that_is_no_multiple_of_it() {
+    let of = |period: f64, interval_ms: u32| {
+        let machine = Machine { period, ..machine("finger") };
+        let settings = Settings { interval_ms, ..Settings::default() };
+        EnvironmentDesign::new(&machine, Task::Reach, settings, Randomisation::none()).map(Arc::new)
+    };
+    // Drives hold a command for an interval: its cycles change nothing but the reading that is the last one.
+    let runs: Vec<Run> =
+        [1e-3, 2e-3, 4e-3].map(|period| run(&of(period, 8).unwrap(), &[5], 1, 20).remove(0)).into();
+    assert!(runs.iter().all(|run| run == &runs[0]));
+    for (period, interval) in [(2e-3, 5), (4e-3, 10), (0.02, 10), (1.5e-3, 10)] {
+        let refused = of(period, interval).err().unwrap().to_string();
+        assert!(refused.contains("period of the machine"), "{refused}");
+    }
+    assert!(of(2.5e-3, 10).is_ok() && of(5e-4, 1).is_ok());
+}

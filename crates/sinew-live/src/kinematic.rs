@@ -8,7 +8,6 @@ use crate::frame::{Along, Frame, PAUSED};
 use crate::layout::{Contents, Layout};
 use crate::scene::{SceneParts, scene};
 use crate::signals::Signals;
-use crate::simulation::CYCLE;
 use crate::source::Source;
 use serde_json::Value;
 use sinew::Error;
@@ -103,7 +102,7 @@ impl Source for Kinematic {
 
     fn state(&mut self) -> Result<Vec<u8>, LiveError> {
         self.sequence += 1;
-        let duration = self.trajectory.duration().max(CYCLE);
+        let duration = self.trajectory.duration().max(self.machine.period);
         let along = if self.trajectory.is_closed() { self.time % duration } else { self.time };
         self.trajectory.sample(along, &mut self.at)?;
         self.now.time = self.time;
@@ -136,7 +135,7 @@ impl Source for Kinematic {
             }
             Command::Step(cycles) => {
                 self.paused = true;
-                self.pass(f64::from(*cycles) * CYCLE);
+                self.pass(f64::from(*cycles) * self.machine.period);
                 Ok(())
             }
             _ => Err("this machine is shown without forces; only its time can be commanded".to_owned()),

@@ -3,7 +3,6 @@
 use crate::choices::Choices;
 use crate::drawing::{Drawing, POINTS, SHEATH_POINTS};
 use crate::layout::Layout;
-use crate::simulation::CYCLE;
 use serde_json::{Value, json};
 use sinew::Error;
 use sinew::control::supervisor::{FaultCode, Mode};
@@ -128,7 +127,7 @@ pub(crate) fn scene(parts: &SceneParts<'_>, drawing: &mut Drawing) -> Result<Val
         "machine": robot.parts().name,
         "source": parts.source,
         "simulated": parts.simulated,
-        "period_s": CYCLE,
+        "period_s": machine.period,
         "gravity": robot.parts().gravity,
         "bodies": bodies,
         "shapes": shapes,

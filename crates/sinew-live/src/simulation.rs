@@ -14,8 +14,6 @@ use sinew_session::signals::{Frame, FrameLayout, Signal};
 use sinew_session::{Plant, Session, TwinPlant, VirtualClock};
 use std::sync::Arc;
 
-/// Control cycle, s.
-pub(crate) const CYCLE: f64 = 1e-3;
 /// Speed of a point of a cable from which on it slides, m/s.
 const SLIDES: f64 = 1e-4;
 
@@ -66,7 +64,7 @@ impl Simulation {
     /// Parts of different machines.
     pub fn new(parts: SimulationParts) -> Result<Self, Error> {
         let SimulationParts { machine, plant, supervisor, trajectory } = parts;
-        let motion = PageMotion::new(&machine, trajectory, CYCLE, supervisor.mode())?;
+        let motion = PageMotion::new(&machine, trajectory, machine.period, supervisor.mode())?;
         let view = |(k, design): (usize, &sinew::machine::MuscleDesign)| {
             let specimen = &plant.specimen().cables[k];
             let cells = plant.cable_tensions(k)?.count();
@@ -86,7 +84,7 @@ impl Simulation {
         let mut shown = Frame::new(Arc::new(FrameLayout::new([muscles, joints], true)));
         shown.of_mut(Signal::JointReference).copy_from_slice(motion.first());
         shown.of_mut(Signal::JointTrue).copy_from_slice(plant.truth().q);
-        let session = Session::new(TwinPlant::new(plant, CYCLE), supervisor, motion, CYCLE);
+        let session = Session::new(TwinPlant::new(plant), supervisor, motion, machine.period);
         Ok(Self { machine, session, faults: Vec::new(), shown, cables, shown_at: 0 })
     }
 
@@ -242,7 +240,7 @@ impl Simulation {
         let (mut tension, mut sliding) = (Vec::new(), Vec::new());
         // While time stands, what slid before is shown.
         let (now, plant) = (self.session.time().index, self.session.plant().arm());
-        let elapsed = (now - self.shown_at) as f64 * CYCLE;
+        let elapsed = (now - self.shown_at) as f64 * self.machine.period;
         self.shown_at = now;
         for (k, view) in self.cables.iter_mut().enumerate() {
             let now: Vec<f64> = plant.cable_tensions(k)?.collect();

@@ -7,7 +7,7 @@ use crate::error::LiveError;
 use crate::frame::{BEHIND, Frame, PAUSED};
 use crate::layout::{Contents, Layout};
 use crate::scene::{SceneParts, scene};
-use crate::simulation::{CYCLE, Simulation, SimulationParts};
+use crate::simulation::{Simulation, SimulationParts};
 use crate::source::Source;
 use serde_json::Value;
 use sinew::Error;
@@ -206,14 +206,15 @@ impl Source for Stage {
             return Ok(());
         }
         self.due += seconds * self.speed;
-        while self.due >= CYCLE {
+        let period = self.first.machine().period;
+        while self.due >= period {
             if is_spent() {
                 self.behind = self.due > MOST_DUE;
                 self.due = self.due.min(MOST_DUE);
                 return Ok(());
             }
             self.cycle()?;
-            self.due -= CYCLE;
+            self.due -= period;
         }
         self.behind = false;
         Ok(())

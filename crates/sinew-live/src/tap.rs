@@ -21,8 +21,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Cycles from one that is shown to the next.
-const EVERY: u64 = 16;
+/// Time from a cycle that is shown to the next, s.
+const EVERY: f64 = 0.016;
 /// Shown cycles that the ring holds.
 const RING: usize = 16;
 /// Time without a cycle after which the run counts as silent.
@@ -52,6 +52,8 @@ pub struct Tap {
     ring: Producer<f64>,
     layout: Arc<FrameLayout>,
     count: u64,
+    /// Cycles from one that is shown to the next.
+    every: u64,
     stop: Arc<AtomicBool>,
 }
 
@@ -88,6 +90,7 @@ pub fn tap(parts: RunParts) -> Result<(Tap, Run), Error> {
     let now = Signals::unknown([muscles, joints], parts.simulated);
     let cycle = Arc::clone(now.frame.layout());
     let (producer, consumer) = RingBuffer::new(RING * (1 + cycle.words()));
+    let every = (EVERY / parts.machine.period).round().max(1.0) as u64;
     let stop = Arc::new(AtomicBool::new(false));
     let choices = Choices { tension_limits: parts.tension_limits.clone(), ..Choices::default() };
     let run = Run {
@@ -102,14 +105,14 @@ pub fn tap(parts: RunParts) -> Result<(Tap, Run), Error> {
         stop: Arc::clone(&stop),
         parts,
     };
-    Ok((Tap { ring: producer, layout: cycle, count: 0, stop }, run))
+    Ok((Tap { ring: producer, layout: cycle, count: 0, every, stop }, run))
 }
 
 impl Tap {
     /// Offers a cycle to the page, which takes one of some; where the page is slow, it misses it. Allocates nothing, takes no lock
     /// and makes no system call.
     pub fn show<P: Plant>(&mut self, record: &CycleRecord<'_, P>) {
-        let due = self.count.is_multiple_of(EVERY);
+        let due = self.count.is_multiple_of(self.every);
         self.count += 1;
         if !due {
             return;

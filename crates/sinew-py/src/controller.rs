@@ -87,6 +87,7 @@ impl Command {
 pub(crate) struct Controller {
     inner: ArmController,
     muscles: usize,
+    period_s: f64,
     current: Reference,
     previewed: Reference,
 }
@@ -112,6 +113,7 @@ impl Controller {
         Ok(Self {
             inner: inner.with_sheath_bends(&machine.sheath_bends()?)?,
             muscles: machine.muscles.len(),
+            period_s: machine.period,
             current: Reference::new(joints),
             previewed: Reference::new(joints),
         })
@@ -136,13 +138,13 @@ fn set(to: &mut Reference, q: &Bound<'_, PyAny>, rates: [Option<&Bound<'_, PyAny
 
 #[pymethods]
 impl Controller {
-    /// One control cycle: the commands for the `interval_s` seconds to come.
+    /// One control cycle: the commands for the `interval_s` seconds to come, by default a period of the machine.
     ///
     /// Measured: `motor`, positions of the cables at the motors, m, and `tension` at the drives, N, shapes `(muscles,)`;
     /// `joint`, the joints' encoders, rad or m, shape `(joints,)`, not read where a joint has none. Reference: `q`, and `v`
     /// and `a`, zero by default, shapes `(joints,)`, rad or m, per s, per s^2; `previewed`, the same as a tuple
     /// `(q, v, a)` 0.12 s ahead, by default the present one.
-    #[pyo3(signature = (motor, tension, joint, q, v=None, a=None, *, previewed=None, interval_s=1e-3))]
+    #[pyo3(signature = (motor, tension, joint, q, v=None, a=None, *, previewed=None, interval_s=None))]
     #[expect(clippy::too_many_arguments, reason = "one per sensor and reference")]
     #[expect(clippy::needless_pass_by_value, reason = "a tuple is extracted, not borrowed")]
     fn step(
@@ -154,8 +156,9 @@ impl Controller {
         v: Option<&Bound<'_, PyAny>>,
         a: Option<&Bound<'_, PyAny>>,
         previewed: Option<Motion<'_>>,
-        interval_s: f64,
+        interval_s: Option<f64>,
     ) -> PyResult<Command> {
+        let interval_s = interval_s.unwrap_or(self.period_s);
         if !(1e-5..=0.02).contains(&interval_s) {
             let expected = "interval_s must be a number of seconds in [1e-5, 0.02]";
             return Err(Failure::refused(format!("{expected}, but is {interval_s}")).into());
@@ -167,7 +170,7 @@ impl Controller {
             Some((q, v, a)) => set(&mut self.previewed, q, [Some(v), Some(a)])?,
             None => self.previewed.clone_from(&self.current),
         }
-        let Self { inner, muscles, current, previewed } = self;
+        let Self { inner, muscles, current, previewed, .. } = self;
         let measurement = ArmMeasurement {
             motor: motor.row("motor", *muscles)?,
             tension: tension.row("tension", *muscles)?,
@@ -194,6 +197,7 @@ impl Controller {
         Self {
             inner: self.inner.clone(),
             muscles: self.muscles,
+            period_s: self.period_s,
             current: self.current.clone(),
             previewed: self.previewed.clone(),
         }

@@ -73,17 +73,17 @@ impl Twin {
         Ok(Self { commands: vec![DriveCommand::Off; machine.muscles()], inner })
     }
 
-    /// All drives execute their commands for `interval_s` seconds, 1e-5 to 0.02.
+    /// All drives execute their commands for `interval_s` seconds, 1e-5 to 0.02; by default for a period of the machine.
     ///
     /// `command`: shape `(muscles,)`; NaN switches a drive off. `kind`: `"speed"` for the speed of the cable at the winch,
     /// m/s, positive toward the motor, `"tension"` for the tension at the drive's outlet, N, `"current"` for that of the
     /// motor, A.
-    #[pyo3(signature = (command, interval_s=1e-3, *, kind="speed"))]
+    #[pyo3(signature = (command, interval_s=None, *, kind="speed"))]
     fn step(
         &mut self,
         py: Python<'_>,
         command: &Bound<'_, PyAny>,
-        interval_s: f64,
+        interval_s: Option<f64>,
         kind: &str,
     ) -> PyResult<()> {
         let command = Numbers::of(command, "command")?;
@@ -99,6 +99,7 @@ impl Twin {
         };
         self.commands.iter_mut().zip(command).for_each(|(to, number)| *to = make(*number));
         let Self { inner, commands } = self;
+        let interval_s = interval_s.unwrap_or(inner.specimen().period);
         py.detach(|| inner.step(commands, interval_s).map(drop)).map_err(Failure::from)?;
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::grid::{join, round, split, unround};
-use crate::head::{Coding, ColumnSpec, Head, STRIDE};
+use crate::head::{Coding, ColumnSpec, Head};
 use crate::messages::{Column, Cycles};
 use crate::{column, head};
 use crc32fast::Hasher;
@@ -16,6 +16,7 @@ pub(crate) struct BlockBuilder {
     layout: Arc<FrameLayout>,
     /// Places in a frame of the columns.
     places: [Vec<usize>; 2],
+    stride: u64,
     first: u64,
     count: usize,
     /// `[columns][cycles]`.
@@ -28,7 +29,8 @@ pub(crate) struct BlockBuilder {
 }
 
 impl BlockBuilder {
-    pub(crate) fn new(layout: Arc<FrameLayout>) -> Self {
+    /// With a value of slow columns in every cycle that is a multiple of the stride.
+    pub(crate) fn new(layout: Arc<FrameLayout>, stride: u64) -> Self {
         let places = [false, true].map(|slow| {
             let signals = Signal::ALL.iter().filter(|signal| signal.row().slow == slow);
             signals.flat_map(|signal| layout.place(*signal)).collect::<Vec<_>>()
@@ -38,6 +40,7 @@ impl BlockBuilder {
         Self {
             layout,
             places,
+            stride: stride.max(1),
             first: 0,
             count: 0,
             fast,
@@ -63,9 +66,9 @@ impl BlockBuilder {
             self.first = index;
         }
         self.count += 1;
-        let Self { places: [fast, slow], layout, .. } = self;
+        let Self { places: [fast, slow], layout, stride, .. } = self;
         self.fast.iter_mut().zip(fast).for_each(|(column, place)| column.push(frame[*place]));
-        if index.is_multiple_of(STRIDE) {
+        if index.is_multiple_of(*stride) {
             self.slow.iter_mut().zip(slow).for_each(|(column, place)| column.push(frame[*place]));
         }
         let commands = COMMANDS.map(|signal| layout.of(signal, frame));
@@ -257,7 +260,7 @@ mod tests {
             virtual_time: true,
             start_ns: 0,
             period_ns: 1,
-            stride: STRIDE,
+            stride: head::STRIDE,
             machine: String::new(),
             muscles: Vec::new(),
             joints: Vec::new(),

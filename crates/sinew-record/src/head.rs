@@ -8,9 +8,10 @@ use sinew_session::signals::{Axis, Kind, Resolution, Signal, fault_of};
 
 /// Version of the format that this crate writes, and the newest that it reads.
 pub const FORMAT: u32 = 1;
-/// Cycles between two values of a slow column.
+/// Cycles of a millisecond between two values of a slow column; see [`Head::cycles_of`].
 pub const STRIDE: u64 = 20;
-/// Cycles in a block, at most: what a recording loses at most where its writer is killed, with what is in the ring.
+/// Cycles of a millisecond in a block, at most: what a recording loses at most where its writer is killed, with what is
+/// in the ring.
 pub const BLOCK: usize = 500;
 
 /// Attachment `head.json`.
@@ -115,7 +116,7 @@ impl Head {
             virtual_time: of.virtual_time,
             start_ns: of.start_ns,
             period_ns: of.period_ns,
-            stride: STRIDE,
+            stride: cycles_of(STRIDE, of.period_ns),
             machine: parts.name.clone(),
             muscles,
             joints,
@@ -145,11 +146,21 @@ impl Head {
         found.iter().zip(&names).all(|(column, name)| column.name == *name).then_some(first)
     }
 
+    /// Cycles of so many milliseconds, at least one.
+    #[must_use]
+    pub fn cycles_of(&self, milliseconds: u64) -> u64 {
+        cycles_of(milliseconds, self.period_ns)
+    }
+
     /// Length of a cycle, s.
     #[must_use]
     pub fn period_s(&self) -> f64 {
-        self.period_ns as f64 * 1e-9
+        self.period_ns as f64 / 1e9
     }
+}
+
+fn cycles_of(milliseconds: u64, period_ns: u64) -> u64 {
+    (1_000_000 * milliseconds / period_ns.max(1)).max(1)
 }
 
 impl Head {

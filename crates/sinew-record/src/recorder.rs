@@ -23,11 +23,11 @@ use std::time::Duration;
 const RING: usize = 4096;
 /// Time after which the thread looks into an empty ring again.
 const PAUSE: Duration = Duration::from_millis(20);
-/// Cycles between two messages of signals: 10 per second at 1 kHz.
+/// Milliseconds between two messages of signals: 10 per second.
 const STATE_EVERY: u64 = 100;
-/// Cycles between two messages of the bodies' frames: 5 per second at 1 kHz.
+/// Milliseconds between two messages of the bodies' frames: 5 per second.
 const FRAMES_EVERY: u64 = 200;
-/// Cycles between two messages of the muscles: 1 per second at 1 kHz.
+/// Milliseconds between two messages of the muscles: 1 per second.
 const MUSCLES_EVERY: u64 = 1000;
 
 /// The control cycle's end of the ring: puts every cycle into it.
@@ -214,7 +214,8 @@ impl Drain {
 
     /// Writes until the recorder is finished and the ring empty.
     fn write(&mut self, recorded: &mut Recorded) -> Result<(), Error> {
-        let mut block = BlockBuilder::new(self.layout.clone());
+        let mut block = BlockBuilder::new(self.layout.clone(), self.head.stride);
+        let whole = self.head.cycles_of(BLOCK as u64) as usize;
         let mut sample = vec![0.0; words(&self.layout)];
         let mut status = None;
         loop {
@@ -223,7 +224,7 @@ impl Drain {
             while self.consumer.pop_entire_slice(&mut sample).is_ok() {
                 let index = sample[0] as u64;
                 let (frame, rates) = sample[1..].split_at(self.layout.words());
-                if !block.continues(index) || block.len() == BLOCK {
+                if !block.continues(index) || block.len() >= whole {
                     self.write_block(&mut block)?;
                 }
                 recorded.cycles += 1;
@@ -271,19 +272,20 @@ impl Drain {
         let since = (one(Signal::Deadline).max(0.0) * 1e3).round() as u64;
         let time = self.head.start_ns + since;
         let first = status.is_none();
-        if first || index.is_multiple_of(STATE_EVERY) {
+        let due = |milliseconds| index.is_multiple_of(self.head.cycles_of(milliseconds));
+        if first || due(STATE_EVERY) {
             self.container.put(Topic::State, since, &state(frame, &layout, time))?;
         }
         let [q, tension] =
             [Signal::JointEstimated, Signal::TensionOutEstimated].map(|signal| layout.of(signal, frame));
         if q.iter().all(|q| q.is_finite()) {
-            if first || index.is_multiple_of(FRAMES_EVERY) {
+            if first || due(FRAMES_EVERY) {
                 self.container.put(Topic::Frames, since, &self.view.transforms(q, time, first)?)?;
             }
             if first {
                 self.container.put(Topic::Scene, since, &self.view.bodies(q, time)?)?;
             }
-            if first || index.is_multiple_of(MUSCLES_EVERY) {
+            if first || due(MUSCLES_EVERY) {
                 self.container.put(Topic::Scene, since, &self.view.muscles(q, tension, time)?)?;
             }
         }

@@ -23,6 +23,8 @@ pub struct Tuned {
     pub muscles: Vec<TunedMuscle>,
     /// Highest natural frequency, far ends stuck.
     pub stuck_mode_rad_per_s: f64,
+    /// What the period of the control cycle costs.
+    pub period: TunedPeriod,
     /// As the controller reads them.
     pub gains: ArmGains,
     /// Paragraph on the stability with held winches.
@@ -31,6 +33,25 @@ pub struct Tuned {
     /// Poses and drawn machines of the margins.
     #[serde(skip)]
     pub amount: [usize; 2],
+}
+
+/// The period of a machine's control cycle, and what it makes slower; pairs are at this period and at a millisecond.
+#[derive(Debug, Serialize)]
+pub struct TunedPeriod {
+    /// s.
+    pub period_s: f64,
+    /// From a measurement to the middle of the command that answers it, s.
+    pub dead_time_s: f64,
+    /// Of the travel of a winch, s.
+    pub winch_time_constant_s: [f64; 2],
+    /// Of the winches' damping.
+    pub damping_crossover_rad_per_s: [f64; 2],
+    /// Of the joints' observers, and of one that follows a joint as it breaks away.
+    pub observer_bandwidth_rad_per_s: [f64; 2],
+    /// The same at its fastest.
+    pub fastest_observer_rad_per_s: [f64; 2],
+    /// Of the joints.
+    pub bandwidth_rad_per_s: [f64; 2],
 }
 
 /// A joint with its gains and what limits it.
@@ -48,6 +69,10 @@ pub struct TunedJoint {
     pub inertia: f64,
     /// A sentence.
     pub limited_by: String,
+    /// Slowest period of the control cycle at which it is tracked, s.
+    pub slowest_period_s: f64,
+    /// What does not allow a slower one; a sentence.
+    pub period_limited_by: String,
     /// None without a muscle.
     pub figures: Option<Figures>,
     /// The same after each change of the design.
@@ -258,7 +283,7 @@ fn change(joint: &TunedJoint) -> Change {
     let changed = joint.changes.iter().map(|one| (one.change.to_owned(), one.helps, cells(&one.figures)));
     Change {
         joint: joint.name.clone(),
-        sentence: joint.limited_by.clone(),
+        sentence: format!("{}; control cycle {}", joint.limited_by, joint.period_limited_by),
         rows: own.chain(changed).collect(),
     }
 }

@@ -9,7 +9,7 @@
 #[path = "../tests/runtime/common.rs"]
 mod common;
 
-use common::{PERIOD, Setup, machine};
+use common::{Setup, machine};
 use sinew::drive::DriveCommand;
 use sinew_runtime::cycle::{Cycle, MonotonicClock};
 use sinew_runtime::ethercat::{EthercatBus, FrameStorage, Link, Master, SegmentLink};
@@ -98,7 +98,7 @@ fn measure(name: &str) {
     let storage = FrameStorage::new();
     let link = Timed { link: setup.link(), behind: Duration::ZERO };
     let matched = Master::new(&storage, link).unwrap().match_devices(&setup.devices).unwrap();
-    let bus = Measured { bus: matched.operate(&setup.machine, PERIOD).unwrap(), last: 0, coding: Vec::new() };
+    let bus = Measured { bus: matched.operate(&setup.machine).unwrap(), last: 0, coding: Vec::new() };
     let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), common::STEP);
     let (mut clock, mut control) = (MonotonicClock, Vec::new());
     while !cycle.is_finished() {

@@ -17,8 +17,8 @@ pub struct Bus {
 
 /// An open bus, on which nothing has power yet.
 pub trait Wire {
-    /// Finds the devices of a machine and gives its drives power, which hold still; a cycle is to have this
-    /// period, ns. Whoever drops the plant stops them.
+    /// Finds the devices of a machine and gives its drives power, which hold still in the machine's period.
+    /// Whoever drops the plant stops them.
     ///
     /// # Errors
     /// [`BusError`] names the device and what is wrong with it.
@@ -26,7 +26,6 @@ pub trait Wire {
         &'a mut self,
         machine: &Machine,
         devices: &[EthercatDevice],
-        period: u64,
     ) -> Result<Box<dyn Plant + 'a>, BusError>;
 }
 

@@ -1,4 +1,4 @@
-//! The control cycle of a cable-driven robot: read, estimate, control, write, once a millisecond.
+//! The control cycle of a cable-driven robot: read, estimate, control, write, once a period.
 //!
 //! ```text
 //! Clock --deadline--> Session { Plant::read -> Motion::sample -> Supervisor::step -> Plant::write }

@@ -81,7 +81,7 @@ fn inside() {
             assert!(begin.elapsed().as_secs() < 30, "the devices do not answer");
         }
         let matched = master.match_devices(&setup.devices).unwrap();
-        let bus = matched.operate(&setup.machine, PERIOD).unwrap();
+        let bus = matched.operate(&setup.machine).unwrap();
         println!(
             "{} devices in operation after {:.2} s",
             setup.machine.devices.len(),

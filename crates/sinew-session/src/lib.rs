@@ -29,4 +29,4 @@ pub use motion::{CycleTime, Motion, References, Scheduled, Wanted};
 pub use plant::Plant;
 pub use record::{CycleRecord, CycleTimes};
 pub use session::Session;
-pub use twin::TwinPlant;
+pub use twin::{TwinPlant, watchdog};

@@ -4,8 +4,15 @@ use sinew::Error;
 use sinew::drive::DriveCommand;
 use sinew::twin::arm::{ArmTwin, InjectedFault};
 
-/// Time without commands after which the drives stop by themselves, s.
+/// Time without commands after which the drives stop by themselves: s, at least as many periods.
 const WATCHDOG: f64 = 0.02;
+const WATCHDOG_PERIODS: f64 = 4.0;
+
+/// Time without commands after which the drives of a machine with this period, s, stop by themselves, s.
+#[must_use]
+pub fn watchdog(period: f64) -> f64 {
+    WATCHDOG.max(WATCHDOG_PERIODS * period)
+}
 
 /// A simulated machine without wires. A period passes before it is read, the first time excepted, or when it
 /// is told to.
@@ -21,7 +28,7 @@ const WATCHDOG: f64 = 0.02;
 /// let parts = sinew::description::from_toml("lm_arm.toml", text).expect("a model of this repository").parts;
 /// let machine = Machine::of(&Robot::new(parts)?)?;
 /// let arm = ArmTwin::new(&ArmSpecimen::nominal(&machine)?, &machine.start, &[40.0; 15], 1)?;
-/// let (mut plant, mut feedback) = (TwinPlant::new(arm, 1e-3), Feedback::new(15, 7));
+/// let (mut plant, mut feedback) = (TwinPlant::new(arm), Feedback::new(15, 7));
 /// for _ in 0..100 {
 ///     assert!(plant.read(&mut feedback).fault.is_none());
 ///     plant.write(&[DriveCommand::Velocity(0.0); 15]);
@@ -49,9 +56,10 @@ pub struct TwinPlant {
 }
 
 impl TwinPlant {
-    /// A machine in its initial state, which is read every period, s.
+    /// A machine in its initial state, which is read every period of its own.
     #[must_use]
-    pub fn new(arm: ArmTwin, period: f64) -> Self {
+    pub fn new(arm: ArmTwin) -> Self {
+        let period = arm.specimen().period;
         let commands = vec![DriveCommand::Velocity(0.0); arm.specimen().drives.len()];
         Self {
             arm,
@@ -122,7 +130,7 @@ impl Plant for TwinPlant {
         self.lost_for = if self.lost { self.lost_for + self.period } else { 0.0 };
         if !self.lost {
             self.commands.copy_from_slice(commands);
-        } else if self.lost_for > WATCHDOG {
+        } else if self.lost_for > watchdog(self.period) {
             self.commands.fill(DriveCommand::Velocity(0.0));
         }
     }

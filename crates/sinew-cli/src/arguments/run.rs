@@ -7,7 +7,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use sinew_runtime::{BUSES, Bus, ethercat};
 use sinew_session::BusFault;
 
-/// Run a machine: its control cycle once a millisecond, on a simulated or a real bus.
+/// Run a machine: its control cycle once a period, on a simulated or a real bus.
 ///
 /// twin is the simulated machine without wires; segment adds an EtherCAT master and simulated EtherCAT devices in this
 /// process; ethercat drives the devices on a network interface, which the machine file describes. Everything is planned and

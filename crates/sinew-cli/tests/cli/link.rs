@@ -23,8 +23,14 @@ pub(crate) struct Running {
 
 impl Running {
     pub(crate) fn start(more: &str) -> Self {
-        let motion = "run planar_leg --path to-joints:hip=0.8,knee=1.6 --duration 3 --unverified --json";
+        Self::of("planar_leg", more)
+    }
+
+    /// Of a leg's file.
+    pub(crate) fn of(machine: &str, more: &str) -> Self {
+        let motion = "--path to-joints:hip=0.8,knee=1.6 --duration 3 --unverified --json";
         let mut child = Command::new(env!("CARGO_BIN_EXE_sinew"))
+            .args(["run", machine])
             .args(motion.split(' '))
             .args(["--link", "127.0.0.1:0"])
             .args(more.split_whitespace())

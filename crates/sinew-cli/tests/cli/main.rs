@@ -14,6 +14,7 @@ mod link;
 mod live;
 mod machine;
 mod map;
+mod period;
 mod recording;
 mod robots;
 mod roles;

@@ -4,7 +4,7 @@ use super::heat::{allowed_temperature, drive_heat};
 use super::tracking::poses_along;
 use crate::Error;
 use crate::experiment::oracle_models;
-use sinew::control::arm::{ArmGains, MAX_UNSTABLE_RATE, least_stable_pose, synthesize};
+use sinew::control::arm::{ArmGains, least_stable_pose, max_unstable_rate, synthesize};
 use sinew::control::tension::{Distribution, Problem, Status};
 use sinew::machine::{Machine, NegativeStiffness};
 use sinew::predictor::CableModel;
@@ -119,7 +119,8 @@ fn first_unstable(
 ) -> Result<Option<Infeasibility>, Error> {
     let laws = models.iter().map(CableModel::law).collect::<Result<Vec<_>, _>>()?;
     let least = least_stable_pose(machine, &laws, poses, 0.0)?;
-    let Some(least) = least.filter(|least| least.stability.rate() > MAX_UNSTABLE_RATE) else {
+    let most = max_unstable_rate(machine.dead_time());
+    let Some(least) = least.filter(|least| least.stability.rate() > most) else {
         return Ok(None);
     };
     let parts = machine.robot.parts();
@@ -133,7 +134,8 @@ fn first_unstable(
                 NegativeStiffness::Gravity => None,
             },
             rate: least.stability.rate(),
-            most: MAX_UNSTABLE_RATE,
+            most,
+            period: machine.period,
         },
     }))
 }
@@ -277,7 +279,7 @@ mod tests {
         let machine = machine.unwrap().machine;
         let motion = plan(&machine, &DesiredMotion::ToPose(vec![0.02]), Some(5.0)).unwrap();
         let found = first_infeasibility(&machine, &motion, 1).unwrap().unwrap();
-        let Violation::Unstable { joint, muscle: Some(muscle), rate, most } = &found.violation else {
+        let Violation::Unstable { joint, muscle: Some(muscle), rate, most, .. } = &found.violation else {
             panic!("{found}")
         };
         assert!(joint == "hinge" && ["front", "back"].contains(&muscle.as_str()) && rate > most, "{found}");
@@ -293,5 +295,27 @@ mod tests {
         let robot = sinew::body::Robot::new(sinew::body::Parts { bodies, ..parts }).unwrap();
         let found = first_infeasibility(&Machine { robot, ..machine }, &motion, 1).unwrap();
         assert_eq!(found, None);
+    }
+
+    #[test]
+    fn a_machine_that_is_held_at_a_millisecond_but_not_at_its_period_is_refused_with_the_period() {
+        let of = |period: f64, mass: f64| {
+            let read =
+                sinew::description::machine_from_toml("bar.toml", BOWSTRINGING, &mut |_| Err(String::new()));
+            let machine = read.unwrap().machine;
+            let parts = machine.robot.parts().clone();
+            let inertia = [0.01 * mass, 0.01 * mass, 1e-6, 0.0, 0.0, 0.0];
+            let heavier = sinew::body::Body { mass, inertia, ..parts.bodies[1].clone() };
+            let bodies = vec![parts.bodies[0].clone(), heavier];
+            let robot = sinew::body::Robot::new(sinew::body::Parts { bodies, ..parts }).unwrap();
+            let machine = Machine { robot, period, ..machine };
+            let motion = plan(&machine, &DesiredMotion::ToPose(vec![0.02]), Some(5.0)).unwrap();
+            first_infeasibility(&machine, &motion, 1).unwrap()
+        };
+        assert_eq!(of(1e-3, 0.2), None);
+        let found = of(0.02, 0.2).unwrap();
+        let Violation::Unstable { joint, rate, most, .. } = &found.violation else { panic!("{found}") };
+        assert!(joint == "hinge" && rate > most && *most < 15.0, "{found}");
+        assert!(found.to_string().contains("at a period of 20 ms"), "{found}");
     }
 }

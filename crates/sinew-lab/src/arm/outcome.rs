@@ -180,7 +180,8 @@ mod tests {
 
     /// A run with these largest errors of the joints, rad, and an end point that followed.
     fn run(machine: &Machine, errors: &[f64]) -> TrackSummary {
-        let mut summary = TrackSummary::new(vec![1.0; machine.muscles.len()], vec![1.0; errors.len()]);
+        let mut summary =
+            TrackSummary::new(vec![1.0; machine.muscles.len()], vec![1.0; errors.len()], machine.period);
         for (statistics, error) in summary.joint_error.iter_mut().zip(errors) {
             statistics.record(*error);
         }

@@ -30,7 +30,7 @@ pub struct TrackingTask<'a> {
     pub faults: &'a [InjectedFault],
     /// Gains of the controller; none: derived for the trajectory.
     pub gains: Option<&'a ArmGains>,
-    /// Sampling interval of the trace, s, at least a millisecond.
+    /// Sampling interval of the trace, s, at least a period of the control cycle.
     pub trace_interval: f64,
 }
 
@@ -242,7 +242,7 @@ pub fn track_arm(
     task: &TrackingTask<'_>,
 ) -> Result<TrackingResult, Error> {
     let prepared = PreparedRun::new(arm, variant, task)?;
-    let stride = (task.trace_interval * 1e3).round().clamp(1.0, 1e9) as u64;
+    let stride = (task.trace_interval / arm.machine.period).round().clamp(1.0, 1e9) as u64;
     let (mut trace, mut count) = (Vec::new(), 0_u64);
     let run = prepared.run();
     let mut session = TrackSession::supervised(&run, prepared.supervisor()?)?;

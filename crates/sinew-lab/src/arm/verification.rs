@@ -323,7 +323,7 @@ mod tests {
         let parts = &machine.robot.parts().joints;
         let ranges: Vec<f64> =
             joints.iter().map(|&joint| parts[joint].range.map_or(1.0, |[a, b]| b - a)).collect();
-        let mut summary = TrackSummary::new(vec![1.0; machine.muscles.len()], ranges.clone());
+        let mut summary = TrackSummary::new(vec![1.0; machine.muscles.len()], ranges.clone(), machine.period);
         summary.joint_error[0].record(share * ranges[0]);
         summary.end_point_error.record(share);
         match Quality::of(&summary, machine, &vec![dead_band; joints.len()]) {

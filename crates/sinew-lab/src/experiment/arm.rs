@@ -10,9 +10,6 @@ use sinew::control::supervisor::{Limits, Request, Supervisor};
 use sinew::twin::arm::{ArmTwin, InjectedFault};
 use sinew_session::{Exchange, Plant, Scheduled, Session, TwinPlant, VirtualClock};
 
-/// Control cycle, s.
-pub const STEP: f64 = 1e-3;
-
 /// Runs the plant under the controller, calls `see` with every row, and returns the errors of the run.
 ///
 /// # Errors
@@ -64,7 +61,7 @@ impl<'a> TrackSession<'a> {
     /// As [`TrackRun::schedule`] and [`TrackRun::plant`].
     pub fn supervised(run: &TrackRun<'a>, supervisor: Supervisor) -> Result<Self, Error> {
         let motion = Scheduled::new(run.schedule()?);
-        let session = Session::new(TwinPlant::new(run.plant()?, STEP), supervisor, motion, STEP);
+        let session = Session::new(TwinPlant::new(run.plant()?), supervisor, motion, run.specimen.period);
         Ok(Self { session, evaluation: Evaluation::new(run)? })
     }
 

@@ -35,7 +35,7 @@ impl<'a> Evaluation<'a> {
         let ranges = ranges.map(|range| range.map_or(f64::INFINITY, |[low, high]| high - low));
         Ok(Self {
             errors: TrackingErrors::new(run.specimen, run.robot, run.site)?,
-            summary: TrackSummary::new(slack_below.collect(), ranges.collect()),
+            summary: TrackSummary::new(slack_below.collect(), ranges.collect(), run.specimen.period),
             layout: Arc::new(FrameLayout::new(
                 [pretension.len(), run.robot.independent_joints().len()],
                 true,

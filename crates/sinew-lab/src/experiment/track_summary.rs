@@ -36,9 +36,6 @@ pub struct ModeChange {
     pub fault: Option<NamedFault>,
 }
 
-/// Control cycle, s.
-const STEP: f64 = 1e-3;
-
 /// Far tension above the pretension below which a cable is slack, N, at most; of a small machine the share
 /// [`SLACK_SHARE`] of what its least tension leaves.
 const SLACK_TENSION: f64 = 1.0;
@@ -78,6 +75,8 @@ pub struct TrackSummary {
     /// Longest time for which a cable was slack, its far tension less than 1 N above its pretension, of a small
     /// machine less than a fifth of what its least tension leaves, s, and its muscle.
     pub slack: (f64, usize),
+    /// Of the control cycle, s.
+    period: f64,
     slack_below: Vec<f64>,
     slack_for: Vec<f64>,
     /// Least tension at an anchor, N, and its muscle.
@@ -104,10 +103,11 @@ pub struct TrackSummary {
 }
 
 impl TrackSummary {
-    /// `slack_below: [muscles]`, N; `ranges: [joints]`, rad or m.
-    pub(crate) fn new(slack_below: Vec<f64>, ranges: Vec<f64>) -> Self {
+    /// `slack_below: [muscles]`, N; `ranges: [joints]`, rad or m; `period` of the control cycle, s.
+    pub(crate) fn new(slack_below: Vec<f64>, ranges: Vec<f64>, period: f64) -> Self {
         let (muscles, joints) = (slack_below.len(), ranges.len());
         Self {
+            period,
             slack_below,
             joint_error: vec![Statistics::default(); joints],
             slack: (0.0, 0),
@@ -136,7 +136,7 @@ impl TrackSummary {
     pub(super) fn record(&mut self, row: &TrackRow<'_>) {
         for (k, cable) in row.truth.cables.iter().enumerate() {
             let slack = cable.tension_out < self.slack_below[k];
-            self.slack_for[k] = if slack { self.slack_for[k] + STEP } else { 0.0 };
+            self.slack_for[k] = if slack { self.slack_for[k] + self.period } else { 0.0 };
             if self.slack_for[k] > self.slack.0 {
                 self.slack = (self.slack_for[k], k);
             }

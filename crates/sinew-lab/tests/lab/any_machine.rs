@@ -7,7 +7,7 @@ use crate::common;
 
 use common::random_machine::{RandomMachine, machine};
 use rayon::prelude::*;
-use sinew::machine::Machine;
+use sinew::machine::{Machine, SafetyLimits};
 use sinew::trajectory::Trajectory;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
@@ -44,12 +44,14 @@ struct Tracked {
 /// Masses of the links that are tried until the tensions give the torque.
 const LIGHTER: [f64; 4] = [1.0, 0.7, 0.49, 0.34];
 
-/// A random machine with a tour of its ranges.
-fn feasible(seed: u64) -> Result<(RandomMachine, Trajectory), String> {
+/// A random machine of a period, s, with a tour of its ranges.
+fn feasible(seed: u64, period: f64) -> Result<(RandomMachine, Trajectory), String> {
     let text = |error: sinew_lab::Error| error.to_string();
     let mut reason = String::new();
     for lighter in LIGHTER {
-        let drawn = machine(seed, lighter).map_err(|error| error.to_string())?;
+        let mut drawn = machine(seed, lighter).map_err(|error| error.to_string())?;
+        drawn.machine.period = period;
+        drawn.machine.safety = SafetyLimits::at_period(period);
         let check = |trajectory: &Trajectory| first_infeasibility(&drawn.machine, trajectory, 1);
         let trajectory = plan_tour(&drawn.machine, None, check).map_err(text)?;
         match first_infeasibility(&drawn.machine, &trajectory, 1).map_err(text)? {
@@ -60,9 +62,9 @@ fn feasible(seed: u64) -> Result<(RandomMachine, Trajectory), String> {
     Err(reason)
 }
 
-fn track(seed: u64) -> Result<Tracked, String> {
+fn track(seed: u64, period: f64) -> Result<Tracked, String> {
     let text = |error: sinew_lab::Error| error.to_string();
-    let (RandomMachine { machine, first_link }, trajectory) = feasible(seed)?;
+    let (RandomMachine { machine, first_link }, trajectory) = feasible(seed, period)?;
     let tour = verify_tour(&machine, trajectory, 1).map_err(text)?;
     let (accurate, rules) = match tour.verified {
         Verified::Tracks(rules) => (true, rules),
@@ -112,12 +114,12 @@ fn quantile(mut list: Vec<f64>, share: f64) -> f64 {
 }
 
 /// Tracks machines of these seeds, prints what the documentation tabulates, and returns those that were neither stopped nor lost.
-fn campaign(seeds: Range<u64>) -> Vec<Tracked> {
+fn campaign(seeds: Range<u64>, period: f64) -> Vec<Tracked> {
     let results: Vec<Result<Tracked, String>> = seeds
         .into_par_iter()
         .map(|seed| {
-            let found = track(seed);
-            println!("{seed}: {found:?}");
+            let found = track(seed, period);
+            println!("{seed} at {period} s: {found:?}");
             found
         })
         .collect();
@@ -160,7 +162,7 @@ fn campaign(seeds: Range<u64>) -> Vec<Tracked> {
 
 #[test]
 fn random_machines_track_a_tour_of_their_ranges_by_rules_alone() {
-    let good = campaign(6056..6058);
+    let good = campaign(6056..6058, 1e-3);
     assert!(good.len() == 2);
     assert!(good.iter().all(|tracked| tracked.over_dead_band < 0.02 && tracked.over_true < 1.3));
 }
@@ -176,5 +178,39 @@ fn long_campaign_of_random_machines() {
     let given = given.unwrap_or_else(|| "1000,12".into());
     let numbers: Vec<u64> = given.split(',').map(|number| number.parse().unwrap()).collect();
     let [first, count] = numbers[..] else { panic!("{given}: expected two numbers") };
-    campaign(first..first + count);
+    campaign(first..first + count, 1e-3);
+}
+
+#[test]
+fn long_campaign_of_random_machines_at_several_periods() {
+    // `SINEW_PERIODS=first seed,machines,milliseconds,..`
+    let Ok(given) = std::env::var("SINEW_PERIODS") else {
+        eprintln!("skipped: SINEW_PERIODS is not set");
+        return;
+    };
+    let numbers: Vec<f64> = given.split(',').map(|number| number.parse().unwrap()).collect();
+    let [first, count, ref periods @ ..] = numbers[..] else { panic!("{given}: expected three numbers") };
+    let first = first as u64;
+    let mut reference: Option<Vec<Tracked>> = None;
+    for period in periods {
+        println!("period of {period} ms");
+        let good = campaign(first..first + count as u64, 1e-3 * period);
+        let mean = |list: &[Tracked]| list.iter().map(|t| t.over_dead_band).sum::<f64>() / list.len() as f64;
+        println!("mean error over dead band, %: {:.2}", 100.0 * mean(&good));
+        let Some(before) = &reference else {
+            reference = Some(good);
+            continue;
+        };
+        let ratios: Vec<f64> = good
+            .iter()
+            .filter_map(|t| Some(t.over_dead_band / before.iter().find(|b| b.seed == t.seed)?.over_dead_band))
+            .collect();
+        println!(
+            "over that of the first period: mean {:.2}; of machines of both: mean {:.2}, median {:.2}, p90 {:.2}",
+            mean(&good) / mean(before),
+            ratios.iter().sum::<f64>() / ratios.len() as f64,
+            quantile(ratios.clone(), 0.5),
+            quantile(ratios, 0.9)
+        );
+    }
 }

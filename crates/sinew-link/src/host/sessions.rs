@@ -37,18 +37,32 @@ pub struct SessionSettings {
     pub commands_per_second: u32,
 }
 
-impl Default for SessionSettings {
-    fn default() -> Self {
+/// Time between State packets, and from a set-point's time stamp to its effect, ns: whole cycles, at least these.
+const STATE_PERIOD: u64 = 2_000_000;
+const PLAYOUT_DELAY: u64 = 4_000_000;
+
+impl SessionSettings {
+    /// Those of a control cycle with a period, ns, > 0.
+    #[must_use]
+    pub fn of_period(period_ns: u64) -> Self {
+        let period_ns = period_ns.max(1);
         Self {
             lock_step: false,
-            period_ns: 1_000_000,
-            state_period_ns: 2_000_000,
-            playout_delay_ns: 4_000_000,
+            period_ns,
+            state_period_ns: STATE_PERIOD.div_ceil(period_ns) * period_ns,
+            playout_delay_ns: PLAYOUT_DELAY.max(2 * period_ns),
             timeout_ns: 100_000_000,
             expiry_ns: 500_000_000,
             unattended_ns: 5_000_000_000,
             commands_per_second: 4000,
         }
+    }
+}
+
+impl Default for SessionSettings {
+    /// Of a millisecond.
+    fn default() -> Self {
+        Self::of_period(1_000_000)
     }
 }
 

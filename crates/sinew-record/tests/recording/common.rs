@@ -75,8 +75,8 @@ impl Setup {
     }
 
     pub(crate) fn cycle(&self) -> Cycle<'_, TwinPlant> {
-        let bus = TwinPlant::new(self.plant.clone(), 1e-3);
-        Cycle::new(bus, self.supervisor(), self.schedule(), 1e-3)
+        let bus = TwinPlant::new(self.plant.clone());
+        Cycle::new(bus, self.supervisor(), self.schedule(), self.machine.period)
     }
 
     pub(crate) fn head(&self) -> Head {
@@ -86,7 +86,7 @@ impl Setup {
             simulated: true,
             virtual_time: true,
             start_ns: 0,
-            period_ns: PERIOD,
+            period_ns: self.machine.period_ns(),
         };
         Head::new(&self.machine, of)
     }

@@ -88,8 +88,9 @@ pub(super) async fn configure(
             let mode = mode_of_operation(drive.mode);
             subdevice.sdo_write(MODE, 0, mode).await.map_err(protocol(during()))?;
             // Optional in velocity and torque modes.
-            let _ = subdevice.sdo_write(INTERPOLATION_TIME, 1, (period / 1_000_000) as u8).await;
-            let _ = subdevice.sdo_write(INTERPOLATION_TIME, 2, -3_i8).await;
+            let (count, exponent) = interpolation_time(period);
+            let _ = subdevice.sdo_write(INTERPOLATION_TIME, 1, count).await;
+            let _ = subdevice.sdo_write(INTERPOLATION_TIME, 2, exponent).await;
             if device.sync0 && subdevice.dc_support().enhanced() {
                 // A drive that is synchronised by SYNC0 alone has nothing to choose here.
                 for parameters in SYNCHRONIZATION {
@@ -104,6 +105,16 @@ pub(super) async fn configure(
         mappings.push(mapping);
     }
     Ok(mappings)
+}
+
+/// A period, ns, as a number and a power of ten, s: exactly in milliseconds or tenths of them, else rounded to those.
+fn interpolation_time(period: u64) -> (u8, i8) {
+    let (count, exponent) = if period.is_multiple_of(1_000_000) {
+        (period / 1_000_000, -3)
+    } else {
+        ((period + 50_000) / 100_000, -4)
+    };
+    (u8::try_from(count).unwrap_or(u8::MAX), exponent)
 }
 
 async fn remap(

@@ -54,12 +54,12 @@ impl<'a, L: Link> Master<'a, L> {
 }
 
 impl<'a, L: Link> Matched<'a, L> {
-    /// Configures the devices for a period of the cycle, ns, brings them to OP and enables the drives, which hold still.
+    /// Configures the devices for the machine's period, brings them to OP and enables the drives, which hold still.
     ///
     /// # Errors
     /// [`EthercatError`] names the device and what is wrong with it.
-    pub fn operate(self, machine: &Machine, period: u64) -> Result<EthercatBus<'a, L>, EthercatError> {
+    pub fn operate(self, machine: &Machine) -> Result<EthercatBus<'a, L>, EthercatError> {
         let Self { master, group, devices, positions } = self;
-        EthercatBus::start(master, group, (devices, &positions), (machine, period))
+        EthercatBus::start(master, group, (devices, &positions), machine)
     }
 }

@@ -18,7 +18,7 @@ use ethercrab::{MainDevice, SubDeviceState};
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew::twin::arm::ArmTwin;
-use sinew_session::{BusFault, ClockReport, Exchange, Feedback, Plant};
+use sinew_session::{BusFault, ClockReport, Exchange, Feedback, Plant, watchdog};
 
 /// Devices in OP that matched the machine, their drives enabled. It owns the drives: dropped it
 /// [stops](Self::stop) them, whatever has happened.
@@ -48,26 +48,26 @@ pub struct EthercatBus<'a, L: Link> {
     /// What was wrong with the last writing.
     written: Option<BusFault>,
     /// Cycles until the next step that brings a device back, and until the next look at a clock.
-    until_recovery: u32,
-    until_clock: u32,
+    until_recovery: u64,
+    until_clock: u64,
 }
 
-/// Time without outputs after which drives stop by themselves, ns.
-const WATCHDOG: u64 = 20_000_000;
 /// Since the beginning of a cycle, when inputs and the answer to outputs are waited for no longer: shares of the period.
 const READ_SHARE: f64 = 0.5;
 const WRITE_SHARE: f64 = 0.9;
-/// Cycles until all devices are in OP and their drives enabled, at most: seconds.
-const MAX_START_CYCLES: u64 = 8000;
-/// Cycles between two steps that bring a device back.
-const RECOVERY_CYCLES: u32 = 10;
-/// Cycles between two looks at a device's clock.
-const CLOCK_CYCLES: u32 = 50;
-/// Cycles in which drives come to rest, in which they stand then, and in which they lose their power, at
-/// most.
-const BRAKE_CYCLES: u32 = 500;
-const STAND_CYCLES: u32 = 20;
-const DISABLE_CYCLES: u32 = 200;
+/// Time until all devices are in OP and their drives enabled, at most, ns.
+const START_TIME: u64 = 8_000_000_000;
+/// Time between two steps that bring a device back, ns.
+const RECOVERY_TIME: u64 = 10_000_000;
+/// Time between two looks at a device's clock, ns.
+const CLOCK_TIME: u64 = 50_000_000;
+/// Time in which drives come to rest, for which they stand then, and in which they lose their power, at
+/// most, ns.
+const BRAKE_TIME: u64 = 500_000_000;
+const STAND_TIME: u64 = 20_000_000;
+const DISABLE_TIME: u64 = 200_000_000;
+/// Cycles of any such time, at least: a drive takes one state after the other.
+const LEAST_CYCLES: u64 = 5;
 
 impl<'a, L: Link> EthercatBus<'a, L> {
     /// As [`Matched::operate`](super::Matched::operate).
@@ -75,11 +75,11 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         master: Master<'a, L>,
         group: PreOpGroup,
         (devices, positions): (Vec<EthercatDevice>, &[usize]),
-        (machine, period): (&Machine, u64),
+        machine: &Machine,
     ) -> Result<Self, EthercatError> {
         let Master { main, mut pump } = master;
         let places = (&devices[..], positions);
-        let configured = configure(&main, &mut pump, group, places, (machine, period))?;
+        let configured = configure(&main, &mut pump, group, places, machine)?;
         let mut bus = Self {
             dimensions: [machine.muscles.len(), machine.encoders.len()],
             written: None,
@@ -90,7 +90,7 @@ impl<'a, L: Link> EthercatBus<'a, L> {
             in_operation: true,
             main,
             pump,
-            period,
+            period: machine.period_ns(),
             states: Vec::with_capacity(positions.len()),
             group: configured.group,
             slots: configured.slots,
@@ -111,12 +111,13 @@ impl<'a, L: Link> EthercatBus<'a, L> {
     /// then; the bus can be started anew again.
     pub fn restart(&mut self, machine: &Machine) -> Result<(), EthercatError> {
         self.stop();
-        let Self { main, pump, period, devices, .. } = self;
+        let Self { main, pump, devices, .. } = self;
         let (group, positions) = matching(main, pump, devices)?;
-        let configured = configure(main, pump, group, (devices, &positions), (machine, *period))?;
+        let configured = configure(main, pump, group, (devices, &positions), machine)?;
         (self.group, self.slots, self.data) = (configured.group, configured.slots, configured.data);
         (self.clocks, self.names) = (configured.clocks, configured.names);
         self.dimensions = [machine.muscles.len(), machine.encoders.len()];
+        self.period = machine.period_ns();
         (self.written, self.until_recovery, self.until_clock) = (None, 0, 0);
         self.states.clear();
         self.in_operation = true;
@@ -129,7 +130,7 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         let hold = vec![DriveCommand::Velocity(0.0); muscles];
         let mut feedback = Feedback::new(muscles, joints);
         self.align_with_clocks();
-        for _ in 0..MAX_START_CYCLES {
+        for _ in 0..self.cycles_of(START_TIME) {
             let exchange = self.read(&mut feedback);
             if exchange.fault.is_none() && self.disabled_drive().is_none() {
                 self.write_and_wait(&hold);
@@ -178,17 +179,17 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         let mut feedback = Feedback::new(muscles, joints);
         let mut commands = vec![DriveCommand::Velocity(0.0); muscles];
         let mut stood = 0;
-        for _ in 0..BRAKE_CYCLES {
+        for _ in 0..self.cycles_of(BRAKE_TIME) {
             self.read(&mut feedback);
             let standing = self.slow_down(&mut commands);
             self.write_and_wait(&commands);
             stood = if standing { stood + 1 } else { 0 };
-            if stood >= STAND_CYCLES {
+            if stood >= self.cycles_of(STAND_TIME) {
                 break;
             }
         }
         commands.fill(DriveCommand::Off);
-        for _ in 0..DISABLE_CYCLES {
+        for _ in 0..self.cycles_of(DISABLE_TIME) {
             let answered = self.read(&mut feedback).fault != Some(BusFault::Lost);
             let powered = self.drives().any(|drive| drive.state().has_torque());
             if answered && !powered {
@@ -224,6 +225,11 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         self.write(commands);
         let next = self.begin.saturating_add(self.corrected_period());
         self.pump.link_mut().rest_until(next);
+    }
+
+    /// Cycles of a time, ns.
+    fn cycles_of(&self, time: u64) -> u64 {
+        (time / self.period.max(1)).max(LEAST_CYCLES)
     }
 
     fn corrected_period(&self) -> u64 {
@@ -276,7 +282,7 @@ impl<'a, L: Link> EthercatBus<'a, L> {
             self.until_recovery -= 1;
             return;
         }
-        self.until_recovery = RECOVERY_CYCLES;
+        self.until_recovery = self.cycles_of(RECOVERY_TIME);
         // Without an answer the next step tries again.
         let _ = self.pump.complete_by(deadline, recovery::step(&self.main, position));
     }
@@ -292,8 +298,9 @@ impl<'a, L: Link> EthercatBus<'a, L> {
 
     /// Compares a device's clock with the reference, one device after the other.
     fn compare_clocks(&mut self, deadline: u64) {
+        let every = self.cycles_of(CLOCK_TIME);
         let Some(clocks) = &mut self.clocks else { return };
-        self.until_clock = if self.until_clock == 0 { CLOCK_CYCLES } else { self.until_clock - 1 };
+        self.until_clock = if self.until_clock == 0 { every } else { self.until_clock - 1 };
         if self.until_clock > 0 {
             return;
         }
@@ -321,17 +328,19 @@ struct Configured {
     names: Vec<String>,
 }
 
-/// Configures the devices at these positions for a machine and a period, ns, and brings them to OP.
+/// Configures the devices at these positions for a machine and its period, and brings them to OP.
 fn configure<L: Link>(
     main: &MainDevice<'_>,
     pump: &mut Pump<'_, L>,
     group: PreOpGroup,
     (devices, positions): (&[EthercatDevice], &[usize]),
-    (machine, period): (&Machine, u64),
+    machine: &Machine,
 ) -> Result<Configured, EthercatError> {
-    let mappings =
-        pump.complete(bring_up::configure(main, &group, (devices, positions), period, WATCHDOG))?;
-    let slots = slots(machine, (devices, positions), &mappings)?;
+    let period = machine.period_ns();
+    let watchdog = (1e9 * watchdog(machine.period)) as u64;
+    let places = (devices, positions);
+    let mappings = pump.complete(bring_up::configure(main, &group, places, period, watchdog))?;
+    let slots = slots(machine, places, &mappings)?;
     let mut names = vec![String::new(); positions.len()];
     positions.iter().zip(devices).for_each(|(at, device)| device.name().clone_into(&mut names[*at]));
     let group = pump.complete(bring_up::map_addresses(main, group))?;

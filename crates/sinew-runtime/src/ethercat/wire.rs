@@ -31,7 +31,6 @@ impl Wire for Interface {
         &'a mut self,
         machine: &Machine,
         devices: &[EthercatDevice],
-        period: u64,
     ) -> Result<Box<dyn Plant + 'a>, BusError> {
         let link = match self.link.take() {
             Some(link) => link,
@@ -39,7 +38,7 @@ impl Wire for Interface {
         };
         let matched =
             Master::new(&self.storage, link)?.match_devices(devices).map_err(EthercatError::from)?;
-        Ok(Box::new(matched.operate(machine, period)?))
+        Ok(Box::new(matched.operate(machine)?))
     }
 }
 

@@ -173,7 +173,7 @@ fn emergencies_while_objects_are_read_and_written_do_not_keep_the_bus_from_opera
         }
         let storage = FrameStorage::new();
         let matched = Master::new(&storage, link).unwrap().match_devices(&setup.devices).unwrap();
-        matched.operate(&setup.machine, PERIOD).unwrap();
+        matched.operate(&setup.machine).unwrap();
     }
 }
 

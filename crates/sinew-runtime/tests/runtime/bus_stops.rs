@@ -84,7 +84,7 @@ enum End {
 fn ended(setup: &Setup, watched: &Watched, end: End) -> usize {
     let storage = FrameStorage::new();
     let master = Master::new(&storage, watched.clone()).unwrap();
-    let bus = master.match_devices(&setup.devices).unwrap().operate(&setup.machine, PERIOD).unwrap();
+    let bus = master.match_devices(&setup.devices).unwrap().operate(&setup.machine).unwrap();
     assert_eq!(watched.released(), setup.machine.muscles.len(), "in operation");
     if end == End::BusAlone {
         let left = watched.cycles();
@@ -220,7 +220,7 @@ fn a_bus_that_does_not_come_into_operation_leaves_no_drive_enabled() {
     }
     let master = Master::new(&storage, Failing(watched.clone(), last)).unwrap();
     let matched = master.match_devices(&setup.devices).unwrap();
-    let refused = matched.operate(&setup.machine, PERIOD).err().unwrap().to_string();
+    let refused = matched.operate(&setup.machine).err().unwrap().to_string();
     assert!(refused.contains(&setup.machine.devices[last].name), "{refused}");
     assert!(watched.cycles() > 1000 && watched.released() == 0, "{}", watched.released());
 }

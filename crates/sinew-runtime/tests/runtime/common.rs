@@ -88,7 +88,7 @@ impl Setup {
     }
 
     pub(crate) fn twin_bus(&self) -> TwinPlant {
-        TwinPlant::new(self.plant.clone(), STEP)
+        TwinPlant::new(self.plant.clone())
     }
 
     pub(crate) fn link(&self) -> SegmentLink {
@@ -99,18 +99,19 @@ impl Setup {
 
     pub(crate) fn segment_bus<'a>(&self, storage: &'a FrameStorage) -> EthercatBus<'a, SegmentLink> {
         let matched = Master::new(storage, self.link()).unwrap().match_devices(&self.devices).unwrap();
-        matched.operate(&self.machine, PERIOD).unwrap()
+        matched.operate(&self.machine).unwrap()
     }
 
     /// Runs the motion and gives every cycle to `see`; returns the bus.
     pub(crate) fn run<B: Plant>(&self, bus: B, mut see: impl FnMut(&CycleRecord<'_, B>)) -> Cycle<'_, B> {
-        let mut cycle = Cycle::new(bus, self.supervisor(), self.schedule(), STEP);
+        let mut cycle = Cycle::new(bus, self.supervisor(), self.schedule(), self.machine.period);
         let (stop, mut timing) = (AtomicBool::new(false), Timing::new());
         let see = |record: &CycleRecord<'_, B>| {
             see(record);
             Ok(())
         };
-        run(&mut cycle, &mut VirtualClock::default(), PERIOD, &stop, &mut timing, see).unwrap();
+        run(&mut cycle, &mut VirtualClock::default(), self.machine.period_ns(), &stop, &mut timing, see)
+            .unwrap();
         cycle
     }
 }

@@ -1,6 +1,6 @@
 //! Machines controlled through the EtherCAT master and simulated devices, in virtual time.
 
-use crate::common::{Errors, PERIOD, Setup, machine, with_mode};
+use crate::common::{Errors, Setup, machine, with_mode};
 use sinew::control::arm::ArmStatus;
 use sinew::machine::{DriveMode, Signal};
 use sinew_runtime::ethercat::{EthercatDevice, FrameStorage, Master, SegmentLink, SimulatedMachine};
@@ -50,6 +50,23 @@ fn a_machine_tracks_through_all_layers_as_on_the_bus_without_wires() {
 }
 
 #[test]
+fn a_machine_with_a_slower_or_faster_cycle_tracks_through_all_layers() {
+    for (name, period) in
+        [("planar_leg", 2e-3), ("finger", 4e-3), ("bench_joint", 1e-2), ("planar_leg", 5e-4)]
+    {
+        let machine = sinew::machine::Machine { period, ..machine(name) };
+        let setup = Setup::new(machine, 3, &[]);
+        let (direct, _) = tracked(&setup, setup.twin_bus());
+        let storage = FrameStorage::new();
+        let (wired, _) = tracked(&setup, setup.segment_bus(&storage));
+        assert!(
+            wired.mean < 1.2 * direct.mean && wired.max < 1.3 * direct.max,
+            "{name} at {period} s: {direct:?} {wired:?}"
+        );
+    }
+}
+
+#[test]
 fn process_data_of_several_frames_is_exchanged_whole() {
     let setup = Setup::new(machine("chain10"), 3, &[]);
     let simulated = SimulatedMachine::new(setup.plant.clone(), &setup.machine, setup.devices.clone());
@@ -65,7 +82,7 @@ fn process_data_of_several_frames_is_exchanged_whole() {
     let segment = simulated.segment(&[wide.into()]).unwrap();
     let storage = FrameStorage::new();
     let master = Master::new(&storage, SegmentLink::new(segment, simulated)).unwrap();
-    let bus = master.match_devices(&setup.devices).unwrap().operate(&setup.machine, PERIOD).unwrap();
+    let bus = master.match_devices(&setup.devices).unwrap().operate(&setup.machine).unwrap();
     let (direct, _) = tracked(&setup, setup.twin_bus());
     let (wired, _) = tracked(&setup, bus);
     assert!(wired.mean < 1.1 * direct.mean, "{direct:?} {wired:?}");

@@ -47,5 +47,7 @@ pub(in crate::description) const HOTTER_THAN_ROOM: Domain =
     Domain { expected: "a finite number > 25", holds: |x| x > 25.0 };
 pub(in crate::description) const DELAY: Domain =
     Domain { expected: "a number in [0, 10]", holds: |x| (0.0..=10.0).contains(&x) };
+pub(in crate::description) const PERIOD: Domain =
+    Domain { expected: "a number in [0.0005, 0.02]", holds: |x| (0.0005..=0.02).contains(&x) };
 pub(in crate::description) const NOT_ZERO: Domain =
     Domain { expected: "a finite number other than 0", holds: |x| x != 0.0 };

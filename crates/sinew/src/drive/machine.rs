@@ -94,6 +94,21 @@ impl DriveStep {
         quadrant: Quadrant::First,
         fault: None,
     };
+
+    /// This and the next step as one of `h` s.
+    #[must_use]
+    pub(crate) fn followed_by(self, next: Self, h: f64) -> Self {
+        let moved = self.moved + next.moved;
+        Self {
+            moved,
+            speed: moved / h,
+            electrical: self.electrical + next.electrical,
+            heat: self.heat + next.heat,
+            to_air: self.to_air + next.to_air,
+            lost: self.lost + next.lost,
+            ..next
+        }
+    }
 }
 
 /// Winding and shaft after a step.
@@ -152,18 +167,30 @@ enum Mode {
     Tension,
 }
 
+/// Step of a drive, s.
+const STEP: f64 = 1e-3;
+
 impl Drive {
-    /// A drive at rest, half of its drum wound; `seed` is that of its sensors' noise.
+    /// A drive at rest, half of its drum wound, for steps of a millisecond; `seed` is that of its sensors' noise.
     ///
     /// # Errors
     /// As [`DriveParameters::validate`].
     pub fn new(parameters: DriveParameters, seed: u64) -> Result<Self, Error> {
+        Self::in_steps(parameters, seed, STEP)
+    }
+
+    /// The same for steps of `step` s: the delay of its sensors is that number of them.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn in_steps(parameters: DriveParameters, seed: u64, step: f64) -> Result<Self, Error> {
         parameters.validate()?;
+        crate::error::positive("step", step)?;
         let winch = 0.5 * parameters.winch.full();
         let angle = winch * parameters.reducer.ratio;
         let drum = Drum::new(&parameters.winch);
         let position = drum.wound(winch);
-        let delay = |value| Delay::new(parameters.delay_steps, value);
+        let delay = |value| Delay::new(parameters.delay_ms * (STEP / step), value);
         Ok(Self {
             motor: MotorState::cold(&parameters.motor),
             angle,
@@ -409,7 +436,7 @@ mod tests {
     fn exact() -> DriveParameters {
         let load_cell = LoadCell { noise: 0.0, resolution: 0.0, ..LoadCell::one_kilonewton() };
         let encoder = Encoder { counts: 1e9, zero: 0.0 };
-        DriveParameters { load_cell, encoder, delay_steps: 0.0, ..DriveParameters::mc_am() }
+        DriveParameters { load_cell, encoder, delay_ms: 0.0, ..DriveParameters::mc_am() }
     }
 
     /// Torque of the motor that balances a tension, losses aside.

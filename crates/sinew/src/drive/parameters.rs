@@ -20,8 +20,8 @@ pub struct DriveParameters {
     pub encoder: Encoder,
     /// Load cell at the outlet.
     pub load_cell: LoadCell,
-    /// Delay of every reading, steps, >= 0.
-    pub delay_steps: f64,
+    /// Delay of every reading beside its sampling, ms, >= 0.
+    pub delay_ms: f64,
     /// Limit of the velocity reference at the cable, m/s^2, > 0.
     pub acceleration: f64,
     /// Tension above which the drive does not wind in, N, > 0.
@@ -41,7 +41,7 @@ impl DriveParameters {
             winch: Winch::fifteen_millimetres(),
             encoder: Encoder { counts: 2048.0, zero: 0.0 },
             load_cell: LoadCell::one_kilonewton(),
-            delay_steps: 1.0,
+            delay_ms: 1.0,
             acceleration: 5.0,
             most_tension: 600.0,
             least_tension: 1.0,

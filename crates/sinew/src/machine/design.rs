@@ -1,5 +1,6 @@
 use super::device::{self, Device};
 use super::muscle::MuscleDesign;
+use super::period::{DEFAULT_PERIOD, check_period, dead_time};
 use super::rules::ControlRules;
 use super::safety::SafetyLimits;
 use super::task::{NamedPath, Task};
@@ -48,6 +49,8 @@ pub struct Machine {
     pub tolerances: Tolerances,
     /// Constants of the rules for its gains.
     pub rules: ControlRules,
+    /// Period of its control cycle, s, in [`PERIOD_RANGE`](super::PERIOD_RANGE).
+    pub period: f64,
     /// Limits that its supervisor keeps, and the times of its reactions.
     pub safety: SafetyLimits,
     /// Drives and sensors as devices, in the order of its file.
@@ -104,6 +107,7 @@ impl Machine {
             payload: 0.0,
             tolerances: Tolerances::default(),
             rules: ControlRules::default(),
+            period: DEFAULT_PERIOD,
             safety: SafetyLimits::default(),
             robot: robot.clone(),
         };
@@ -127,6 +131,24 @@ impl Machine {
             machine.robot = self.robot.with_payload(site.body, site.position, self.payload)?;
         }
         Ok(machine)
+    }
+
+    /// Period of its control cycle, ns.
+    #[must_use]
+    pub fn period_ns(&self) -> u64 {
+        libm::round(1e9 * self.period) as u64
+    }
+
+    /// Longest transport delay of the readings of its drives, s, beside their sampling.
+    #[must_use]
+    pub fn transport_delay(&self) -> f64 {
+        self.muscles.iter().map(|design| 1e-3 * design.drive.delay_ms).fold(0.0, f64::max)
+    }
+
+    /// Time from a measurement to the middle of the command that answers it, s: see [`dead_time`].
+    #[must_use]
+    pub fn dead_time(&self) -> f64 {
+        dead_time(self.period, self.transport_delay())
     }
 
     /// Index of the site that carries a payload: the end point of the task, or else the site `endpoint`.
@@ -204,6 +226,7 @@ impl Machine {
         non_negative("payload", self.payload)?;
         self.tolerances.validate()?;
         self.rules.validate()?;
+        check_period(self.period)?;
         self.safety.validate()?;
         device::validate(&self.devices, muscles, joints)
     }

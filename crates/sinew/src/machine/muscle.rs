@@ -57,7 +57,7 @@ impl MuscleDesign {
             bend,
             bend_by_joint: vec![],
             cable: CableParameters { drag: bench.drag * sheath / BENCH_SHEATH, ..bench },
-            drive: DriveParameters { delay_steps: 0.0, ..DriveParameters::mc_am() },
+            drive: DriveParameters { delay_ms: 0.0, ..DriveParameters::mc_am() },
             model: None,
             tension: [None; 2],
         }

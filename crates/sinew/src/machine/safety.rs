@@ -60,6 +60,11 @@ pub struct SafetyLimits {
     pub unattended: f64,
 }
 
+/// Cycles whose readings may be lost, or by which one may be late, at least.
+const BRIDGED_CYCLES: f64 = 2.0;
+/// Cycles by which those of a second may be late together, at least.
+const LATE_CYCLES: f64 = 4.0;
+
 impl Default for SafetyLimits {
     fn default() -> Self {
         Self {
@@ -84,6 +89,19 @@ impl Default for SafetyLimits {
 }
 
 impl SafetyLimits {
+    /// Those of a machine that says none, at a period of its control cycle, s: what is bridged is some cycles at
+    /// least.
+    #[must_use]
+    pub fn at_period(period: f64) -> Self {
+        let usual = Self::default();
+        Self {
+            bridged_loss: usual.bridged_loss.max(BRIDGED_CYCLES * period),
+            bridged_lateness: usual.bridged_lateness.max(BRIDGED_CYCLES * period),
+            lateness: usual.lateness.max(LATE_CYCLES * period),
+            ..usual
+        }
+    }
+
     /// Checks every number.
     ///
     /// # Errors

@@ -78,8 +78,10 @@ pub enum Violation {
         muscle: Option<String>,
         /// At which it leaves the pose, 1/s.
         rate: f64,
-        /// 1/s.
+        /// 1/s, at the period of its control cycle.
         most: f64,
+        /// s.
+        period: f64,
     },
     /// A winding above the temperature that it may reach.
     Heat {
@@ -149,11 +151,12 @@ impl fmt::Display for Infeasibility {
                 Significant(*most),
                 Significant(*needed)
             ),
-            Violation::Unstable { joint, muscle, rate, most } => {
+            Violation::Unstable { joint, muscle, rate, most, period } => {
                 write!(
                     f,
                     "with held winches the machine leaves the pose by itself, mostly `{joint}`, at a rate of {rate:.0} 1/s, \
-                     and its controller holds at most {most:.0} 1/s: "
+                     and its controller holds at most {most:.0} 1/s at a period of {} ms: ",
+                    1e3 * period
                 )?;
                 match muscle {
                     Some(muscle) => write!(f, "the moment arm of `{muscle}` grows as it shortens"),

@@ -438,3 +438,50 @@ fn the_drive_has_three_metres_per_second_squared_at_250_newtons() {
         }
     }
 }
+
+#[test]
+fn a_period_of_four_milliseconds_is_four_steps_of_one_to_the_bit_and_its_energies_are_their_sums() {
+    let machine = sinew::machine::Machine { period: 4e-3, ..lm_machine() };
+    let slow = ArmSpecimen::nominal(&machine).unwrap();
+    assert!((slow.step() - H).abs() < 1e-18);
+    assert_eq!(slow.resolution, nominal().resolution);
+    let new = |specimen: &ArmSpecimen| ArmTwin::new(specimen, &machine.start, &[40.0; 15], 3).unwrap();
+    let (mut whole, mut steps) = (new(&slow), new(&nominal()));
+    for k in 0..50 {
+        let told: Vec<DriveCommand> = (0..15)
+            .map(|muscle| DriveCommand::Velocity(0.02 * (0.1 * f64::from(k + muscle)).sin()))
+            .collect();
+        let (mut moved, mut heat) = (0.0, 0.0);
+        for _ in 0..4 {
+            let step = steps.step(&told, H).unwrap().drives[3];
+            (moved, heat) = (moved + step.moved, heat + step.heat);
+        }
+        let found = whole.step(&told, machine.period).unwrap();
+        let drive = found.drives[3];
+        assert!((drive.moved - moved).abs() < 1e-15 && (drive.heat - heat).abs() < 1e-12 * heat.abs());
+        assert!((drive.speed - moved / 4e-3).abs() < 1e-12);
+        let bits = |q: &[f64]| q.iter().map(|q| q.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(found.q), bits(steps.truth().q), "{k}");
+        assert_eq!(whole.reading(), steps.reading(), "{k}");
+    }
+}
+
+#[test]
+fn a_sensor_is_late_by_the_same_time_whatever_the_period_of_the_machine() {
+    let position = |period: f64| {
+        let mut machine = sinew::machine::Machine { period, ..lm_machine() };
+        machine.muscles.iter_mut().for_each(|muscle| muscle.drive.delay_ms = 6.0);
+        let specimen = ArmSpecimen::nominal(&machine).unwrap();
+        let mut arm = ArmTwin::new(&specimen, &machine.start, &[40.0; 15], 1).unwrap();
+        let first = arm.reading().motor[0];
+        for _ in 0..(0.06 / period).round() as usize {
+            arm.step(&[DriveCommand::Velocity(0.05); 15], period).unwrap();
+        }
+        arm.reading().motor[0] - first
+    };
+    let at_one = position(1e-3);
+    for period in [5e-4, 1.5e-3, 2e-3, 4e-3] {
+        // Sensors are sampled at the beginning of a step: half a millisecond of 50 mm/s at most.
+        assert!((position(period) - at_one).abs() < 3e-5, "{period}: {} {at_one}", position(period));
+    }
+}

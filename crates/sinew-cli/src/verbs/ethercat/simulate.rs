@@ -15,9 +15,6 @@ use sinew_segment::RawSocket;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-/// Control cycle, ns.
-const PERIOD: u64 = 1_000_000;
-
 pub(super) fn run(arguments: &EthercatSimulateArguments, general: &General) -> Result<Answer, Error> {
     let (described, devices) = load_machine(&arguments.machine, None)?;
     let machine = described.machine;
@@ -45,7 +42,7 @@ pub(super) fn run(arguments: &EthercatSimulateArguments, general: &General) -> R
             stop.store(true, Ordering::SeqCst);
         });
     }
-    let answered = serve(&socket, (&mut segment, &mut simulated), PERIOD, stop)?;
+    let answered = serve(&socket, (&mut segment, &mut simulated), machine.period_ns(), stop)?;
     // What the master has left behind: drives that it did not disable, and those that stopped by themselves.
     let drives = || segment.devices().iter().filter_map(|device| device.drive());
     let powered = drives().filter(|drive| drive.brake_released()).count();

@@ -12,12 +12,14 @@ use crate::verbs::arm::model::print_warnings;
 use crate::verbs::arm::view::machine_scene;
 use crate::verbs::machine_source::load_machine;
 use serde::Serialize;
-use sinew::control::arm::{DampingMargins, JointFigures, joint_limits, synthesize};
+use sinew::control::arm::{
+    DampingMargins, JointFigures, PeriodCost, PeriodLimit, SlowestPeriod, joint_limits, synthesize,
+};
 use sinew::description::MachineDescription;
 use sinew::machine::{Machine, Tolerances};
 use sinew::twin::arm::ArmSpecimen;
 use sinew_lab::experiment::oracle_models;
-use sinew_report::tuning::{Changed, Figures, Margins, Tuned, TunedJoint, TunedMuscle, page};
+use sinew_report::tuning::{Changed, Figures, Margins, Tuned, TunedJoint, TunedMuscle, TunedPeriod, page};
 use std::path::PathBuf;
 
 /// Poses over which the rules look.
@@ -43,7 +45,9 @@ fn tune(
     let poses = machine.poses(POSES)?;
     let checks = DesignChecks::of(&machine, &machine.laws(CELLS)?, &poses)?;
     checks.print_warnings();
-    let tuned = tuned(&machine, &poses, checks.text(&machine), arguments.specimens)?;
+    let cost = PeriodCost::of(&machine, &machine.laws(CELLS)?, &poses)?;
+    print_unheld(&machine, &cost);
+    let tuned = tuned(&machine, &poses, (checks.text(&machine), &cost), arguments.specimens)?;
     let mut files = Vec::new();
     if let Some(path) = &arguments.out {
         files.push((path.clone(), serde_json::to_string_pretty(&tuned.gains)? + "\n"));
@@ -73,7 +77,7 @@ struct Printed<'a> {
 fn tuned(
     machine: &Machine,
     poses: &[Vec<f64>],
-    held_winches: String,
+    (held_winches, cost): (String, &PeriodCost),
     specimens: u32,
 ) -> Result<Tuned, Error> {
     let progress = Progress::new();
@@ -82,7 +86,7 @@ fn tuned(
     let models = oracle_models(&design);
     let (gains, found) = synthesize(machine, &models, poses)?;
     let limits = joint_limits(machine, &models, poses)?;
-    let designed = DampingMargins::of(&gains, &found);
+    let designed = DampingMargins::of(&gains, &found, machine.dead_time());
     let mut least = designed.clone();
     for seed in 0..specimens {
         progress.show("margins of drawn machines", f64::from(seed + 1) / f64::from(specimens + 1));
@@ -91,7 +95,7 @@ fn tuned(
         let tolerances = Tolerances { attachment: Some(0.0), ..machine.tolerances };
         let of_built = Machine { robot: built.robot.clone(), tolerances, ..machine.clone() };
         let (_, found) = synthesize(&of_built, &oracle_models(&built), poses)?;
-        for (least, other) in least.iter_mut().zip(DampingMargins::of(&gains, &found)) {
+        for (least, other) in least.iter_mut().zip(DampingMargins::of(&gains, &found, machine.dead_time())) {
             if other.crossover > least.crossover {
                 *least = other;
             }
@@ -116,6 +120,8 @@ fn tuned(
             dead_band: found.joints[j].dead_band,
             inertia: found.joints[j].inertia,
             limited_by: subject.sentence(j, limit),
+            slowest_period_s: cost.slowest[j].period,
+            period_limited_by: period_limit(cost.slowest[j]),
             figures: limit.figures.as_ref().map(figures),
             changes: changed.collect(),
         }
@@ -137,10 +143,72 @@ fn tuned(
         joints: joints.collect(),
         muscles: muscles.collect(),
         stuck_mode_rad_per_s: found.stuck_mode,
+        period: TunedPeriod {
+            period_s: machine.period,
+            dead_time_s: cost.dead_time,
+            winch_time_constant_s: cost.winch_time,
+            damping_crossover_rad_per_s: cost.damping_crossover,
+            observer_bandwidth_rad_per_s: cost.observer_bandwidth,
+            fastest_observer_rad_per_s: cost.fastest_observer,
+            bandwidth_rad_per_s: cost.bandwidth,
+        },
         held_winches,
         amount: [poses.len(), specimens as usize],
         gains,
     })
+}
+
+/// Warns of joints that cannot be held at the machine's period.
+fn print_unheld(machine: &Machine, cost: &PeriodCost) {
+    let joints = machine.robot.independent_joints();
+    for (joint, slowest) in cost.unheld(machine.period) {
+        eprintln!(
+            "warning: `{}` is not held at a period of {} ms: {}",
+            one_line(&machine.robot.parts().joints[joints[joint]].name),
+            number(Some(1e3 * machine.period)),
+            period_limit(slowest)
+        );
+    }
+}
+
+/// Why a joint is not tracked at a slower period.
+fn period_limit(slowest: SlowestPeriod) -> String {
+    let period = number(Some(1e3 * slowest.period));
+    match slowest.limited_by {
+        PeriodLimit::Instability(rate) => format!(
+            "up to {period} ms; with held winches it leaves a pose by itself at {} 1/s",
+            number(Some(rate))
+        ),
+        PeriodLimit::Bandwidth => {
+            format!("up to {period} ms; beyond, its bandwidth is lowered with that of its observer")
+        }
+        PeriodLimit::Range => format!("up to {period} ms"),
+    }
+}
+
+/// What the period costs, as a paragraph.
+fn period_text(tuned: &Tuned) -> String {
+    let TunedPeriod { period_s, dead_time_s, .. } = tuned.period;
+    let ms = |s: f64| number(Some(1e3 * s));
+    let mut text = format!("\nControl cycle of {} ms, dead time {} ms\n", ms(period_s), ms(dead_time_s));
+    let of = &tuned.period;
+    for (name, [own, usual], unit, scale) in [
+        ("time constant of the winches", of.winch_time_constant_s, "ms", 1e3),
+        ("crossover of their damping", of.damping_crossover_rad_per_s, "rad/s", 1.0),
+        ("observers of the joints", of.observer_bandwidth_rad_per_s, "rad/s", 1.0),
+        ("the same at a break-away", of.fastest_observer_rad_per_s, "rad/s", 1.0),
+        ("bandwidth of the joints", of.bandwidth_rad_per_s, "rad/s", 1.0),
+    ] {
+        if (own - usual).abs() > 1e-9 * usual {
+            let [own, usual] = [own, usual].map(|number_of| number(Some(scale * number_of)));
+            text += &format!("  {name}: {own} {unit}, at a millisecond {usual} {unit}\n");
+        }
+    }
+    text += "Slowest control cycle at which each joint is tracked\n";
+    for joint in &tuned.joints {
+        text += &format!("  {}: {}\n", one_line(&joint.name), joint.period_limited_by);
+    }
+    text
 }
 
 fn figures(of: &JointFigures) -> Figures {
@@ -201,5 +269,5 @@ fn text(tuned: &Tuned) -> String {
     for joint in &tuned.joints {
         text += &format!("  {}: {}\n", one_line(&joint.name), one_line(&joint.limited_by));
     }
-    text
+    text + &period_text(tuned)
 }

@@ -77,9 +77,10 @@ impl LinkSetup {
         Self { lock_step, playout_delay_ns, timeout_ns, unattended_ns }
     }
 
-    pub(crate) fn settings(self) -> SessionSettings {
+    /// Of a control cycle with a period, ns.
+    pub(crate) fn settings(self, period_ns: u64) -> SessionSettings {
         let Self { lock_step, playout_delay_ns, timeout_ns, unattended_ns } = self;
-        let others = SessionSettings::default();
+        let others = SessionSettings::of_period(period_ns);
         SessionSettings { lock_step, playout_delay_ns, timeout_ns, unattended_ns, ..others }
     }
 }

@@ -17,9 +17,6 @@ use std::fs::OpenOptions;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// Control cycle, ns.
-const PERIOD_NS: u64 = 1_000_000;
-
 /// What is to be recorded, and how.
 pub(crate) struct Request<'a> {
     pub(crate) door: &'a Door<'a>,
@@ -70,7 +67,7 @@ impl Recording {
                 simulated: door.is_simulated(),
                 virtual_time,
                 start_ns: if virtual_time { 0 } else { since_1970.as_nanos() as u64 },
-                period_ns: PERIOD_NS,
+                period_ns: setup.machine.period_ns(),
             },
         );
         let replaced = path.is_file();

@@ -48,7 +48,12 @@ impl Motion {
         let replay = match self.link {
             Some(link) => {
                 let Follower { limits, pose } = Follower::of(&self.machine, &self.trajectory)?;
-                let motion = LinkedMotion::replayed(link.settings(), &self.machine, limits, &pose)?;
+                let motion = LinkedMotion::replayed(
+                    link.settings(recording.head.period_ns),
+                    &self.machine,
+                    limits,
+                    &pose,
+                )?;
                 Replay::linked(recording, supervisor, motion)
             }
             None => {

@@ -15,7 +15,6 @@ use serde_json::{Value, json};
 use sinew::control::supervisor::{CableHealth, Threshold};
 use sinew::machine::Machine;
 use sinew_lab::arm::{TraceRow, TrackHealth, TrackMode, TrackOutcome, TrackingNumbers, stop_reason};
-use sinew_lab::experiment::arm::STEP;
 use sinew_runtime::cycle::{RealTime, Timing};
 use sinew_runtime::link::LinkCounts;
 use sinew_session::{BusStatistics, ClockReport};
@@ -159,7 +158,7 @@ impl Ended {
             text = table(&["joint, by its encoder", &mean, "max"], &rows.collect::<Vec<_>>(), 1);
         }
         let reason = self.reason(machine).map(|reason| format!(": {reason}")).unwrap_or_default();
-        let (ended, seconds) = (self.ended(door).replace('_', " "), self.seen.cycles as f64 * STEP);
+        let (ended, seconds) = (self.ended(door).replace('_', " "), self.seen.cycles as f64 * machine.period);
         text + &format!("Ended {ended}{reason} after {seconds:.3} s\n")
     }
 }

@@ -32,7 +32,7 @@ impl Follower {
 /// How clients are served.
 pub(super) fn settings(door: &Door<'_>, machine: &Machine) -> SessionSettings {
     let lock_step = door.pace == Pace::Virtual;
-    let others = SessionSettings::default();
+    let others = SessionSettings::of_period(machine.period_ns());
     SessionSettings {
         lock_step,
         playout_delay_ns: if lock_step { 0 } else { others.playout_delay_ns },

@@ -25,7 +25,6 @@ use sinew::predictor::CableModel;
 use sinew::trajectory::Schedule;
 use sinew_lab::arm::{INITIAL_REST_S, IdentifiedMachine, PreparedRun, TrackingNumbers};
 use sinew_lab::experiment::Evaluation;
-use sinew_lab::experiment::arm::STEP;
 use sinew_runtime::Bus;
 use sinew_runtime::cycle::{Cycle, MonotonicClock, RealTime, Timing, run as step_through};
 use sinew_runtime::ethercat::{EthercatError, FrameStorage, Master, SegmentLink, SimulatedMachine};
@@ -34,9 +33,6 @@ use sinew_segment::DescriptionFile;
 use sinew_session::{CycleRecord, Plant, TwinPlant, VirtualClock};
 use stopping::Stopping;
 use watch::{Judged, Seen, Watch};
-
-/// Control cycle, ns.
-const PERIOD: u64 = 1_000_000;
 
 pub(crate) fn run(arguments: &RunArguments, general: &General) -> Result<Answer, Error> {
     start(&Door::run(arguments), general)
@@ -93,7 +89,7 @@ impl Prepared<'_> {
         let recording = self.record(&identified.gains, &identified.models, false)?;
         // From here on drives have power: whoever ends the run stops them.
         let watch = self.watch(recording, page, None);
-        let plant = wire.operate(&setup.machine, &setup.devices, PERIOD)?;
+        let plant = wire.operate(&setup.machine, &setup.devices)?;
         self.step(plant, supervisor, watch).map(|(ended, ..)| ended)
     }
 
@@ -116,7 +112,7 @@ impl Prepared<'_> {
         let recording = self.record(&prepared.gains, &arm.models, true)?;
         let watch = self.watch(recording, page, Some(judged).filter(|_| !door.is_linked()));
         let (mut ended, judged, supervisor) = match door.bus {
-            BusArgument::Twin => self.step(TwinPlant::new(plant, STEP), supervisor, watch)?,
+            BusArgument::Twin => self.step(TwinPlant::new(plant), supervisor, watch)?,
             // The latter has an interface and is not simulated.
             BusArgument::Segment | BusArgument::Real(_) => {
                 let simulated = SimulatedMachine::new(plant, &setup.machine, setup.devices.clone());
@@ -124,7 +120,7 @@ impl Prepared<'_> {
                 let storage = FrameStorage::new();
                 let master = Master::new(&storage, SegmentLink::new(segment, simulated))?;
                 let matched = master.match_devices(&setup.devices).map_err(EthercatError::from)?;
-                self.step(matched.operate(&setup.machine, PERIOD)?, supervisor, watch)?
+                self.step(matched.operate(&setup.machine)?, supervisor, watch)?
             }
         };
         if let Some(judged) = judged {
@@ -144,7 +140,7 @@ impl Prepared<'_> {
             (None, Some(_)) => self.setup.motion_s() / super::track::REPORT_ROWS,
             (None, None) => return None,
         };
-        Some((interval / STEP).round().clamp(1.0, 1e9) as u64)
+        Some((interval / self.setup.machine.period).round().clamp(1.0, 1e9) as u64)
     }
 
     fn record(
@@ -197,19 +193,19 @@ impl Prepared<'_> {
             }
         };
         let motion = motion.with_tape(watch.recording.as_mut().and_then(Recording::take_tape));
-        let cycle = Cycle::new(plant, supervisor, motion, STEP);
+        let cycle = Cycle::new(plant, supervisor, motion, setup.machine.period);
         let mut cycle = watch.stopping.of(cycle, watch.page.as_ref());
         let (end, mut timing) = (watch.stopping.at_once(), Timing::new());
         let see = |record: &CycleRecord<'_, P>| watch.see(record);
-        let mut real_time = RealTime::default();
+        let (mut real_time, period) = (RealTime::default(), setup.machine.period_ns());
         match door.pace {
             Pace::Virtual => {
-                step_through(&mut cycle, &mut VirtualClock::default(), PERIOD, end, &mut timing, see)?;
+                step_through(&mut cycle, &mut VirtualClock::default(), period, end, &mut timing, see)?;
             }
-            Pace::Watched => step_through(&mut cycle, &mut MonotonicClock, PERIOD, end, &mut timing, see)?,
+            Pace::Watched => step_through(&mut cycle, &mut MonotonicClock, period, end, &mut timing, see)?,
             Pace::RealTime => {
                 real_time = RealTime::request();
-                step_through(&mut cycle, &mut MonotonicClock, PERIOD, end, &mut timing, see)?;
+                step_through(&mut cycle, &mut MonotonicClock, period, end, &mut timing, see)?;
             }
         }
         let counts = cycle.motion().link().map(LinkedMotion::counts);

@@ -8,8 +8,11 @@ use sinew::twin::arm::{ExchangeFailure, Failure, InjectedFault, Sensor, SensorFa
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{CalibratedArm, PreparedRun, TrackingTask};
 use sinew_lab::experiment::TrackRow;
-use sinew_lab::experiment::arm::{STEP, TrackSession};
+use sinew_lab::experiment::arm::TrackSession;
 use sinew_session::{BusFault, Exchange};
+
+/// Control cycle of the machines of this campaign, s.
+const STEP: f64 = sinew::machine::DEFAULT_PERIOD;
 
 /// Rest after the motion: time for a safe stop and for the recovery, s.
 const AFTER: f64 = 90.0;

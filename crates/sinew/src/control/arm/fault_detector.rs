@@ -35,8 +35,9 @@ const PERSISTENCE_TIME: f64 = 0.03;
 const JOINT_PERSISTENCE_TIME: f64 = 0.25;
 /// Share of a missing tension that the commanded travel of an unchanged motor encoder explains where it is at fault.
 const UNSEEN_SHARE: f64 = 0.5;
-/// Equal readings of a motor encoder with which a winch that lags its command is one that stands.
-const STANDING_SAMPLES: u32 = 5;
+/// Time of equal readings of a motor encoder, two at least, with which a winch that lags its command is one
+/// that stands, s.
+const STANDING_TIME: f64 = 0.005;
 /// Any origin of a motor encoder, m, and of a load cell, N.
 const ANY_ORIGIN: f64 = 1e4;
 
@@ -306,7 +307,7 @@ impl FaultDetector {
             self.winch_residual[k] = (self.winch_residual[k] + residual) * (1.0 - h / WINCH_RESIDUAL_DECAY);
             if self.winch_residual[k].abs() > max_residual {
                 // The travel since the output last changed is what a standing winch lacks.
-                let stood = !changed && self.motors[k].has_stood_for(STANDING_SAMPLES);
+                let stood = !changed && self.motors[k].has_stood_for(STANDING_TIME.max(2.0 * h));
                 self.stop(Fault::Drive(k), if stood { Symptom::Standing } else { Symptom::Unknown });
             }
         }
@@ -338,7 +339,8 @@ impl FaultDetector {
                 self.isolation.begin_missing(k);
             }
             self.missing_for[k] = if missing { self.missing_for[k] + h } else { 0.0 };
-            let accepted = plausible && trusted && self.missing_for[k] <= MISSING_TIME;
+            // One reading alone is that of a limb that vibrates.
+            let accepted = plausible && trusted && self.missing_for[k] <= MISSING_TIME.max(h);
             self.tension[k] = if accepted { measured } else { f64::NAN };
             // A tension that is missing has no name before it is known whether the joint lacks its force.
             let unnamed = missing && self.missing_for[k] <= JUDGEMENT_TIME;

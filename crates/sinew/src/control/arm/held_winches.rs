@@ -18,7 +18,7 @@ pub struct LeastStable {
     pub stability: HeldStability,
 }
 
-/// Rate at which a machine may leave a pose by itself and still be tracked, 1/s.
+/// Rate at which a machine may leave a pose by itself and still be tracked at a cycle of a millisecond, 1/s.
 ///
 /// Of random machines whose largest rate on their tour was above it, 3 of 90 were tracked in simulation; of those
 /// between half of it and itself 6 of 34, of those without an unstable pose 22 of 25 (`docs/campaigns.md`). A controller
@@ -63,6 +63,35 @@ pub fn least_stable_pose(
         }
     }
     Ok(least)
+}
+
+/// The largest rate at which a machine leaves any of some poses by itself, mostly by a motion of each joint, under the
+/// tensions with which the controller holds it, 1/s; 0 where it stays: `[joints]`.
+///
+/// # Shapes
+/// `laws: [muscles]`, `poses: [places][joints]`.
+///
+/// # Errors
+/// As [`least_stable_pose`].
+pub(super) fn unstable_rates(
+    machine: &Machine,
+    laws: &[CableLaw],
+    poses: &[Vec<f64>],
+) -> Result<Vec<f64>, Error> {
+    let mut holding = Holding::new(machine, laws, 0.0)?;
+    let compliance: Vec<f64> = laws.iter().map(|law| law.compliance().iter().sum()).collect();
+    let mut rates = vec![0.0; machine.start.len()];
+    for pose in poses {
+        let solution = holding.tensions(pose)?;
+        if solution.status != Status::Optimal {
+            continue;
+        }
+        let tension = solution.tension.to_vec();
+        let stability = HeldStability::new(&mut holding.model, &compliance, &tension, pose)?;
+        let rate: &mut f64 = &mut rates[stability.joint];
+        *rate = rate.max(stability.rate());
+    }
+    Ok(rates)
 }
 
 /// A pose in which no tensions within their limits balance gravity and the passive torques.

@@ -13,7 +13,7 @@ use super::status::Symptom;
 /// x = x_r where |x_r| <= |x_m| and both have one sign, x_m where it is smaller, 0 where the signs differ
 /// rejected   |e| > x_j or |d2y| > max(min(10 D, x_j), x_j/4)                             a jump
 ///            |x| > x_0 and |x_m| > x_max for longer than t_e,  or |x_r| > x_r,max   y unchanged to the bit
-/// returned   n consecutive samples with |e| <= x (1 + t_r/t_d) + a and |dy - h q'^| <= s, and |e| <= J/2 where it has
+/// returned   for t_c |e| <= x (1 + t_r/t_d) + a and |dy - h q'^| <= s, and |e| <= J/2 where it has
 ///            jumped by J and not back; x = x_j where y has changed since the rejection, x_c where it has not
 /// ```
 ///
@@ -59,8 +59,8 @@ pub(super) struct JointMonitor {
     allowance: f64,
     /// Whether the output has changed since the rejection.
     changed: bool,
-    /// Consecutive samples that agree since the rejection.
-    agreeing: u32,
+    /// Time for which the samples have agreed since the rejection, s.
+    agreeing_for: f64,
     /// Whether it was rejected because its output was unchanged.
     stood: bool,
     /// Sum of the jumps since the rejection, that which led to it included, rad.
@@ -162,8 +162,10 @@ pub(super) struct JointPrediction<'a> {
 pub(super) const JUMP_COUNTS: f64 = 25.0;
 /// Counts by which a reading may change beside the change before, 1: more kicks the joint's observer.
 const STEP_COUNTS: f64 = 10.0;
-/// `n`, samples.
-const CONSISTENT_SAMPLES: u32 = 4;
+/// `t_c`, s, and two samples at least.
+const CONSISTENT_TIME: f64 = 0.004;
+/// s: tolerance of times that are sums of cycles.
+const ROUNDING: f64 = 1e-9;
 /// Share of the jumps that may be left where an encoder returns without one.
 const RETURNED_SHARE: f64 = 0.5;
 /// `t_d`, s: the error of the prediction grows by `x` in this time.
@@ -211,7 +213,7 @@ impl JointMonitor {
             rejected_for: 0.0,
             allowance: 0.0,
             changed: false,
-            agreeing: 0,
+            agreeing_for: 0.0,
             stood: false,
             offset: 0.0,
             started: false,
@@ -311,7 +313,7 @@ impl JointMonitor {
     }
 
     fn withdraw(&mut self, h: f64, from: Unchanged) -> EncoderCheck {
-        (self.rejected_for, self.changed, self.agreeing) = (h, false, 0);
+        (self.rejected_for, self.changed, self.agreeing_for) = (h, false, 0.0);
         self.allowance = from.reference.abs();
         EncoderCheck::Withdrawn { shift: from.implied, disturbance: from.disturbance }
     }
@@ -327,8 +329,9 @@ impl JointMonitor {
         // What has jumped away has to jump back, or to come far nearer to the prediction than it was.
         let off = self.offset.abs();
         let back = off <= self.scale * max_second_difference(gains) || e.abs() <= RETURNED_SHARE * off;
-        self.agreeing = if near && steady && alive && back { self.agreeing + 1 } else { 0 };
-        if self.agreeing < CONSISTENT_SAMPLES {
+        let agrees = near && steady && alive && back;
+        self.agreeing_for = if agrees { self.agreeing_for + h } else { 0.0 };
+        if self.agreeing_for < CONSISTENT_TIME.max(2.0 * h) - ROUNDING {
             return EncoderCheck::Rejected;
         }
         self.rejected_for = 0.0;

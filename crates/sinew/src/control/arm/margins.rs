@@ -14,7 +14,7 @@ use alloc::vec::Vec;
 /// | w_c    | rate at which all muscles together take the speed of anchor `k`  | rad/s |
 /// | t_v    | time constant of the winch's travel                             | s     |
 /// | K      | gain of the drive's velocity loop                               | 1/s   |
-/// | T      | 1.5 ms: a cycle, and half a cycle of hold                        | s     |
+/// | T      | dead time: reading, transport and half a period of hold          | s     |
 ///
 /// # Assumes
 /// The whole cable slides, speeds and accelerations are below their limits. A cable that sticks in part is
@@ -34,15 +34,12 @@ pub struct DampingMargins {
     pub delay: f64,
 }
 
-/// `T`, s: from the measurement of a speed to the command of a drive, a cycle, and half a cycle of hold.
-const DELAY: f64 = 1.5e-3;
-
 impl DampingMargins {
-    /// Of a loop with this crossover, rad/s, and time constant of the winch, s.
+    /// Of a loop with this crossover, rad/s, time constant of the winch, s, and dead time, s.
     #[must_use]
-    pub fn new(crossover: f64, time_constant: f64) -> Self {
+    pub fn new(crossover: f64, time_constant: f64, dead_time: f64) -> Self {
         let lag =
-            |w: f64| libm::atan(w * time_constant) + libm::atan(w / VelocityLoop::DRIVE_GAIN) + w * DELAY;
+            |w: f64| libm::atan(w * time_constant) + libm::atan(w / VelocityLoop::DRIVE_GAIN) + w * dead_time;
         let magnitude = |w: f64| {
             let winch = libm::sqrt(1.0 + w * w * time_constant * time_constant);
             let drive = libm::sqrt(1.0 + (w / VelocityLoop::DRIVE_GAIN) * (w / VelocityLoop::DRIVE_GAIN));
@@ -56,13 +53,13 @@ impl DampingMargins {
         Self { crossover, phase, gain: 1.0 / (crossover * magnitude(turning)), delay }
     }
 
-    /// Of every muscle of a machine: `[muscles]`.
+    /// Of every muscle of a machine with this dead time, s: `[muscles]`.
     #[must_use]
-    pub fn of(gains: &ArmGains, found: &Characteristics) -> Vec<Self> {
+    pub fn of(gains: &ArmGains, found: &Characteristics, dead_time: f64) -> Vec<Self> {
         let rows = found.interaction.chunks_exact(gains.muscles.len().max(1)).zip(&gains.muscles);
         rows.map(|(row, muscle)| {
             let rate = row.iter().zip(&gains.muscles).map(|(b, other)| b * other.rate_gain).sum();
-            Self::new(rate, muscle.stretch_time_constant)
+            Self::new(rate, muscle.stretch_time_constant, dead_time)
         })
         .collect()
     }
@@ -85,11 +82,11 @@ mod tests {
 
     #[test]
     fn a_slow_loop_has_a_quarter_turn_and_a_loop_at_its_gain_margin_none() {
-        let slow = DampingMargins::new(0.01, 5.6e-3);
+        let slow = DampingMargins::new(0.01, 5.6e-3, 1.5e-3);
         assert!((slow.phase - core::f64::consts::FRAC_PI_2).abs() < 1e-3 && slow.gain > 1e3);
-        let usual = DampingMargins::new(60.0, 5.6e-3);
+        let usual = DampingMargins::new(60.0, 5.6e-3, 1.5e-3);
         assert!(usual.phase > 0.5 && usual.gain > 2.0 && usual.delay > 5e-3, "{usual:?}");
-        let edge = DampingMargins::new(60.0 * usual.gain, 5.6e-3);
+        let edge = DampingMargins::new(60.0 * usual.gain, 5.6e-3, 1.5e-3);
         assert!(edge.phase.abs() < 1e-6 && (edge.gain - 1.0).abs() < 1e-6, "{edge:?}");
     }
 
@@ -106,7 +103,7 @@ mod tests {
             stuck_mode: 0.0,
             damping_rate: 0.0,
         };
-        let margins = DampingMargins::of(&gains, &found);
+        let margins = DampingMargins::of(&gains, &found, 1.5e-3);
         assert!((margins[0].crossover - 40.0).abs() < 1e-12 && (margins[1].crossover - 40.0).abs() < 1e-12);
         // At the same crossover the slower winch has the smaller margins.
         assert!(margins[1].phase < margins[0].phase - 0.1 && margins[1].gain < margins[0].gain);

@@ -30,8 +30,8 @@ pub(super) struct SensorMonitor {
     previous: f64,
     /// Whether it was rejected because its output was unchanged.
     stood: bool,
-    /// Consecutive samples that are equal to the bit.
-    same: u32,
+    /// Time for which the output has been equal to the bit, s.
+    same_for: f64,
     started: bool,
 }
 
@@ -48,6 +48,9 @@ pub(super) struct SensorLimits {
     pub(super) forgetting_time: f64,
 }
 
+/// s: tolerance of times that are sums of cycles.
+const ROUNDING: f64 = 1e-9;
+
 impl SensorMonitor {
     pub(super) fn new(limits: SensorLimits) -> Self {
         Self {
@@ -58,7 +61,7 @@ impl SensorMonitor {
             expected_change: 0.0,
             previous: 0.0,
             stood: false,
-            same: 0,
+            same_for: 0.0,
             started: false,
         }
     }
@@ -67,7 +70,7 @@ impl SensorMonitor {
     /// since then.
     pub(super) fn update(&mut self, h: f64, measured: f64, expected: f64) -> bool {
         self.unchanged = measured.to_bits() == self.previous.to_bits();
-        self.same = if self.unchanged { self.same.saturating_add(1) } else { 0 };
+        self.same_for = if self.unchanged { self.same_for + h } else { 0.0 };
         let kept = 1.0 - h / self.limits.forgetting_time;
         self.expected_change = if self.unchanged { (self.expected_change + expected) * kept } else { 0.0 };
         self.previous = measured;
@@ -100,9 +103,9 @@ impl SensorMonitor {
         Symptom::of_reading(self.previous, self.stood)
     }
 
-    /// Whether the output has been the same for this number of samples.
-    pub(super) fn has_stood_for(&self, samples: u32) -> bool {
-        self.same >= samples
+    /// Whether the output has been the same for this time, s.
+    pub(super) fn has_stood_for(&self, time: f64) -> bool {
+        self.same_for >= time - ROUNDING
     }
 
     /// Whether the output changed with the last sample.
@@ -186,13 +189,15 @@ mod tests {
     }
 
     #[test]
-    fn equal_samples_are_counted_since_the_last_change() {
-        let mut monitor = SensorMonitor::new(LIMITS);
-        for (k, y) in [0.1, 0.1, 0.1, 0.1, 0.101, 0.101].into_iter().enumerate() {
-            monitor.update(1e-3, y, 0.0);
-            let same = [0, 1, 2, 3, 0, 1][k];
-            assert!(monitor.has_stood_for(same) && !monitor.has_stood_for(same + 1), "{k}");
-            assert_eq!(monitor.has_changed(), same == 0);
+    fn the_time_of_equal_samples_counts_from_the_last_change_whatever_their_period() {
+        for h in [5e-4, 1e-3, 4e-3] {
+            let mut monitor = SensorMonitor::new(LIMITS);
+            for (k, y) in [0.1, 0.1, 0.1, 0.1, 0.101, 0.101].into_iter().enumerate() {
+                monitor.update(h, y, 0.0);
+                let same = [0.0, h, 2.0 * h, 3.0 * h, 0.0, h][k];
+                assert!(monitor.has_stood_for(same) && !monitor.has_stood_for(same + 0.5 * h), "{k}");
+                assert_eq!(monitor.has_changed(), same == 0.0);
+            }
         }
     }
 

@@ -1,5 +1,6 @@
 use super::gains::{ArmGains, JointGains, MuscleGains};
 use super::joint_monitor::JUMP_COUNTS;
+use super::pace::Pace;
 use crate::Error;
 use crate::drive::{DriveParameters, JointEncoder};
 use crate::machine::{Characteristics, ControlRules, JointCharacteristics, Machine, MuscleCharacteristics};
@@ -55,7 +56,8 @@ pub fn synthesize(
 ) -> Result<(ArmGains, Characteristics), Error> {
     let laws = models.iter().map(CableModel::law).collect::<Result<Vec<CableLaw>, Error>>()?;
     let (limits, found) = characterize(machine, &laws, poses)?;
-    let rules = &machine.rules;
+    let pace = Pace::of(machine);
+    let rules = &pace.rules;
     let resolution = machine.encoders.iter().flatten().map(|encoder| encoder.resolution);
     let resolution = resolution.fold(0.0, f64::max);
     let attachment = machine.attachment_tolerance();
@@ -65,15 +67,15 @@ pub fn synthesize(
     let gains = ArmGains {
         damping: 0.53,
         observer_bandwidth: rules.observer_bandwidth,
-        max_bandwidth_ratio: MAX_BANDWIDTH_RATIO,
+        max_bandwidth_ratio: pace.max_bandwidth_ratio,
         feedback_share: 0.05,
         creep_feedback_share: 0.16,
         slip_filter_time: 0.009,
         rest_time_constant: 0.38,
-        joints: joints.map(|(encoder, joint)| of_joint(rules, encoder.as_ref(), joint)).collect(),
+        joints: joints.map(|(encoder, joint)| of_joint(&pace, encoder.as_ref(), joint)).collect(),
         muscles: muscles
             .map(|(((design, muscle), limits), rate_gain)| {
-                let gains = of_muscle(rules, &design.drive, muscle, limits, (resolution, attachment));
+                let gains = of_muscle(&pace, &design.drive, muscle, limits, (resolution, attachment));
                 MuscleGains { rate_gain, ..gains }
             })
             .collect(),
@@ -122,14 +124,14 @@ pub fn tension_limits(machine: &Machine, laws: &[CableLaw]) -> Vec<[f64; 2]> {
 }
 
 fn of_joint(
-    rules: &ControlRules,
+    Pace { rules, max_bandwidth_ratio, .. }: &Pace,
     encoder: Option<&JointEncoder>,
     joint: &JointCharacteristics,
 ) -> JointGains {
     let resolution = encoder.map_or(JointEncoder::fourteen_bits().resolution, |encoder| encoder.resolution);
     let band = joint.dead_band;
     // Innovation of an observer at its largest bandwidth where the tensions of one side break away alone.
-    let fastest = MAX_BANDWIDTH_RATIO * rules.observer_bandwidth;
+    let fastest = max_bandwidth_ratio * rules.observer_bandwidth;
     let break_away = joint.torque / joint.inertia / (3.0 * fastest * fastest);
     JointGains {
         bandwidth: rules.bandwidth,
@@ -169,7 +171,7 @@ const LONGEST_RATE_GAIN: f64 = 0.15;
 const RATE_ITERATIONS: usize = 20;
 
 fn of_muscle(
-    rules: &ControlRules,
+    Pace { rules, period, stretch_time_constant, .. }: &Pace,
     drive: &DriveParameters,
     muscle: &MuscleCharacteristics,
     tension: [f64; 2],
@@ -183,7 +185,7 @@ fn of_muscle(
     MuscleGains {
         position_gain: rules.position_gain,
         rate_gain: 0.0,
-        stretch_time_constant: 0.0056,
+        stretch_time_constant: *stretch_time_constant,
         winch_deceleration: 0.35 * drive.acceleration,
         max_winch_speed: 0.93 * speed,
         max_winch_acceleration: drive.acceleration,
@@ -196,10 +198,10 @@ fn of_muscle(
         rest_error: [(0.04 * arm).min(5e-4).max(8.0 * count), (0.08 * arm).min(1e-3).max(16.0 * count)],
         rest_speed: 0.05 * arm,
         max_motor_rate: 10.0 * speed,
-        max_unchanged_travel: (0.03 * arm).clamp(0.003 * speed, 0.004 * speed),
+        max_unchanged_travel: (0.03 * arm).clamp((0.002 + period) * speed, (0.003 + period) * speed),
         max_winch_residual: 0.03 * speed,
         max_tension_rate: 40.0 * drive.load_cell.range,
-        max_equal_tensions: equal_samples(drive),
+        max_equal_tensions: equal_samples(drive, *period),
         missing_tension: (0.38 * tension[0]).max(10.0 * drive.load_cell.noise),
         least_drive_tension: drive.least_tension,
         slack_tension: drive.least_tension + 0.14 * tension[0],
@@ -207,9 +209,6 @@ fn of_muscle(
         moment_arm_error: LEAST_ARM_ERROR.max(ATTACHMENT_SHARE * attachment / arm),
     }
 }
-
-/// `r`, 1: largest growth of the bandwidth of the joints' observers.
-const MAX_BANDWIDTH_RATIO: f64 = 5.4;
 
 /// Share of a drive's working tension at which its speed is given.
 const SPEED_SHARE: f64 = 0.8;
@@ -222,12 +221,13 @@ const ATTACHMENT_SHARE: f64 = 0.8;
 const LEAST_ARM: f64 = 1e-5;
 
 /// Number of equal samples of a load cell that noise produces once in 1e12: each with the probability
-/// `r/(2 sqrt(pi) sigma)`.
-fn equal_samples(drive: &DriveParameters) -> f64 {
+/// `r/(2 sqrt(pi) sigma)`; at least those of 8 ms, and four. What noise does is a number of samples whatever their
+/// period.
+fn equal_samples(drive: &DriveParameters, period: f64) -> f64 {
     let cell = &drive.load_cell;
     let probability = cell.resolution / (2.0 * libm::sqrt(core::f64::consts::PI) * cell.noise);
     if probability.is_finite() && probability > 0.0 && probability < 0.9 {
-        libm::ceil(libm::log(1e-12) / libm::log(probability)).max(8.0)
+        libm::ceil(libm::log(1e-12) / libm::log(probability)).max((0.008 / period).max(4.0))
     } else {
         1e9
     }
@@ -299,7 +299,7 @@ mod tests {
     fn joint_thresholds(resolution: f64, joint: &JointCharacteristics) -> [f64; 5] {
         let rules = ControlRules { observer_bandwidth: 50.0, ..ControlRules::default() };
         let encoder = JointEncoder { resolution, zero: 0.0 };
-        let gains = of_joint(&rules, Some(&encoder), joint);
+        let gains = of_joint(&Pace::new(&rules, 1e-3, 0.0), Some(&encoder), joint);
         assert!(gains.encoder);
         assert_near(&[gains.resolution], &[resolution]);
         [gains.innovation_threshold, gains.jump, gains.implied, gains.reference_travel, gains.tracking_error]
@@ -320,10 +320,11 @@ mod tests {
     fn the_disturbance_of_a_joint_is_compensated_a_little_faster_than_its_bandwidth() {
         let rules = ControlRules { bandwidth: 7.0, ..ControlRules::default() };
         let joint = JointCharacteristics { dead_band: 0.2, arm: 0.03, torque: 6.0, inertia: 0.5 };
-        let gains = of_joint(&rules, None, &joint);
+        let pace = Pace::new(&rules, 1e-3, 0.0);
+        let gains = of_joint(&pace, None, &joint);
         assert_near(&[gains.bandwidth, gains.disturbance_bandwidth], &[7.0, 9.1]);
         // A joint without an encoder is judged as with the usual one.
-        let usual = of_joint(&rules, Some(&JointEncoder::fourteen_bits()), &joint);
+        let usual = of_joint(&pace, Some(&JointEncoder::fourteen_bits()), &joint);
         assert!(!gains.encoder);
         assert_eq!(JointGains { encoder: true, ..gains }, usual);
     }
@@ -385,7 +386,7 @@ mod tests {
             ..ControlRules::default()
         };
         let muscle = MuscleCharacteristics { arm, dead_band, ..MuscleCharacteristics::default() };
-        of_muscle(&rules, drive, &muscle, [20.0, 150.0], (resolution, 1e-3))
+        of_muscle(&Pace::new(&rules, 1e-3, 0.0), drive, &muscle, [20.0, 150.0], (resolution, 1e-3))
     }
 
     #[test]
@@ -449,7 +450,7 @@ mod tests {
     fn a_load_cell_repeats_itself_by_noise_once_in_a_million_million_samples() {
         let samples = |noise: f64, resolution: f64| {
             let load_cell = LoadCell { noise, resolution, ..LoadCell::one_kilonewton() };
-            (equal_samples(&DriveParameters { load_cell, ..DriveParameters::mc_am() }), load_cell)
+            (equal_samples(&DriveParameters { load_cell, ..DriveParameters::mc_am() }, 1e-3), load_cell)
         };
         for (noise, resolution) in [(0.4, 0.05), (0.4, 0.1), (0.4, 0.2), (0.1, 0.1), (2.0, 0.3)] {
             let (found, cell) = samples(noise, resolution);

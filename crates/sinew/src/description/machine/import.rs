@@ -245,6 +245,7 @@ fn machine(
     machine.task = task::task(root, &robot, list)?;
     machine.redundancy = joints::redundancy(root, &robot, Redundancy::near(&machine.start), list)?;
     machine.paths = task::paths(root, machine.task, list)?;
+    machine.period = task::period(root, list)?;
     machine.payload = task::payload(root, machine.payload_site(), list)?;
     let drives = drives::read(root, list)?;
     machine.muscles = transmissions::read(root, &machine, &drives, files, list)?;

@@ -8,6 +8,7 @@
 //! |---|---|---|
 //! | `start` | name of a pose, or `{ joint = value }`, rad or m | key pose `start`, else the reference pose |
 //! | `[[pose]]` | `name`, `joints = { joint = value }` | none; joints that are not named are at their reference |
+//! | `period_s` | of the control cycle, 0.0005 to 0.02 | 0.001 |
 //! | `[task]` | `endpoint` (site), `axes` (some of x, y, z), or `space = "joints"` | site `endpoint`, all axes |
 //! | `[redundancy]` | `rest`, `swing`, `weight`, each `{ joint = value }` | start, 0, 1 |
 //! | `[[path]]` | `name`, `shape` (sine, saddle), `center_m`, `amplitude_m` | none |

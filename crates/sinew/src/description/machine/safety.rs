@@ -19,8 +19,8 @@ pub(super) fn safety(
     table.iter().try_for_each(|table| table.check_keys(&keys(SAFETY, &[])))?;
     listing.begin("[safety]");
     let layers: Vec<Table<'_>> = table.into_iter().collect();
-    let named = ("", ValueSource::Default);
-    let safety = overlay(&layers, SAFETY, SafetyLimits::default(), SafetyLimits::validate, listing, named)?;
+    let (named, usual) = (("", ValueSource::Default), SafetyLimits::at_period(machine.period));
+    let safety = overlay(&layers, SAFETY, usual, SafetyLimits::validate, listing, named)?;
     list_resolved(&machine.robot, machine, &safety, listing);
     Ok(safety)
 }

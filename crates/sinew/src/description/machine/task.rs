@@ -4,9 +4,9 @@ use super::fields::{CONTROL, TOLERANCES, keys, overlay};
 use super::listing::{Listing, Value, ValueSource, source_of};
 use crate::body::Robot;
 use crate::description::document::Table;
-use crate::description::domain::{FINITE, NON_NEGATIVE, POSITIVE};
+use crate::description::domain::{FINITE, NON_NEGATIVE, PERIOD, POSITIVE};
 use crate::description::error::DescriptionError;
-use crate::machine::{ControlRules, NamedPath, Task, Tolerances};
+use crate::machine::{ControlRules, DEFAULT_PERIOD, NamedPath, Task, Tolerances};
 use crate::trajectory::{EndPointPath, Loop};
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -100,6 +100,15 @@ pub(super) fn paths(
 
 /// Names that mean other motions where a path is chosen.
 const RESERVED: [&str; 1] = ["tour"];
+
+/// Period of the control cycle, s: a whole number of nanoseconds, as clocks and recordings count it.
+pub(super) fn period(root: &Table<'_>, listing: &mut Listing) -> Result<f64, DescriptionError> {
+    let entry = root.entry("period_s");
+    let period = entry.as_ref().map_or(Ok(DEFAULT_PERIOD), |entry| entry.number(PERIOD))?;
+    listing.begin("control cycle");
+    listing.number("period_s", period, source_of(entry.map(|entry| entry.line())));
+    Ok(libm::round(1e9 * period) / 1e9)
+}
 
 /// Mass at the end point, kg.
 pub(super) fn payload(

@@ -34,8 +34,8 @@ pub(super) const TRANSMISSION: [&str; 11] = [
     "delay_s",
 ];
 
-/// One step of a drive, s: the unit of its delays.
-const STEP: f64 = 1e-3;
+/// s: the unit of a drive's delay.
+const MILLISECOND: f64 = 1e-3;
 
 /// The designs of all muscles.
 pub(super) fn read(
@@ -104,7 +104,8 @@ impl<'d> Reader<'d, '_> {
         design.drive.load_cell = self.load_cell(sensors.load_cell, listing)?;
         design.drive.encoder.counts =
             self.number("motor_encoder_counts", POSITIVE, sensors.encoder.counts, listing)?;
-        design.drive.delay_steps = self.number("delay_s", DELAY, sensors.delay_steps * STEP, listing)? / STEP;
+        let delay = self.number("delay_s", DELAY, sensors.delay_ms * MILLISECOND, listing)?;
+        design.drive.delay_ms = delay / MILLISECOND;
         design.tension = self.tension(tension, listing)?;
         if let Some(table) = self.layers.first() {
             design.validate().map_err(|error| table.out_of_domain(error))?;

@@ -16,9 +16,10 @@ pub(in crate::description) const ROBOT_KEYS: [&str; 11] = [
 ];
 
 /// Further keys of a machine file, which say nothing about the robot itself.
-pub(in crate::description) const MACHINE_KEYS: [&str; 17] = [
+pub(in crate::description) const MACHINE_KEYS: [&str; 18] = [
     "muscles",
     "start",
+    "period_s",
     "pose",
     "task",
     "redundancy",

@@ -307,7 +307,7 @@ mod tests {
             let friction = 0.1 + 0.01 * k as f64;
             // Forms side by side in one group, where one of them is not the default.
             let weakening = weakening.filter(|_| k < 8).map(|w| {
-                let form = if k % 2 == 0 { w.form } else { WeakeningForm::default() };
+                let form = if k.is_multiple_of(2) { w.form } else { WeakeningForm::default() };
                 Weakening { form, ..w }
             });
             let parameters = CableParameters { friction, weakening, ..CableParameters::bench() };

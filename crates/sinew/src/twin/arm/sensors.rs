@@ -7,7 +7,7 @@ use alloc::vec::Vec;
 /// Measurements of the arm, with quantisation, noise, calibration errors and injected faults; may hold NaN.
 ///
 /// The state at the start of a step is measured. The sensors of a drive may delay it further
-/// (`DriveParameters::delay_steps`), the joint encoders do not.
+/// (`DriveParameters::delay_ms`), the joint encoders do not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmReading {
     /// Position of every cable by its motor's encoder, m, + toward the motor: `[muscles]`.

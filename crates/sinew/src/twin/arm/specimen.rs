@@ -1,7 +1,7 @@
 use crate::Error;
 use crate::body::{JointKind, Parts, PathElement, Robot, TendonPath};
 use crate::drive::{DriveParameters, JointEncoder, LoadCell};
-use crate::machine::{Characteristics, Machine};
+use crate::machine::{Characteristics, Machine, parts_of};
 use crate::muscle::MuscleDynamics;
 use crate::random::Random;
 use crate::transmission::SheathBend;
@@ -22,7 +22,9 @@ pub struct ArmSpecimen {
     pub drives: Vec<DriveParameters>,
     /// Encoder of every independent joint, or none.
     pub encoders: Vec<Option<JointEncoder>>,
-    /// Cells of the cables; substeps of cables and bodies.
+    /// Period of the commands, s: that of the machine.
+    pub period: f64,
+    /// Cells of the cables; substeps of cables and bodies within a [`step`](Self::step).
     pub resolution: Resolution,
 }
 
@@ -31,10 +33,10 @@ pub struct ArmSpecimen {
 const MAX_STEP_ANGLE: f64 = 1.2;
 /// Largest product of step and rate of the joints' dampers, 1: 2 is the limit of an explicit step.
 const MAX_DAMPING_STEP: f64 = 0.5;
-/// Substeps of a millisecond beyond which a machine is refused.
+/// Substeps of a step beyond which a machine is refused.
 const MAX_SUBSTEPS: usize = 100;
-/// Step of the plant, s.
-const STEP: f64 = 1e-3;
+/// Longest step of the plant, s: of its drives and of its sensors.
+const LONGEST_STEP: f64 = 1e-3;
 /// Poses in which the modes are evaluated.
 const PLACES: usize = 40;
 /// Tension at which cables are compared, N; it does not enter the modes.
@@ -73,30 +75,37 @@ impl ArmSpecimen {
             bends: machine.sheath_bends()?,
             drives: machine.muscles.iter().map(|design| design.drive).collect(),
             encoders: machine.encoders.clone(),
+            period: machine.period,
             resolution: least,
         };
         specimen.resolution.substeps = specimen.stable_substeps(&mut model, &machine.poses(PLACES)?)?;
         Ok(specimen)
     }
 
-    /// Substeps of a millisecond in which the stiffest mode is stable.
+    /// Step of drives and sensors, s: the period, or one of as few equal parts of it as are at most a millisecond.
+    #[must_use]
+    pub fn step(&self) -> f64 {
+        self.period / parts_of(self.period, LONGEST_STEP) as f64
+    }
+
+    /// Substeps of a step in which the stiffest mode is stable.
     fn stable_substeps(&self, model: &mut MuscleDynamics, poses: &[Vec<f64>]) -> Result<usize, Error> {
-        let cells = self.resolution.cells;
+        let (cells, step) = (self.resolution.cells, self.step());
         let law = |(muscle, cable): (usize, &Specimen)| {
             cable.law(cells).map_err(|error| error.of_part("muscle", muscle))
         };
         let laws = self.cables.iter().enumerate().map(law).collect::<Result<Vec<CableLaw>, _>>()?;
         let tensions = alloc::vec![ANY_TENSION; laws.len()];
         let found = Characteristics::new(model, &laws, &tensions, poses, 0.0)?;
-        if found.stuck_mode * STEP / MAX_STEP_ANGLE > MAX_SUBSTEPS as f64 {
+        if found.stuck_mode * step / MAX_STEP_ANGLE > MAX_SUBSTEPS as f64 {
             let (kind, field) = ("joint", "the inertia that it moves");
             let expected = "larger for its cables, whose oscillation needs more than 100 steps per millisecond: heavier \
                             links, an armature, softer cables or smaller moment arms";
             let joint = stiffest_joint(model.moment_arms(), &laws, &found);
             return Err(Error::Part { kind, index: self.robot.independent_joints()[joint], field, expected });
         }
-        let needed = (found.stuck_mode * STEP / MAX_STEP_ANGLE)
-            .max(found.damping_rate * STEP / MAX_DAMPING_STEP)
+        let needed = (found.stuck_mode * step / MAX_STEP_ANGLE)
+            .max(found.damping_rate * step / MAX_DAMPING_STEP)
             .max(self.resolution.substeps as f64);
         let expected = "at most 100: less damping of the joints, or heavier links";
         crate::error::within(

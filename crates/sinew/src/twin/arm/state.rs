@@ -5,6 +5,7 @@ use super::specimen::ArmSpecimen;
 use crate::Error;
 use crate::drive::{Drive, DriveCommand, DriveStep};
 use crate::error::{check_entries, within};
+use crate::machine::parts_of;
 use crate::transmission::cable::EndMotion;
 use crate::transmission::{SheathBend, Sliding};
 use crate::twin::cable::{CablePlants, CableReading, Resolution};
@@ -43,11 +44,15 @@ pub struct ArmTwin {
     bends: Vec<(usize, SheathBend)>,
     drives: Vec<Drive>,
     faults: Vec<InjectedFault>,
+    /// Longest step of drives and sensors, s.
+    step: f64,
     time: f64,
     reading: ArmReading,
     // Of every muscle.
     cable_readings: Vec<CableReading>,
     steps: Vec<DriveStep>,
+    /// All steps of the last period together.
+    moved: Vec<DriveStep>,
     motions: Vec<EndMotion>,
     anchor_tension: Vec<f64>,
     lengths_before: Vec<f64>,
@@ -82,7 +87,8 @@ impl ArmTwin {
     /// [`Error::WrongLength`], and [`Error::OutOfDomain`] for a tension below a cable's pretension and
     /// whatever [`CablePlants::new`] and [`Drive::new`] refuse.
     pub fn new(specimen: &ArmSpecimen, q: &[f64], tension_out: &[f64], seed: u64) -> Result<Self, Error> {
-        let limb = Limb::new(&specimen.robot, q, 1e-3 / specimen.resolution.substeps as f64)?;
+        let step = specimen.step();
+        let limb = Limb::new(&specimen.robot, q, step / specimen.resolution.substeps as f64)?;
         let (muscles, joints) = (limb.lengths().len(), q.len());
         for (name, expected, got) in [
             ("tension_out", muscles, tension_out.len()),
@@ -98,7 +104,8 @@ impl ArmTwin {
         specimen.encoders.iter().flatten().try_for_each(|encoder| encoder.validate())?;
         specimen.resolution.validate()?;
         let finest = Resolution { substeps: 1, ..specimen.resolution };
-        let drive = |(k, p): (usize, _)| Drive::new(p, seed.wrapping_mul(0x1_0000).wrapping_add(k as u64));
+        let drive =
+            |(k, p): (usize, _)| Drive::in_steps(p, seed.wrapping_mul(0x1_0000).wrapping_add(k as u64), step);
         let mut twin = Self {
             cables: CablePlants::new(&specimen.cables, finest)?,
             drives: specimen.drives.iter().copied().enumerate().map(drive).collect::<Result<_, _>>()?,
@@ -110,10 +117,12 @@ impl ArmTwin {
                 .filter(|(_, bend)| !bend.is_constant())
                 .collect(),
             faults: Vec::new(),
+            step,
             time: 0.0,
             reading: ArmReading::new(muscles, joints),
             cable_readings: vec![CableReading::default(); muscles],
             steps: vec![DriveStep::STANDING; muscles],
+            moved: vec![DriveStep::STANDING; muscles],
             motions: vec![EndMotion::default(); muscles],
             anchor_tension: tension_out.to_vec(),
             lengths_before: limb.lengths().to_vec(),
@@ -145,7 +154,8 @@ impl ArmTwin {
         Ok(self)
     }
 
-    /// All drives execute their commands for `h` seconds, usually a millisecond.
+    /// All drives execute their commands for `h` seconds, usually a period: in as few equal steps as are at most
+    /// [`ArmSpecimen::step`]. Measurements are those at the beginning of the last one.
     ///
     /// # Shapes
     /// `commands: [muscles]`; one that is not finite counts as [`DriveCommand::Off`].
@@ -161,8 +171,21 @@ impl ArmTwin {
                 got: commands.len(),
             });
         }
-        let substeps = self.specimen.resolution.substeps as f64;
         within("h", "a number of seconds in [1e-5, 0.02]", h, (1e-5..=0.02).contains(&h))?;
+        let parts = parts_of(h, self.step);
+        let step = h / parts as f64;
+        for part in 0..parts {
+            self.advance(commands, step)?;
+            for (sum, next) in self.moved.iter_mut().zip(&self.steps) {
+                *sum = if part == 0 { *next } else { sum.followed_by(*next, (part + 1) as f64 * step) };
+            }
+        }
+        Ok(self.truth())
+    }
+
+    /// One step of drives and sensors.
+    fn advance(&mut self, commands: &[DriveCommand], h: f64) -> Result<(), Error> {
+        let substeps = self.specimen.resolution.substeps as f64;
         self.step_drives(commands, h);
         self.measure();
         self.push();
@@ -182,7 +205,7 @@ impl ArmTwin {
         }
         self.update_angles()?;
         self.time += h;
-        Ok(self.truth())
+        Ok(())
     }
 
     /// What is wrong with the exchange at the beginning of the next step.
@@ -209,7 +232,7 @@ impl ArmTwin {
             v: &self.limb.v,
             lengths: self.limb.lengths(),
             cables: &self.cable_readings,
-            drives: &self.steps,
+            drives: &self.moved,
         }
     }
 
