@@ -2,14 +2,13 @@
 #![expect(clippy::print_stdout, reason = "a program for people at a terminal and for CI logs")]
 
 mod check;
+mod commands;
 mod hygiene;
 mod layering;
 mod page;
-mod passed;
 mod pictures;
 mod python;
 mod readme;
-mod test_programs;
 mod tree;
 
 use std::process::ExitCode;
@@ -18,12 +17,10 @@ const HELP: &str = "\
 The project's own checks.
 
 usage: cargo xtask check [STEP...]     run every step, or only those named, in the order of the list
-       cargo xtask check --long        the same, and the statistical tests over many seeds
-       cargo xtask check --again       run what has passed as it is, too
+       cargo xtask check long          the statistical tests over many seeds
        cargo xtask check python        the Python package, where Python 3.11 and pip are there
        cargo xtask check page          the live page in a headless Chromium, where there is one
        cargo xtask check --list        the steps and what each is for
-       cargo xtask mutants [...]       judge the tests by cargo-mutants' changes of the code (--help: options)
        cargo xtask pictures            draw the machines of models/ anew, into docs/machines
        cargo xtask --help              this text
 
@@ -45,33 +42,15 @@ fn main() -> ExitCode {
             println!("{}", check::list());
             ExitCode::SUCCESS
         }
-        ["pictures"] => reported(pictures::make(&tree::root())),
-        ["mutants", words @ ..] => reported(mutants(words)),
-        ["check", names @ ..] => match check::chosen(names) {
-            Ok(steps) => check::run(&steps),
-            Err(message) => misunderstood(&message),
+        ["pictures"] => match pictures::make(&tree::root()) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(message) => {
+                eprintln!("error: {message}");
+                ExitCode::FAILURE
+            }
         },
-        [other, ..] => {
-            misunderstood(&format!("`{other}` is not a command; expected `check`, `mutants` or `pictures`"))
-        }
-    }
-}
-
-/// A workspace of its own runs it, so that no check builds its parser of Rust.
-fn mutants(words: &[&str]) -> Result<(), String> {
-    let root = tree::root();
-    let folder = root.join("target");
-    let run = ["run", "--quiet", "--release", "--manifest-path", check::MUTANTS, "--target-dir"];
-    check::succeed(check::cargo(&root, &run).arg(folder).arg("--").args(words))
-}
-
-fn reported(result: Result<(), String>) -> ExitCode {
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(message) => {
-            eprintln!("error: {message}");
-            ExitCode::FAILURE
-        }
+        ["check", names @ ..] => check::run(names).unwrap_or_else(|message| misunderstood(&message)),
+        [other, ..] => misunderstood(&format!("`{other}` is not a command; expected `check` or `pictures`")),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The live page in a headless Chromium, and the types of its scripts where node is present.
 
-use crate::check::{cargo, succeed};
+use crate::commands::{cargo, succeed};
 use crate::readme;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};

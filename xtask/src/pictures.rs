@@ -35,7 +35,7 @@ fn draw(root: &Path, program: &Path, folder: &Path) -> Result<Vec<PathBuf>, Stri
         let picture = folder.join(stem).with_extension("svg");
         let mut command = Command::new(program);
         command.args(["machine", "show"]).arg(&machine).arg("--picture").arg(&picture).stdout(Stdio::null());
-        crate::check::succeed(&mut command)?;
+        crate::commands::succeed(&mut command)?;
         made.push(picture);
     }
     Ok(made)

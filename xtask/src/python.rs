@@ -1,6 +1,6 @@
 //! The Python package, checked in an environment of its own below `target`.
 
-use crate::check::{cargo, succeed};
+use crate::commands::{cargo, succeed};
 use std::path::Path;
 use std::process::{Command, Stdio};
 

@@ -1,9 +1,8 @@
 //! The README cannot go stale: its `sh` blocks run, its usage names the program's verbs and flags, its links lead
 //! somewhere, and its pictures are what the program draws.
 
-use crate::check::{Turn, cargo, succeed};
-use crate::test_programs::OTHERS;
-use crate::{passed, pictures};
+use crate::commands::{cargo, succeed, target};
+use crate::pictures;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -35,41 +34,21 @@ struct Block<'a> {
 }
 
 /// Runs and compares.
-pub(crate) fn check(root: &Path, turn: &Turn) -> Result<(), String> {
+pub(crate) fn check(root: &Path) -> Result<(), String> {
     links(root)?;
     let path = root.join("README.md");
     let text = std::fs::read_to_string(&path).map_err(|e| format!("README.md: {e}"))?;
     let blocks = blocks(&text);
     let program = program(root)?;
-    turn.end();
-    // This program judges: where it has changed, the README is judged again.
-    let judge = std::env::current_exe().map_err(|e| format!("the running program: {e}"))?;
-    let data = format!("{:x} {}", passed::state(root, &[judge]), passed::state_of_data(root)?);
-    passed::unless(root, "the README", passed::state_of_program(root, &program, &data)?, || {
-        usage(&blocks, &program)?;
-        pictures::check(root, &program)?;
-        run(root, &blocks, &program)
-    })
+    usage(&blocks, &program)?;
+    pictures::check(root, &program)?;
+    run(root, &blocks, &program)
 }
 
-/// Builds the program as the tests did and says where it is.
+/// Builds the program as the tests did, so that nothing is compiled a second time, and says where it is.
 pub(crate) fn program(root: &Path) -> Result<PathBuf, String> {
-    // Of the same units as the tests, or cargo compiles the macros of the reports and all that use them a second time.
-    let build = || {
-        let mut command = cargo(root, &["build"]);
-        command.args(OTHERS);
-        command
-    };
-    succeed(&mut build())?;
-    let output = build().arg("--message-format=json").stderr(Stdio::null()).output();
-    let messages = output.map_err(|e| format!("cargo build: {e}"))?.stdout;
-    let messages = String::from_utf8_lossy(&messages).into_owned();
-    let program = |line: &&str| {
-        [r#""kind":["bin"]"#, r#""name":"sinew""#, r#""test":false"#].iter().all(|part| line.contains(part))
-    };
-    let built = messages.lines().filter(program);
-    let mut places = built.filter_map(|line| line.split_once(r#""executable":""#)?.1.split('"').next());
-    places.next_back().map(PathBuf::from).ok_or_else(|| "the build made no program `sinew`".into())
+    succeed(&mut cargo(root, &["build", "--quiet", "--workspace", "--all-features", "--bins", "--tests"]))?;
+    Ok(target(root).join(format!("debug/sinew{}", std::env::consts::EXE_SUFFIX)))
 }
 
 /// Runs the `sh` blocks one after another in one empty folder.

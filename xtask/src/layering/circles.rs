@@ -3,7 +3,7 @@
 //! An arrow leads from a file to the file that defines a name it uses; a name that a module only re-exports belongs to
 //! the file that defines it. `mod x;`, `pub use` and test modules make no arrows.
 
-use super::paths::{Import, imports};
+use super::paths::{Import, imports, tokens};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// One file of a crate: where its module stands below the crate's root, and what it names.
@@ -17,12 +17,16 @@ struct File {
 type Arrows = BTreeMap<usize, BTreeMap<usize, String>>;
 
 /// Every circle in words, from the sources of one crate as (place below `src/`, text).
-pub(super) fn circles(sources: &[(String, String)]) -> Vec<String> {
-    let files: Vec<File> = sources
-        .iter()
-        .filter(|(place, _)| !is_test(place))
-        .map(|(place, text)| File { place: place.clone(), module: module(place), imports: imports(text) })
-        .collect();
+///
+/// # Errors
+/// Names the file that is no Rust.
+pub(super) fn circles(sources: &[(String, String)]) -> Result<Vec<String>, String> {
+    let file = |(place, text): &(String, String)| {
+        let tokens = tokens(text).map_err(|error| format!("{place}: {error}"))?;
+        Ok(File { place: place.clone(), module: module(place), imports: imports(&tokens) })
+    };
+    let files: Vec<File> =
+        sources.iter().filter(|(place, _)| !is_test(place)).map(file).collect::<Result<_, String>>()?;
     let arrows = arrows(&files);
     let reached: Vec<BTreeSet<usize>> = (0..files.len()).map(|i| reach(&arrows, i)).collect();
     let mut seen = BTreeSet::new();
@@ -38,7 +42,7 @@ pub(super) fn circles(sources: &[(String, String)]) -> Vec<String> {
         });
         found.push(format!("circle of imports: {}", ties.collect::<Vec<_>>().join(", ")));
     }
-    found
+    Ok(found)
 }
 
 fn is_test(place: &str) -> bool {
@@ -46,7 +50,7 @@ fn is_test(place: &str) -> bool {
 }
 
 /// `lib.rs` and `main.rs` are the root; `a/mod.rs` is `a`; `a/b.rs` is `a::b`.
-fn module(place: &str) -> Vec<String> {
+pub(super) fn module(place: &str) -> Vec<String> {
     let mut parts: Vec<String> = place.trim_end_matches(".rs").split('/').map(str::to_owned).collect();
     if matches!(parts.last().map(String::as_str), Some("mod" | "lib" | "main")) {
         parts.pop();
@@ -145,7 +149,7 @@ mod tests {
 
     fn found(sources: &[(&str, &str)]) -> Vec<String> {
         let owned: Vec<_> = sources.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect();
-        circles(&owned)
+        circles(&owned).unwrap()
     }
 
     #[test]
