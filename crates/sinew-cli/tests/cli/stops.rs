@@ -321,9 +321,11 @@ fn disabled_after(end: End) {
     signal(&devices, "INT");
     let devices: Value = serde_json::from_slice(&devices.wait_with_output().unwrap().stdout).unwrap();
     assert!(devices["frames_answered"].as_u64().unwrap() > 500, "{devices}");
-    // A drive that stops by itself, because nothing comes any more, says so with a fault.
-    let left = ["drives_with_power", "drives_with_a_fault"].map(|key| devices[key].as_u64());
-    assert_eq!(left, [Some(0); 2], "{end:?}: {told} {}", String::from_utf8_lossy(&ended.stdout));
+    let said = String::from_utf8_lossy(&ended.stdout);
+    assert_eq!(devices["drives_with_power"], 0, "{end:?}: {told} {said}");
+    // A drive that stops by itself, because nothing comes any more, says so with a fault: on a computer with other work, too.
+    let lost = serde_json::from_str::<Value>(&said).map_or(0, |run| run["bus"]["lost"].as_u64().unwrap_or(0));
+    assert!(devices["drives_with_a_fault"] == 0 || lost > 0, "{end:?}: {told} {said} {devices}");
 }
 
 /// The address that a run names after some words.
