@@ -4,7 +4,7 @@
 
 Each file is converted to MJCF and to TOML and back to MJCF by SINEW (the program); MuJoCo compiles the original and
 both results. Printed: the largest difference of masses, full inertia tensors, places, joints, sites, tendons, couplings, laws of
-actuators and keys, and of lengths, moment arms, gravity torques and sites of `sinew arm evaluate` at 20 random poses, with some
+actuators and keys, and of lengths, moment arms, gravity torques and sites of `sinew machine evaluate` at 20 random poses, with some
 joints left out and quaternions of any length.
 """
 import csv, os, subprocess, sys, tempfile
@@ -72,7 +72,7 @@ def evaluate(sinew, file, m, folder, seed=0):
         follow(m, given, q)
         table = os.path.join(folder, "poses.csv"); out = os.path.join(folder, "out.csv")
         open(table, "w").write(",".join(header) + "\n" + ",".join(row) + "\n")
-        subprocess.run([sinew, "arm", "evaluate", file, "--poses", table, "--out", out], check=True, capture_output=True)
+        subprocess.run([sinew, "machine", "evaluate", file, "--poses", table, "--out", out], check=True, capture_output=True)
         names, row = list(csv.reader(open(out)))
         d.qpos[:] = q; d.qvel[:] = 0; mj.mj_fwdPosition(m, d); mj.mj_fwdVelocity(m, d)
         J = np.zeros((m.ntendon, m.nv)); adr, cnt, ind = m.ten_J_rowadr, m.ten_J_rownnz, m.ten_J_colind
@@ -93,7 +93,7 @@ for file in files:
         try:
             m = mj.MjModel.from_xml_path(file)
             for a, b in ((file, one), (file, toml), (toml, two)):
-                subprocess.run([sinew, "arm", "convert", a, b], check=True, capture_output=True, text=True)
+                subprocess.run([sinew, "machine", "convert", a, b], check=True, capture_output=True, text=True)
             a = describe(m)
             print(os.path.basename(file), "differs beyond 1e-12:", difference(a, describe(mj.MjModel.from_xml_path(one))),
                   "by TOML:", difference(a, describe(mj.MjModel.from_xml_path(two))), "same bytes:", open(one).read() == open(two).read())

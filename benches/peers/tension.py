@@ -1,4 +1,4 @@
-"""Tension distribution: `sinew tension` against DAQP, quadprog and a least-squares oracle on random problems.
+"""Tension distribution: `sinew design tension` against DAQP, quadprog and a least-squares oracle on random problems.
 
     tension.py SINEW CLARABEL [PROBLEMS]
 

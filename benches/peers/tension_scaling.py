@@ -1,10 +1,10 @@
-"""Tension distribution where joints, arms, weights and limits differ by up to 18 decades: `sinew tension` against a reference
+"""Tension distribution where joints, arms, weights and limits differ by up to 18 decades: `sinew design tension` against a reference
 in numbers of 1500 bits.
 
     tension_scaling.py SINEW [PROBLEMS] [SEED]
 
 The reference is proved by weak duality: its dual value bounds the cost, its direction the least residual, from below, whatever
-its own method. A claim of `sinew tension` is wrong where its cost or its residual is above the bound by more than 1e-6 of it,
+its own method. A claim of `sinew design tension` is wrong where its cost or its residual is above the bound by more than 1e-6 of it,
 apart from 1e-13 of the terms of the torque, which is the rounding of tensions. Needs gmpy2 and numpy.
 """
 

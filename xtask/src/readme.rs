@@ -1,5 +1,5 @@
-//! The README cannot go stale: its `sh` blocks run, its usage names the program's verbs and flags, its links lead
-//! somewhere, and its pictures are what the program draws.
+//! The README cannot go stale: its `sh` blocks run, its links lead somewhere, and its pictures are what the program
+//! draws; the list of commands names the program's verbs and flags.
 
 use crate::commands::{cargo, succeed, target};
 use crate::pictures;
@@ -10,6 +10,11 @@ use std::process::{Command, Stdio};
 /// Texts whose relative links must lead somewhere, where the text is there.
 const LINKED: [&str; 6] =
     ["README.md", "ARCHITECTURE.md", "FEATURES.md", "CONTRIBUTING.md", "CHANGELOG.md", "NOTATION.md"];
+
+/// The list of verbs and flags.
+const COMMANDS: &str = "docs/commands.md";
+/// Verbs that `--help` mentions in a sentence.
+const HIDDEN: [&str; 2] = ["completions", "man"];
 
 /// What stands before every block. `cargo run` of the program becomes the program that was just built, because a
 /// release build would double the time; the test command is not started from inside itself; any other cargo
@@ -36,13 +41,12 @@ struct Block<'a> {
 /// Runs and compares.
 pub(crate) fn check(root: &Path) -> Result<(), String> {
     links(root)?;
-    let path = root.join("README.md");
-    let text = std::fs::read_to_string(&path).map_err(|e| format!("README.md: {e}"))?;
-    let blocks = blocks(&text);
+    let read = |name: &str| std::fs::read_to_string(root.join(name)).map_err(|e| format!("{name}: {e}"));
+    let (text, commands) = (read("README.md")?, read(COMMANDS)?);
     let program = program(root)?;
-    usage(&blocks, &program)?;
+    usage(&blocks(&commands), &program)?;
     pictures::check(root, &program)?;
-    run(root, &blocks, &program)
+    run(root, &blocks(&text), &program)
 }
 
 /// Builds the program as the tests did, so that nothing is compiled a second time, and says where it is.
@@ -85,7 +89,7 @@ fn run(root: &Path, blocks: &[Block<'_>], program: &Path) -> Result<(), String> 
     Ok(())
 }
 
-/// Compares the verbs and flags of the README's usage with what the program says of itself.
+/// Compares the verbs and flags of the list of commands with what the program says of itself.
 fn usage(blocks: &[Block<'_>], program: &Path) -> Result<(), String> {
     let written: String =
         blocks.iter().filter(|b| b.language == "text").map(|b| b.content.as_str()).collect();
@@ -95,15 +99,16 @@ fn usage(blocks: &[Block<'_>], program: &Path) -> Result<(), String> {
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         if output.status.success() { Ok(text) } else { Err(format!("sinew {} failed", arguments.join(" "))) }
     };
-    let verbs = verbs(&help(&["--help"])?);
+    let mut verbs = verbs(&help(&["--help"])?);
+    verbs.extend(HIDDEN.map(str::to_owned));
     let usages = usages(&written);
     let first = |verbs: &str| verbs.split(' ').next().unwrap_or_default().to_owned();
     let named: BTreeSet<String> = usages.iter().map(|(verb, _)| first(verb)).collect();
-    differ("README.md names the verbs", &named, "the program has", &verbs)?;
+    differ("docs/commands.md names the verbs", &named, "the program has", &verbs)?;
     for (verb, flags) in &usages {
         let asked: Vec<&str> = verb.split(' ').chain(["--help"]).collect();
         let real = flags_in(&help(&asked)?);
-        differ(&format!("README.md gives `{verb}` the flags"), flags, "the program", &real)?;
+        differ(&format!("{COMMANDS} gives `{verb}` the flags"), flags, "the program", &real)?;
     }
     Ok(())
 }
@@ -158,16 +163,12 @@ fn flags_in(text: &str) -> BTreeSet<String> {
     words.filter(|word| !COMMON.contains(word)).map(str::to_owned).collect()
 }
 
-/// The verbs in the list of commands of a help text.
+/// The verbs in the groups of a help text.
 fn verbs(help: &str) -> BTreeSet<String> {
-    let list = help.lines().skip_while(|line| !line.starts_with("Commands:")).skip(1);
-    let entries = list.take_while(|line| line.starts_with(' ') || line.is_empty());
-    let first = entries.filter(|line| line.starts_with("  ") && !line.starts_with("   "));
-    first
-        .filter_map(|line| line.split_whitespace().next())
-        .filter(|v| *v != "help")
-        .map(str::to_owned)
-        .collect()
+    let groups = help.lines().skip_while(|line| !line.starts_with("Usage:"));
+    let rows = groups.take_while(|line| !line.starts_with("Options:"));
+    let first = rows.filter(|line| line.starts_with("  ") && !line.starts_with("   "));
+    first.filter_map(|line| Some(line.split_whitespace().next()?.to_owned())).collect()
 }
 
 fn links(root: &Path) -> Result<(), String> {
@@ -204,7 +205,7 @@ mod tests {
     fn a_usage_goes_on_over_indented_lines() {
         let found = usages(
             "sinew identify LOG... --far COL [--time COL]\n    --out DIR\nsinew predict M --out FILE.csv\n\
-             sinew arm inspect|convert M\nsinew bench run [--speeds V] --out LOG\n",
+             sinew machine body|convert M\nsinew bench run [--speeds V] --out LOG\n",
         );
         let flags = |k: usize| found[k].1.iter().map(String::as_str).collect::<Vec<_>>();
         assert_eq!((found[0].0.as_str(), flags(0)), ("identify", vec!["--far", "--out", "--time"]));
@@ -215,7 +216,7 @@ mod tests {
 
     #[test]
     fn verbs_and_flags_are_read_from_help() {
-        let help = "Usage: sinew <COMMAND>\n\nCommands:\n  identify  From logs\n            to a model\n  help      Print\n\n\
+        let help = "Usage: sinew <COMMAND>\n\nIdentify:\n  identify  From logs\n            to a model\n\n\
                     Options:\n  -h, --help  Print\n      --seed  Of all\n";
         assert_eq!(verbs(help).into_iter().collect::<Vec<_>>(), ["identify"]);
         assert_eq!(flags_in(help).into_iter().collect::<Vec<_>>(), ["--seed"]);

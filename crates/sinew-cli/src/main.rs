@@ -13,7 +13,7 @@ mod verbs;
 mod version;
 
 use answer::Answer;
-use arguments::{Arguments, General, Verb};
+use arguments::{Arguments, General, Verb, command, moved};
 use clap::error::ErrorKind;
 use clap::{ArgMatches, Command, CommandFactory, FromArgMatches};
 use error::Error;
@@ -48,22 +48,16 @@ fn run(verb: &Verb, general: &General) -> Result<Answer, Error> {
         Verb::Predict(arguments) => verbs::predict::run(arguments, general),
         Verb::Adapt(arguments) => verbs::adapt::run(arguments, general),
         Verb::Demo(arguments) => verbs::demo::run(arguments, general),
-        Verb::Arm(arguments) => verbs::arm::run(arguments, general),
+        Verb::Design(arguments) => verbs::design::run(arguments, general),
         Verb::Machine(arguments) => verbs::machine::run(arguments, general),
         Verb::Track(arguments) => verbs::run::track(arguments, general),
-        Verb::Plot(arguments) => verbs::plot::run(arguments, general),
         Verb::Run(arguments) => verbs::run::run(arguments, general),
-        Verb::Replay(arguments) => verbs::replay::run(arguments, general),
         Verb::Log(arguments) => verbs::log::run(arguments, general),
         Verb::Ethercat(arguments) => verbs::ethercat::run(arguments, general),
         Verb::Link(arguments) => verbs::link::run(arguments, general),
         Verb::Live(arguments) => verbs::live::run(arguments, general),
         Verb::Reproduce(arguments) => verbs::reproduce::run(arguments, general),
-        Verb::Bench(arguments) => verbs::bench::run(arguments, general),
         Verb::Twin(arguments) => verbs::twin::run(arguments, general),
-        Verb::Study(arguments) => verbs::study::run(arguments, general),
-        Verb::Tension(arguments) => verbs::tension::run(arguments, general),
-        Verb::Drive(arguments) => verbs::drive::run(arguments, general),
         Verb::Completions(arguments) => verbs::completions::run(arguments, general),
         Verb::Man(arguments) => verbs::man::run(arguments, general),
     }
@@ -75,7 +69,7 @@ fn parse_arguments() -> Result<(Arguments, String), clap::Error> {
     fn negative_numbers(command: Command) -> Command {
         command.allow_negative_numbers(true).mut_subcommands(negative_numbers)
     }
-    let matches = negative_numbers(Arguments::command()).try_get_matches()?;
+    let matches = negative_numbers(command()).try_get_matches()?;
     let verb = verb_name(&matches);
     Ok((Arguments::from_arg_matches(&matches)?, verb))
 }
@@ -103,12 +97,24 @@ fn verb_asked() -> String {
 /// Help and version, or the reason for which the command line is refused; `sinew` alone prints its help.
 fn refuse_arguments(error: &clap::Error) -> ExitCode {
     if std::env::args_os().len() < 2 {
-        let help = Arguments::command().render_long_help();
+        let help = command().render_long_help();
         let help = if output::stdout_is_coloured() { help.ansi().to_string() } else { help.to_string() };
         return if output::print(&help).is_ok() { ExitCode::SUCCESS } else { Error::SYSTEM.into() };
     }
+    let words: Vec<String> =
+        std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+    let verbs: Vec<String> = words.iter().filter(|word| !word.starts_with('-')).cloned().collect();
+    let json = words.iter().any(|word| word == "--json");
+    if let Some((old, new)) = moved(&verbs).filter(|_| error.kind() == ErrorKind::InvalidSubcommand) {
+        let message = format!("`sinew {old}` is now `sinew {new}`");
+        if json {
+            let _ = answer::print_error(new, Error::BAD_INPUT, &message);
+        }
+        eprintln!("{}: {message}", output::red("error"));
+        return ExitCode::from(Error::BAD_INPUT);
+    }
     let asked = matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
-    if !asked && std::env::args_os().any(|argument| argument == "--json") {
+    if !asked && json {
         let text = error.render().to_string();
         let reason = text.split("\n\n").next().unwrap_or_default().trim_start_matches("error: ");
         let message = reason.split_whitespace().collect::<Vec<_>>().join(" ");

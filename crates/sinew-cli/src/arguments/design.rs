@@ -1,8 +1,22 @@
-//! Arguments of the verbs about tensions and drives.
+//! Arguments of `sinew design`.
 
 use super::values::number;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
+
+/// Design a machine: size its drives, distribute joint torques over its muscles, study many designs.
+#[derive(Debug, Args)]
+pub(crate) struct DesignArguments {
+    #[command(subcommand)]
+    pub(crate) verb: DesignVerb,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum DesignVerb {
+    Drive(DriveArguments),
+    Tension(TensionArguments),
+    Study(StudyArguments),
+}
 
 /// Distribute joint torques over muscle tensions within limits at minimum cost.
 ///
@@ -19,18 +33,6 @@ pub(crate) struct TensionArguments {
     pub(crate) problems: PathBuf,
 }
 
-/// Motor, reducer and winch of a muscle.
-#[derive(Debug, Args)]
-pub(crate) struct DriveArguments {
-    #[command(subcommand)]
-    pub(crate) verb: DriveVerb,
-}
-
-#[derive(Debug, Subcommand)]
-pub(crate) enum DriveVerb {
-    Size(DriveSizeArguments),
-}
-
 /// Select motor, reducer, ratio and winch for required cable motion, and compute the limits of such a drive.
 ///
 /// The drive must hold the tension continuously while it winds at the speed; the acceleration is required in
@@ -40,9 +42,9 @@ pub(crate) enum DriveVerb {
 /// that meet it; "used" the fraction of the nearest limit. The envelope below the table is that of the first
 /// pair.
 ///
-/// Example: sinew drive size --tension 250 --speed 0.14 --acceleration 3 --stroke 0.3
+/// Example: sinew design drive --tension 250 --speed 0.14 --acceleration 3 --stroke 0.3
 #[derive(Debug, Args)]
-pub(crate) struct DriveSizeArguments {
+pub(crate) struct DriveArguments {
     /// Continuous tension, N
     #[arg(long, value_name = "N", value_parser = number("a number > 0, N", |n| n > 0.0))]
     pub(crate) tension: f64,
@@ -58,4 +60,18 @@ pub(crate) struct DriveSizeArguments {
     /// Motors, reducers and winches to select from [default: the built-in catalogue]
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) catalogue: Option<PathBuf>,
+}
+
+/// Print the Python program that runs a study: many designs or simulated specimens, on threads, Ray or Slurm.
+///
+/// The file (TOML) names the objective, the ranges of its parameters, the number of trials and where they run; docs/study.md
+/// describes its keys. Running needs the Python package `sinew` (`pip install .`). An interrupted study resumes when its program
+/// is started again.
+///
+/// Example: sinew design study robustness.toml > robustness.py, then python robustness.py
+#[derive(Debug, Args)]
+pub(crate) struct StudyArguments {
+    /// A study
+    #[arg(value_name = "FILE.toml")]
+    pub(crate) file: PathBuf,
 }

@@ -3,7 +3,7 @@
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
-/// Show, convert or draw the recording of a run.
+/// Show, convert or draw the recording of a run, or run the controller again over it.
 #[derive(Debug, Args)]
 pub(crate) struct LogArguments {
     #[command(subcommand)]
@@ -16,6 +16,7 @@ pub(crate) enum LogVerb {
     Info(LogInfoArguments),
     Export(LogExportArguments),
     Plot(LogPlotArguments),
+    Replay(ReplayArguments),
     Layout(LogLayoutArguments),
 }
 
@@ -57,11 +58,13 @@ pub(crate) struct LogExportArguments {
 
 /// Draw a recording: end point, joints, tensions, commands and times of the cycle.
 ///
+/// The table (CSV) that --record writes of a simulated run is drawn as the report of that run.
+///
 /// Example: sinew log plot run.mcap --report run.html
 #[derive(Debug, Args)]
 pub(crate) struct LogPlotArguments {
-    /// A recording
-    #[arg(value_name = "FILE.mcap")]
+    /// A recording, or the table of a simulated run
+    #[arg(value_name = "FILE.mcap|RECORD.csv")]
     pub(crate) file: PathBuf,
     /// HTML report to write
     #[arg(long, value_name = "FILE.html")]
@@ -79,4 +82,26 @@ pub(crate) struct LogLayoutArguments {
     /// Layout to write
     #[arg(long, value_name = "FILE.json")]
     pub(crate) out: PathBuf,
+}
+
+/// Run the controller again over the readings of a recording, and show where its commands differ.
+///
+/// The same build commands the same to the bit. With --machine or --gains the commands of another controller are compared
+/// with those of the recorded one, cycle by cycle, over the same readings.
+///
+/// Example: sinew log replay run.mcap --gains softer.json --report differences.html
+#[derive(Debug, Args)]
+pub(crate) struct ReplayArguments {
+    /// A recording
+    #[arg(value_name = "FILE.mcap")]
+    pub(crate) file: PathBuf,
+    /// Another machine file or built-in machine for the controller
+    #[arg(long, value_name = "MACHINE")]
+    pub(crate) machine: Option<PathBuf>,
+    /// Other gains (JSON, as `sinew machine tune` writes them)
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) gains: Option<PathBuf>,
+    /// Write a page with the commands of both
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: Option<PathBuf>,
 }

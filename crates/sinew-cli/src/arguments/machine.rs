@@ -21,6 +21,9 @@ pub(crate) enum MachineVerb {
     New(MachineNewArguments),
     Tune(MachineTuneArguments),
     Map(MachineMapArguments),
+    Body(MachineBodyArguments),
+    Evaluate(MachineEvaluateArguments),
+    Convert(MachineConvertArguments),
 }
 
 /// Print every value of a machine with its unit and its origin: a line of the file, the body, or a default.
@@ -125,4 +128,50 @@ pub(crate) struct MachineTuneArguments {
     /// Write an HTML report: picture, margins, limits of the joints, rules and their numbers
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,
+}
+
+/// Print the joints, muscles and masses of a body and the warnings of its description, of robots that are no machine, too.
+#[derive(Debug, Args)]
+pub(crate) struct MachineBodyArguments {
+    /// A robot's file, or the name of a built-in one
+    pub(crate) model: PathBuf,
+    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) muscles: Option<PathBuf>,
+    /// Write an HTML report with moment arms and a three-dimensional view of the robot
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: Option<PathBuf>,
+}
+
+/// Compute muscle lengths, moment arms (-dl/dq), wrap angles and gravity torques of a robot in given poses.
+///
+/// POSES.csv has one column per joint, by name, in rad or m; ball and free joints have JOINT.qw .qx .qy .qz
+/// (and .x .y .z). Joints without a column stay at their reference position or follow their coupling.
+#[derive(Debug, Args)]
+pub(crate) struct MachineEvaluateArguments {
+    /// A robot's file, or the name of a built-in one
+    pub(crate) model: PathBuf,
+    /// Table of poses
+    #[arg(long, value_name = "POSES.csv")]
+    pub(crate) poses: PathBuf,
+    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) muscles: Option<PathBuf>,
+    /// File to write [default: standard output]
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// Convert a robot between formats, given by the extensions: from .toml, .xml or .urdf to .toml or .xml.
+#[derive(Debug, Args)]
+pub(crate) struct MachineConvertArguments {
+    /// A robot's file, or the name of a built-in one
+    #[arg(value_name = "IN")]
+    pub(crate) input: PathBuf,
+    /// File to write
+    #[arg(value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) muscles: Option<PathBuf>,
 }

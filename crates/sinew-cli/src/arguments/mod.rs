@@ -14,15 +14,14 @@ mod machine;
 mod motion;
 mod page;
 mod path;
-mod replay;
-mod robot;
 mod run;
 mod session;
 mod simulation;
-mod study;
+mod track;
 mod values;
+mod verbs;
 
-pub(crate) use design::{DriveArguments, DriveSizeArguments, DriveVerb, TensionArguments};
+pub(crate) use design::{DesignArguments, DesignVerb, DriveArguments, StudyArguments, TensionArguments};
 pub(crate) use ethercat::{
     EthercatArguments, EthercatScanArguments, EthercatSimulateArguments, EthercatVerb,
 };
@@ -35,25 +34,23 @@ pub(crate) use link::{LinkArguments, LinkKeyArguments, LinkVerb, LinkWatchArgume
 pub(crate) use live::LiveArguments;
 pub(crate) use log::{
     LogArguments, LogExportArguments, LogInfoArguments, LogLayoutArguments, LogPlotArguments, LogVerb,
+    ReplayArguments,
 };
 pub(crate) use machine::{
-    MachineArguments, MachineMapArguments, MachineNewArguments, MachineShowArguments, MachineTuneArguments,
-    MachineVerb,
+    MachineArguments, MachineBodyArguments, MachineConvertArguments, MachineEvaluateArguments,
+    MachineMapArguments, MachineNewArguments, MachineShowArguments, MachineTuneArguments, MachineVerb,
 };
 pub(crate) use motion::MotionArguments;
 pub(crate) use page::PageArguments;
 pub(crate) use path::{PATH_FORMS, PathArgument};
-pub(crate) use replay::ReplayArguments;
-pub(crate) use robot::{
-    ArmArguments, ArmEvaluateArguments, ArmVerb, ConvertArguments, InspectArguments, TrackArguments,
-};
 pub(crate) use run::{BusArgument, RunArguments};
 pub(crate) use session::SessionArguments;
 pub(crate) use simulation::{
-    BenchArguments, BenchPlanArguments, BenchRunArguments, BenchVerb, MuscleStrokes, Part,
-    ReproduceArguments, TwinArguments, TwinVerb,
+    MuscleStrokes, Part, ReproduceArguments, TwinArguments, TwinBenchArguments, TwinCableArguments,
+    TwinPlanArguments, TwinVerb,
 };
-pub(crate) use study::StudyArguments;
+pub(crate) use track::TrackArguments;
+pub(crate) use verbs::{command, moved};
 
 use crate::version::version;
 use clap::{Args, Parser, Subcommand};
@@ -81,6 +78,8 @@ Exit codes:
 ///
 /// Start with `sinew demo --out DIR`, or with a bench log in which both ends are measured:
 /// `sinew identify LOG --far COLUMN --effort COLUMN --out DIR`, then open DIR/report.html.
+///
+/// `sinew completions SHELL` prints completions for a shell, `sinew man` the manual page.
 #[derive(Debug, Parser)]
 #[command(name = "sinew", version = version(), about, long_about, propagate_version = true, after_help = EXIT_CODES)]
 pub(crate) struct Arguments {
@@ -109,41 +108,20 @@ pub(crate) enum Verb {
     Predict(PredictArguments),
     Adapt(AdaptArguments),
     Demo(DemoArguments),
-    Arm(ArmArguments),
     Machine(MachineArguments),
+    Design(DesignArguments),
     Track(TrackArguments),
-    Plot(PlotArguments),
     Run(RunArguments),
-    Log(LogArguments),
-    Replay(ReplayArguments),
+    Live(LiveArguments),
     Ethercat(EthercatArguments),
     Link(LinkArguments),
-    Live(LiveArguments),
-    Reproduce(ReproduceArguments),
-    Bench(BenchArguments),
+    Log(LogArguments),
     Twin(TwinArguments),
-    Study(StudyArguments),
-    Tension(TensionArguments),
-    Drive(DriveArguments),
+    Reproduce(ReproduceArguments),
+    #[command(hide = true)]
     Completions(CompletionsArguments),
+    #[command(hide = true)]
     Man(ManArguments),
-}
-
-/// Draw the report of a run again from what `sinew track` or `sinew run` has recorded of it.
-///
-/// The record of `sinew track` is a table (CSV): time, status, end point, joints (reference, true, read, estimated),
-/// winches (read, commanded), tensions (desired, estimated and true at the anchor, true and read at the drive), one row
-/// per 10 ms. The recording of `sinew run` is drawn as by `sinew log plot`.
-///
-/// Example: sinew plot run.csv --report run.html
-#[derive(Debug, Args)]
-pub(crate) struct PlotArguments {
-    /// A record of `sinew track` or a recording of `sinew run`
-    #[arg(value_name = "RECORD.csv|FILE.mcap")]
-    pub(crate) record: PathBuf,
-    /// HTML report to write
-    #[arg(long, value_name = "FILE.html")]
-    pub(crate) report: PathBuf,
 }
 
 /// Print a completion script for a shell.

@@ -1,4 +1,4 @@
-//! Arguments of the verbs that simulate a bench or a cable.
+//! Arguments of `sinew twin` and `sinew reproduce`.
 
 use super::values::{SpecimenParser, compensation, number};
 use clap::{Args, Subcommand, ValueEnum};
@@ -39,29 +39,16 @@ pub(crate) enum Part {
     Arm,
 }
 
-/// The paper's bench in simulation: two drives at the two ends of one cable.
-#[derive(Debug, Args)]
-pub(crate) struct BenchArguments {
-    #[command(subcommand)]
-    pub(crate) verb: BenchVerb,
-}
-
-#[derive(Debug, Subcommand)]
-pub(crate) enum BenchVerb {
-    Run(Box<BenchRunArguments>),
-    Plan(BenchPlanArguments),
-}
-
-/// Run the bench and write a log of its sensors, one row per millisecond.
+/// Simulate the paper's bench, two drives at the two ends of one cable, and write a log of its sensors, one row per millisecond.
 ///
 /// Without --compensation the muscle's motor performs strokes while the load drive varies the far tension
 /// between 40 and 200 N: a log for identification. With --compensation the load drive performs the strokes
 /// and the muscle's drive tracks the reference of the far tension, with a compensation calibrated on the same
 /// specimen before.
 ///
-/// Example: sinew bench run --speeds 0.04,0.08 --out bench.csv, then sinew identify bench.csv --out out/cable
+/// Example: sinew twin bench --speeds 0.04,0.08 --out bench.csv, then sinew identify bench.csv --out out/cable
 #[derive(Debug, Args)]
-pub(crate) struct BenchRunArguments {
+pub(crate) struct TwinBenchArguments {
     /// Strokes to keep in the log, by their direction
     #[arg(long, value_enum, default_value_t = MuscleStrokes::Both)]
     pub(crate) muscle: MuscleStrokes,
@@ -94,9 +81,9 @@ pub(crate) struct BenchRunArguments {
 /// anchor is held. Times are rounded to 1 us and positions to 1 um. `sinew twin cable PLAN` simulates a cable under it,
 /// for at most 3600 s and below 5 m/s.
 ///
-/// Example: sinew bench plan --stroke 0.05 --speeds 0.01,0.05 --out plan.csv
+/// Example: sinew twin plan --stroke 0.05 --speeds 0.01,0.05 --out plan.csv
 #[derive(Debug, Args)]
-pub(crate) struct BenchPlanArguments {
+pub(crate) struct TwinPlanArguments {
     /// Largest stroke of the motor, m of cable, 0.0001 to 10
     #[arg(long, value_name = "M", default_value_t = 0.05,
         value_parser = number("0.0001 to 10 m", |m| (1e-4..=10.0).contains(&m)))]
@@ -125,7 +112,7 @@ pub(crate) enum MuscleStrokes {
     Both,
 }
 
-/// A single simulated cable.
+/// Simulate one cable, alone or on the paper's bench, and plan the motions of a bench.
 #[derive(Debug, Args)]
 pub(crate) struct TwinArguments {
     #[command(subcommand)]
@@ -135,6 +122,8 @@ pub(crate) struct TwinArguments {
 #[derive(Debug, Subcommand)]
 pub(crate) enum TwinVerb {
     Cable(TwinCableArguments),
+    Bench(Box<TwinBenchArguments>),
+    Plan(TwinPlanArguments),
 }
 
 /// Prescribe the motion of both ends of one cable and compute its tensions and its slip front.

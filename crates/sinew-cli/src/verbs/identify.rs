@@ -186,7 +186,8 @@ fn summary_text(report: &IdentificationReport) -> String {
     }
     let _ = writeln!(text, "{} {}", report.recommendations[0], report.recommendations[1]);
     if report.grade != Grade::Use {
-        text += "`sinew bench plan --out plan.csv` writes a programme of motions that shows what a model needs.\n";
+        text +=
+            "`sinew twin plan --out plan.csv` writes a programme of motions that shows what a model needs.\n";
     }
     text.push('\n');
     text

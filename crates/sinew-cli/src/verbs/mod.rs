@@ -1,13 +1,11 @@
 //! One file per verb.
 
 pub(crate) mod adapt;
-pub(crate) mod arm;
-pub(crate) mod bench;
 mod columns;
 pub(crate) mod completions;
 pub(crate) mod demo;
+pub(crate) mod design;
 mod device_files;
-pub(crate) mod drive;
 pub(crate) mod ethercat;
 pub(crate) mod evaluate;
 pub(crate) mod identify;
@@ -20,14 +18,10 @@ pub(crate) mod man;
 pub(crate) mod meshes;
 mod numeric_table;
 mod page;
-pub(crate) mod plot;
 pub(crate) mod predict;
 pub(crate) mod recording;
-pub(crate) mod replay;
 pub(crate) mod reproduce;
 pub(crate) mod run;
-pub(crate) mod study;
-pub(crate) mod tension;
 pub(crate) mod track;
 pub(crate) mod twin;
 mod verification;

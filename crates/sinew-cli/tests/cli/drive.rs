@@ -2,7 +2,7 @@
 
 use crate::bench::Bench;
 
-const REQUIRED: &str = "drive size --tension 250 --speed 0.14 --acceleration 3 --stroke 0.3";
+const REQUIRED: &str = "design drive --tension 250 --speed 0.14 --acceleration 3 --stroke 0.3";
 const OURS: &str = include_str!("../../../../models/motors.toml");
 
 #[test]
@@ -48,7 +48,7 @@ fn a_wrong_number_is_named_with_its_file_line_or_flag() {
 
 #[test]
 fn a_requirement_that_no_drive_meets_is_answered_and_ends_with_a_code_of_its_own() {
-    let run = Bench::new().run("drive size --tension 100000 --speed 1 --acceleration 1 --stroke 0.1");
+    let run = Bench::new().run("design drive --tension 100000 --speed 1 --acceleration 1 --stroke 0.1");
     assert_eq!(run.code, Some(3), "{}", run.stderr);
     assert!(run.stdout.starts_with("0 of "), "{}", run.stdout);
 }

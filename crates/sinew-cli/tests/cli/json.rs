@@ -103,12 +103,12 @@ fn documents_about_logs_have_the_documented_keys_and_units() {
 fn documents_about_robots_and_machines_have_the_documented_keys_and_units() {
     let bench = Bench::new();
     bench.write("poses.csv", "base_flexion\n0.1\n");
-    checked(&bench, "arm inspect", "arm inspect finger", 0);
-    checked(&bench, "arm evaluate", "arm evaluate finger --poses poses.csv", 0);
-    let converted = checked(&bench, "arm convert", "arm convert finger body.xml", 0);
+    checked(&bench, "machine body", "machine body finger", 0);
+    checked(&bench, "machine evaluate", "machine evaluate finger --poses poses.csv", 0);
+    let converted = checked(&bench, "machine convert", "machine convert finger body.xml", 0);
     assert!(!converted["left_out"].as_array().unwrap().is_empty());
     assert!(
-        checked(&bench, "arm convert", "arm convert body.xml body.toml", 0)["left_out"]
+        checked(&bench, "machine convert", "machine convert body.xml body.toml", 0)["left_out"]
             == serde_json::json!([])
     );
     checked(&bench, "machine show", "machine show finger", 0);
@@ -116,7 +116,7 @@ fn documents_about_robots_and_machines_have_the_documented_keys_and_units() {
     checked(&bench, "machine map", "machine map finger --poses 10", 0);
     checked(&bench, "machine new", "machine new finger --out new.toml", 0);
     checked(&bench, "track", "track bench_joint --path tour --duration 12 --repeats 1 --record joint.csv", 0);
-    checked(&bench, "plot", "plot joint.csv --report joint.html", 0);
+    checked(&bench, "plot", "log plot joint.csv --report joint.html", 0);
     let motion = "planar_leg --path to-joints:hip=0.4,knee=1.0 --duration 3 --hold 1";
     checked(&bench, "run", &format!("run {motion} --bus segment --virtual-time"), 0);
 }
@@ -124,8 +124,8 @@ fn documents_about_robots_and_machines_have_the_documented_keys_and_units() {
 #[test]
 fn documents_about_benches_cables_and_drives_have_the_documented_keys_and_units() {
     let bench = Bench::new();
-    checked(&bench, "bench run", "bench run --speeds 0.04 --duration 3 --out b.csv", 0);
-    checked(&bench, "bench plan", "bench plan --out plan.csv", 0);
+    checked(&bench, "twin bench", "twin bench --speeds 0.04 --duration 3 --out b.csv", 0);
+    checked(&bench, "twin plan", "twin plan --out plan.csv", 0);
     checked(&bench, "twin cable", "twin cable --out c.csv", 0);
     bench.write("rip.csv", "time_s,motor_m,anchor_m\n0,0,0\n2,0.4,0\n");
     let broken = checked(&bench, "twin cable", "twin cable rip.csv --out rip_log.csv", 3);
@@ -135,10 +135,10 @@ fn documents_about_benches_cables_and_drives_have_the_documented_keys_and_units(
         "t.json",
         r#"{"problems":[{"moment_arms":[[0.03],[-0.03]],"torque_nm":[1e3],"min_n":[20,20],"max_n":[400,400]}]}"#,
     );
-    checked(&bench, "tension", "tension t.json", 3);
-    let drive = "drive size --speed 0.14 --acceleration 3 --stroke 0.3 --tension";
-    checked(&bench, "drive size", &format!("{drive} 250"), 0);
-    checked(&bench, "drive size", &format!("{drive} 25000"), 3);
+    checked(&bench, "tension", "design tension t.json", 3);
+    let drive = "design drive --speed 0.14 --acceleration 3 --stroke 0.3 --tension";
+    checked(&bench, "design drive", &format!("{drive} 250"), 0);
+    checked(&bench, "design drive", &format!("{drive} 25000"), 3);
     checked(&bench, "completions", "completions bash", 0);
     checked(&bench, "man", "man", 0);
     checked(&bench, "man", "man --out man", 0);
@@ -151,7 +151,7 @@ fn an_error_is_a_document_too_with_code_and_message() {
         ("evaluate missing.json a.csv", 2, "bad_input", "missing.json"),
         ("identify", 2, "bad_input", "LOG"),
         ("track --duration 2", 3, "not_as_asked", "brachialis"),
-        ("bench plan --out no/plan.csv", 1, "system_failed", "no folder no"),
+        ("twin plan --out no/plan.csv", 1, "system_failed", "no folder no"),
     ] {
         let run = bench.run(&format!("{arguments} --json"));
         assert_eq!(run.code, Some(code), "{arguments}: {}", run.stderr);
@@ -192,7 +192,7 @@ fn documents_about_a_bus_that_is_not_there_are_errors() {
 fn a_command_line_that_is_refused_names_the_verb_that_it_asked_for() {
     let bench = Bench::new();
     for (arguments, verb) in
-        [("track --payload -1 --json", "track"), ("--json arm inspect", "arm inspect"), ("nope --json", "")]
+        [("track --payload -1 --json", "track"), ("--json arm inspect", "machine body"), ("nope --json", "")]
     {
         let document: Value = serde_json::from_str(&bench.run(arguments).stdout).unwrap();
         assert_eq!((&document["verb"], &document["exit_code"]), (&verb.into(), &2.into()), "{arguments}");

@@ -5,11 +5,11 @@ use serde_json::Value;
 
 /// The bench's joint as a robot file whose motors allow at most `most` N.
 fn robot(bench: &Bench, most: f64) {
-    bench.succeeds("arm convert bench_joint body.toml");
+    bench.succeeds("machine convert bench_joint body.toml");
     let text = bench.read("body.toml");
     let names: Vec<String> = {
         let document: Value =
-            serde_json::from_str(&bench.succeeds("arm inspect body.toml --json").stdout).unwrap();
+            serde_json::from_str(&bench.succeeds("machine body body.toml --json").stdout).unwrap();
         let muscles = document["muscles"].as_array().unwrap();
         muscles.iter().map(|muscle| muscle["name"].as_str().unwrap().to_owned()).collect()
     };
@@ -46,15 +46,15 @@ fn a_motor_that_cannot_keep_its_cable_taut_is_refused_before_the_motion() {
 #[test]
 fn sheaths_go_to_mjcf_and_come_back() {
     let bench = Bench::new();
-    bench.succeeds("arm convert lm_arm one.toml");
-    bench.succeeds("arm convert one.toml two.xml");
+    bench.succeeds("machine convert lm_arm one.toml");
+    bench.succeeds("machine convert one.toml two.xml");
     assert!(bench.read("two.xml").contains("<numeric name=\"sheath:"));
-    bench.succeeds("arm convert two.xml three.toml");
+    bench.succeeds("machine convert two.xml three.toml");
     let sheaths = |file: &str| -> Vec<String> {
         bench.read(file).lines().filter(|line| line.starts_with("sheath = ")).map(str::to_owned).collect()
     };
     assert_eq!(sheaths("one.toml"), sheaths("three.toml"));
     assert_eq!(sheaths("one.toml").len(), 15);
     bench.write("bad.xml", bench.read("two.xml").replace("sheath:brachialis", "sheath:nobody"));
-    bench.refuses("arm inspect bad.xml", &["bad.xml", "sheath", "`nobody`", "tendon"]);
+    bench.refuses("machine body bad.xml", &["bad.xml", "sheath", "`nobody`", "tendon"]);
 }

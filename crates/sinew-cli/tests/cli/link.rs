@@ -242,7 +242,7 @@ fn a_linked_run_is_recorded_and_replays_to_the_bit_while_another_client_watches(
         }
         let document = running.end();
         assert_eq!(document["recording"]["cycles"], document["run"]["cycles"], "{more}");
-        let replayed = bench.run("replay linked.mcap --json");
+        let replayed = bench.run("log replay linked.mcap --json");
         assert_eq!(replayed.code, Some(0), "{more}: {} {}", replayed.stdout, replayed.stderr);
         assert!(bench.succeeds("log info linked.mcap").stdout.contains("commanded by a client"));
         std::fs::remove_file(file).unwrap();

@@ -113,7 +113,7 @@ fn muscles_too_weak_for_the_weight_are_named_with_pose_and_joint() {
 #[test]
 fn a_new_machine_file_runs_at_once_and_an_existing_one_is_kept() {
     let bench = Bench::new();
-    bench.succeeds("arm convert planar_leg leg.xml");
+    bench.succeeds("machine convert planar_leg leg.xml");
     let answer = json(&bench, "machine new leg.xml --out leg.toml --json");
     let muscles = answer["muscles"].as_array().unwrap();
     assert!(muscles.len() == 4 && muscles.iter().all(|muscle| muscle["used"].as_f64().unwrap() <= 1.0));
@@ -126,7 +126,7 @@ fn a_new_machine_file_runs_at_once_and_an_existing_one_is_kept() {
     assert_eq!(shown["warnings"], Value::from(Vec::<Value>::new()));
     let drive = muscles[0]["drive"].as_str().unwrap();
     assert_eq!(setting(&shown, "[[transmission]] `hip_flexor`", "drive"), (&Value::from(drive), "file"));
-    bench.succeeds("arm inspect leg.toml");
+    bench.succeeds("machine body leg.toml");
 
     bench.refuses("machine new leg.xml --out leg.toml", &["leg.toml", "exists already", "--force"]);
     bench.succeeds("machine new leg.xml --out leg.toml --force --period 1");
@@ -142,10 +142,10 @@ fn a_machine_file_in_another_folder_finds_its_body() {
     let bench = Bench::new();
     std::fs::create_dir_all(bench.path("bodies")).unwrap();
     std::fs::create_dir_all(bench.path("machines")).unwrap();
-    bench.succeeds("arm convert bench_joint bodies/lever.toml");
+    bench.succeeds("machine convert bench_joint bodies/lever.toml");
     bench.succeeds("machine new bodies/lever.toml --out machines/lever.toml");
     assert!(bench.read("machines/lever.toml").contains("body = \"../bodies/lever.toml\""));
-    for verb in ["machine show", "arm inspect"] {
+    for verb in ["machine show", "machine body"] {
         assert!(bench.succeeds(&format!("{verb} machines/lever.toml")).stdout.contains("lever"));
     }
     bench.write("bodies/lever.toml", "[[body]]\nmass = 1");
@@ -224,7 +224,7 @@ fn a_body_that_cannot_run_is_refused_before_a_machine_file_is_written() {
 #[test]
 fn small_joints_get_thin_rope_and_a_machine_is_copied_with_its_body() {
     let bench = Bench::new();
-    bench.succeeds("arm convert finger finger.toml");
+    bench.succeeds("machine convert finger finger.toml");
     let answer = json(&bench, "machine new finger.toml --out thin.toml --json");
     assert_eq!(answer["thin_rope"], true);
     let shown = json(&bench, "machine show thin.toml --json");
@@ -239,7 +239,7 @@ fn small_joints_get_thin_rope_and_a_machine_is_copied_with_its_body() {
 #[test]
 fn a_wrong_machine_file_is_refused_with_file_line_field_and_the_nearest_name() {
     let bench = Bench::new();
-    bench.succeeds("arm convert bench_joint lever.xml");
+    bench.succeeds("machine convert bench_joint lever.xml");
     for (text, parts) in [
         ("body = \"leaver.xml\"\n", ["m.toml:1:", "leaver.xml", "cannot be read"]),
         ("body = \"lever.xml\"\n[payload]\nmass_kg = -1\n", ["m.toml:3:", "mass_kg is -1", ">= 0"]),
@@ -252,7 +252,7 @@ fn a_wrong_machine_file_is_refused_with_file_line_field_and_the_nearest_name() {
     }
     // A verb about robots reads of a machine file what concerns the robot.
     bench.write("m.toml", "body = \"lever.xml\"\n[[travel]]\njoint = \"lever\"\nrange_rad = [-9.0, 1.0]\n");
-    bench.refuses("arm inspect m.toml", &["m.toml:4:", "range_rad is [-9.0, 1.0]", "-1.2 to 1.2"]);
+    bench.refuses("machine body m.toml", &["m.toml:4:", "range_rad is [-9.0, 1.0]", "-1.2 to 1.2"]);
     bench.refuses("machine show fingr", &["fingr", "finger"]);
     bench.refuses("machine show finger --muscles lever.xml", &["finger", "--muscles"]);
 }

@@ -56,7 +56,7 @@ fn a_recording_at_two_milliseconds_says_its_period_and_is_replayed_to_the_bit_on
             format!("run machine.toml --unverified --virtual-time --bus {bus} --record {bus}.mcap --json");
         let run = json(&bench.succeeds(&run).stdout);
         assert_eq!(run["tracking"]["observer"]["ended"], "as_planned", "{bus}");
-        let replayed = json(&bench.succeeds(&format!("replay {bus}.mcap --json")).stdout);
+        let replayed = json(&bench.succeeds(&format!("log replay {bus}.mcap --json")).stdout);
         assert_eq!(replayed["reproduced"], true, "{bus}: {replayed}");
         let shown = json(&bench.succeeds(&format!("log info {bus}.mcap --json")).stdout);
         let [cycles, duration] = ["cycles", "duration_s"].map(|key| shown[key].as_f64().unwrap());

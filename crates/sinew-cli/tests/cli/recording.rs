@@ -1,4 +1,4 @@
-//! `sinew run --record`, `sinew log` and `sinew replay`.
+//! `sinew run --record`, `sinew log` and `sinew log replay`.
 
 use crate::bench::Bench;
 use serde_json::Value;
@@ -24,7 +24,7 @@ fn a_recorded_run_is_shown_exported_drawn_and_replayed() {
     assert_eq!((&info["cycles"], &info["complete"]), (&Value::from(7000), &Value::from(true)));
     assert_eq!(info["attachments"][0]["name"], "machine/0-planar_leg");
 
-    let replay = json(&bench.succeeds("replay run.mcap --json").stdout);
+    let replay = json(&bench.succeeds("log replay run.mcap --json").stdout);
     assert_eq!((&replay["reproduced"], &replay["cycles"]), (&Value::from(true), &Value::from(7000)));
 
     bench.succeeds("log export run.mcap --out all.csv");
@@ -36,7 +36,7 @@ fn a_recorded_run_is_shown_exported_drawn_and_replayed() {
     assert!(identified.stdout.contains("tension_in_n"), "{}", identified.stdout);
 
     bench.succeeds("log plot run.mcap --report run.html");
-    bench.succeeds("plot run.mcap --report again.html");
+    bench.succeeds("log plot run.mcap --report again.html");
     assert_eq!(bench.read("run.html"), bench.read("again.html"));
     assert!(bench.read("run.html").contains("Tensions at the anchors"));
     bench.succeeds("log layout run.mcap --out layout.json");
@@ -63,14 +63,15 @@ fn other_gains_show_what_they_would_have_commanded() {
     let bench = Bench::new();
     bench.succeeds(&format!("{RUN} --record run.mcap"));
     bench.succeeds("machine tune planar_leg --out gains.json");
-    let replay = json(&bench.succeeds("replay run.mcap --gains gains.json --report r.html --json").stdout);
+    let replay =
+        json(&bench.succeeds("log replay run.mcap --gains gains.json --report r.html --json").stdout);
     assert_eq!(replay["reproduced"], true);
     let muscles = replay["other_controller"].as_array().unwrap();
     assert!(muscles.iter().all(|muscle| muscle["max"].as_f64().unwrap() > 0.0), "{replay}");
     assert!(bench.read("r.html").contains("other controller"));
-    let same = json(&bench.succeeds("replay run.mcap --machine planar_leg --json").stdout);
+    let same = json(&bench.succeeds("log replay run.mcap --machine planar_leg --json").stdout);
     assert!(same["other_controller"].is_array());
-    let refused = bench.run("replay run.mcap --machine finger");
+    let refused = bench.run("log replay run.mcap --machine finger");
     assert_eq!(refused.code, Some(2));
     assert!(refused.stderr.contains("as many muscles"), "{}", refused.stderr);
 }
@@ -167,7 +168,10 @@ fn a_machine_is_tracked_and_run_with_the_same_files_and_to_the_same_bit() {
             assert_eq!(answer["recording"].is_object(), record == "mcap", "{answer}");
             answers.push(answer["tracking"].take());
         }
-        assert_eq!(json(&bench.succeeds(&format!("replay {name}.mcap --json")).stdout)["reproduced"], true);
+        assert_eq!(
+            json(&bench.succeeds(&format!("log replay {name}.mcap --json")).stdout)["reproduced"],
+            true
+        );
     }
     assert!(answers.iter().all(|answer| answer.is_object() && *answer == answers[0]), "{answers:?}");
     assert_eq!(bench.read("track.csv"), bench.read("run.csv"));

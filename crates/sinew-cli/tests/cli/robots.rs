@@ -8,8 +8,8 @@ fn the_embedded_arm_converts_and_evaluates_the_same_in_every_format() {
     bench.write("poses.csv", "elbow_flexion,shoulder_flexion\n0.5,0.2\n1.5,-0.3\n");
     let mut results = Vec::new();
     for (model, file) in [("lm_arm", "arm.xml"), ("arm.xml", "arm.toml"), ("arm.toml", "again.xml")] {
-        assert_eq!(bench.run(&format!("arm convert {model} {file}")).code, Some(0));
-        let run = bench.run(&format!("arm evaluate {file} --poses poses.csv"));
+        assert_eq!(bench.run(&format!("machine convert {model} {file}")).code, Some(0));
+        let run = bench.run(&format!("machine evaluate {file} --poses poses.csv"));
         assert_eq!(run.code, Some(0), "{}", run.stderr);
         results.push(run.stdout);
     }
@@ -21,7 +21,7 @@ fn the_embedded_arm_converts_and_evaluates_the_same_in_every_format() {
 #[test]
 fn inspect_prints_a_table_and_writes_a_page() {
     let bench = Bench::new();
-    let run = bench.run("arm inspect lm_arm --report arm.html");
+    let run = bench.run("machine body lm_arm --report arm.html");
     assert!(run.stdout.contains("deltoid_anterior") && run.stdout.contains("7 joints"), "{}", run.stdout);
     assert!(bench.read("arm.html").contains("moment arms") || bench.read("arm.html").contains("Moment arms"));
 }
@@ -52,7 +52,7 @@ fn a_mesh_is_drawn_where_it_can_be_read_and_named_where_it_cannot() {
     );
     bench.write("machine.toml", "body = \"leg.xml\"\n");
     for file in ["leg.xml", "machine.toml"] {
-        let run = bench.run(&format!("arm inspect {file} --report leg.html"));
+        let run = bench.run(&format!("machine body {file} --report leg.html"));
         assert_eq!(run.code, Some(0), "{}", run.stderr);
         assert!(run.stderr.contains("shapes/shank.stl: cannot be read"), "{}", run.stderr);
         assert!(!run.stderr.contains("thigh.stl"), "{}", run.stderr);
@@ -61,8 +61,8 @@ fn a_mesh_is_drawn_where_it_can_be_read_and_named_where_it_cannot() {
         assert!(!page.contains("\"kind\":\"bone\""));
     }
     // Without a drawing no mesh is read.
-    assert_eq!(bench.run("arm inspect leg.xml").stderr, "");
-    let run = bench.run("arm convert leg.xml leg.toml");
+    assert_eq!(bench.run("machine body leg.xml").stderr, "");
+    let run = bench.run("machine convert leg.xml leg.toml");
     assert!(run.stderr.contains("2 shapes of bodies in mesh files are left out"), "{}", run.stderr);
 }
 
@@ -75,15 +75,15 @@ fn bad_robots_and_poses_are_refused_with_their_place() {
     bench.write("poses.csv", "elbow_flexion\nfar\n");
     bench.write("names.csv", "elbow\n1\n");
     for (arguments, words) in [
-        ("arm inspect out.xml", ["out.xml:2", "outside"]),
-        ("arm inspect circle.xml", ["circle.xml", "included already"]),
-        ("arm inspect unit.toml", ["unit.toml:3", "mass_g"]),
-        ("arm inspect robot.step", ["robot.step", ".toml"]),
+        ("machine body out.xml", ["out.xml:2", "outside"]),
+        ("machine body circle.xml", ["circle.xml", "included already"]),
+        ("machine body unit.toml", ["unit.toml:3", "mass_g"]),
+        ("machine body robot.step", ["robot.step", ".toml"]),
         (
-            "arm evaluate lm_arm --poses poses.csv",
+            "machine evaluate lm_arm --poses poses.csv",
             ["line 2, column `elbow_flexion`", "expected a finite number, got `far`"],
         ),
-        ("arm evaluate lm_arm --poses names.csv", ["line 1, column `elbow`", "elbow_flexion"]),
+        ("machine evaluate lm_arm --poses names.csv", ["line 1, column `elbow`", "elbow_flexion"]),
     ] {
         bench.refuses(arguments, &words);
     }
@@ -96,15 +96,15 @@ fn a_robot_without_a_body_and_a_tag_of_countless_attributes_are_refused() {
     bench.write("named.toml", "name = \"a\"\n");
     bench.write("none.xml", "<mujoco><worldbody/></mujoco>");
     for file in ["none.toml", "named.toml", "none.xml"] {
-        bench.refuses(&format!("arm inspect {file}"), &[file, ":1:", "no body"]);
+        bench.refuses(&format!("machine body {file}"), &[file, ":1:", "no body"]);
     }
     let attributes: String = (0..60_000).map(|i| format!(" a{i}='>'")).collect();
     bench.write("wide.xml", format!("<mujoco>\n<worldbody{attributes}/></mujoco>"));
-    bench.refuses("arm inspect wide.xml", &["wide.xml:2:", "1000 attributes"]);
-    bench.refuses("arm inspect lm_arm --muscles none.toml", &["lm_arm", "--muscles"]);
+    bench.refuses("machine body wide.xml", &["wide.xml:2:", "1000 attributes"]);
+    bench.refuses("machine body lm_arm --muscles none.toml", &["lm_arm", "--muscles"]);
     let namespaces: String = (0..60_000).map(|i| format!("<b xmlns:a{i}='u'/>")).collect();
     bench.write("spaces.xml", format!("<mujoco>{namespaces}</mujoco>"));
-    bench.refuses("arm inspect spaces.xml", &["spaces.xml:1:", "60000 namespace"]);
+    bench.refuses("machine body spaces.xml", &["spaces.xml:1:", "60000 namespace"]);
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn poses_are_read_in_every_dialect_of_tables() {
     let mut results: Vec<Vec<f64>> = Vec::new();
     for (file, text) in &tables {
         bench.write(file, text);
-        let run = bench.run(&format!("arm evaluate lm_arm --poses {file}"));
+        let run = bench.run(&format!("machine evaluate lm_arm --poses {file}"));
         assert_eq!(run.code, Some(0), "{file}: {}", run.stderr);
         let cells = run.stdout.lines().skip(1).flat_map(|line| line.split(','));
         results.push(cells.map(|cell| cell.parse().unwrap()).collect());
@@ -166,7 +166,7 @@ fn a_bad_cell_of_the_poses_is_named_by_line_and_column() {
         ("\n# only a comment\n", ["line 1", "an empty table"]),
     ] {
         bench.write("poses.csv", text);
-        bench.refuses("arm evaluate lm_arm --poses poses.csv", &words);
+        bench.refuses("machine evaluate lm_arm --poses poses.csv", &words);
     }
 }
 
@@ -177,7 +177,7 @@ fn names_with_commas_quotes_and_brackets_come_back_as_they_went_out() {
     let bodies = joint("a,b") + &joint("c &quot;d&quot;") + &joint("e[0]") + "</body></body></body>";
     bench.write("robot.xml", format!("<mujoco><worldbody>{bodies}</worldbody></mujoco>"));
     bench.write("poses.csv", "\"a,b\",\"c \"\"d\"\"\",e[0]\n0.1,0.2,0.3\n");
-    let run = bench.run("arm evaluate robot.xml --poses poses.csv");
+    let run = bench.run("machine evaluate robot.xml --poses poses.csv");
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     let head = "\"gravity_torque_nm:a,b\",\"gravity_torque_nm:c \"\"d\"\"\",gravity_torque_nm:e[0]";
     assert_eq!(run.stdout.lines().next(), Some(head));
@@ -194,20 +194,20 @@ const JUMPER: &str = r#"<mujoco model="jumper"><compiler angle="radian"/><worldb
 fn the_page_marks_a_jump_of_a_moment_arm_and_draws_the_shapes_of_the_file() {
     let bench = Bench::new();
     bench.write("jumper.xml", JUMPER);
-    bench.succeeds("arm inspect jumper.xml --report jumper.html");
+    bench.succeeds("machine body jumper.xml --report jumper.html");
     let page = bench.read("jumper.html");
     assert!(page.contains("t: from 116.0 to 182.3\u{202f}mm at j = \u{2212}1.365\u{202f}rad"));
     assert!(page.contains("class=\"dots jump\" data-name=\"jump\""));
     // The radius of the capsule.
     assert!(page.contains("\"kind\":\"capsule\"") && page.contains("\"size\":[0.02,"));
-    bench.succeeds("arm inspect finger --report finger.html");
+    bench.succeeds("machine body finger --report finger.html");
     assert!(!bench.read("finger.html").contains("class=\"dots jump\""), "guard: none where there is none");
 }
 
 #[test]
 fn the_page_draws_cables_along_arcs_and_holds_every_joint() {
     let bench = Bench::new();
-    assert_eq!(bench.run("arm inspect lm_arm --report arm.html").code, Some(0));
+    assert_eq!(bench.run("machine body lm_arm --report arm.html").code, Some(0));
     let page = bench.read("arm.html");
     let data =
         page.split_once("<script type=\"application/json\">").unwrap().1.split_once("</script>").unwrap().0;
@@ -223,7 +223,7 @@ fn the_page_draws_cables_along_arcs_and_holds_every_joint() {
     let piece = |pair: &[Vec<f64>]| (0..3).map(|i| (pair[1][i] - pair[0][i]).powi(2)).sum::<f64>().sqrt();
     let drawn: f64 = points.windows(2).map(piece).sum();
     let inspected: serde_json::Value =
-        serde_json::from_str(&bench.run("arm inspect lm_arm --json").stdout).unwrap();
+        serde_json::from_str(&bench.run("machine body lm_arm --json").stdout).unwrap();
     let length = inspected["muscles"][triceps]["length_m"].as_f64().unwrap();
     assert!((drawn - length).abs() < 2e-4, "{drawn} {length}");
     // The elbow bends the triceps and leaves the deltoid alone.

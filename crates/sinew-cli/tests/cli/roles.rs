@@ -121,14 +121,14 @@ fn a_foreign_log_is_judged_with_figures_and_stays_where_it_is_to_be_kept() {
 #[test]
 fn a_planned_programme_shows_what_a_model_needs() {
     let bench = Bench::new();
-    let said = bench.succeeds("bench plan --stroke 0.03 --out plan.csv").stdout;
+    let said = bench.succeeds("twin plan --stroke 0.03 --out plan.csv").stdout;
     assert!(said.contains("reversals") && said.contains("3 speeds"), "{said}");
     bench.succeeds("twin cable plan.csv --start 60 --out day.csv");
     let said = bench.succeeds("identify day.csv --model cell --out out").stdout;
     for poor in ["never reverses", "have one length", "have one mean speed", "samples count"] {
         assert!(!said.contains(poor), "{poor}: {said}");
     }
-    bench.refuses_usage("bench plan --stroke 0 --out p.csv", &["--stroke", "0.0001 to 10 m"]);
+    bench.refuses_usage("twin plan --stroke 0 --out p.csv", &["--stroke", "0.0001 to 10 m"]);
 }
 
 #[test]

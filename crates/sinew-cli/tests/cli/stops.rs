@@ -35,7 +35,7 @@ fn since_run(document: &Value) -> Vec<String> {
 }
 
 fn replays(bench: &Bench, file: &str) {
-    let replayed = bench.run(&format!("replay {file} --json"));
+    let replayed = bench.run(&format!("log replay {file} --json"));
     assert_eq!(replayed.code, Some(0), "{} {}", replayed.stdout, replayed.stderr);
 }
 

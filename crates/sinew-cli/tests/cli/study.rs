@@ -17,11 +17,11 @@ fn the_page_shows_what_is_printed() {
     assert_eq!(files.len(), 2);
     for file in files {
         bench.write("study.toml", file);
-        let run = bench.run("study study.toml");
+        let run = bench.run("design study study.toml");
         assert_eq!(run.code, Some(0), "{}", run.stderr);
         assert!(programs.contains(&run.stdout.as_str()), "{}", run.stdout);
         let json: serde_json::Value =
-            serde_json::from_str(&bench.run("study study.toml --json").stdout).unwrap();
+            serde_json::from_str(&bench.run("design study study.toml --json").stdout).unwrap();
         assert_eq!(json["python"], run.stdout);
     }
 }
@@ -32,7 +32,7 @@ fn a_function_of_ones_own_is_imported_and_texts_are_literals() {
     let text = "folder = 'a\"b\\n'\ntrials = 3\nbackend = \"slurm\"\nsampler = \"nsga2\"\nstorage = \"sqlite:///s.db\"\nminimize = [\"loss\"]\n\
                 [objective.python]\nmodule = \"mine.work\"\nfunction = \"loss\"\n[parameters.gain]\nlow = 0.1\nhigh = 10\nlog = true\n";
     bench.write("study.toml", text);
-    let printed = bench.run("study study.toml").stdout;
+    let printed = bench.run("design study study.toml").stdout;
     for part in [
         "from mine.work import loss\n",
         "Study(\"a\\\"b\\\\n\", objective,",
@@ -64,13 +64,13 @@ fn a_wrong_file_is_refused_with_line_and_key() {
     ];
     for (before, after, line, part) in wrong {
         bench.write("study.toml", good.replace(before, after));
-        let run = bench.run("study study.toml");
+        let run = bench.run("design study study.toml");
         assert_eq!(run.code, Some(2), "{after}: {}", run.stdout);
         for expected in ["study.toml", &format!("line {line}"), part] {
             assert!(run.stderr.contains(expected), "{after}: {expected}: {}", run.stderr);
         }
     }
     bench.write("study.toml", good);
-    assert_eq!(bench.run("study study.toml").code, Some(0));
-    assert!(bench.run("study missing.toml").stderr.contains("missing.toml"));
+    assert_eq!(bench.run("design study study.toml").code, Some(0));
+    assert!(bench.run("design study missing.toml").stderr.contains("missing.toml"));
 }

@@ -14,7 +14,7 @@ fn a_list_of_problems_is_solved_in_its_order() {
     let far = PAIR.replace("[1.5]", "[30]");
     let stiff = PAIR.replace("\"torque_nm\"", "\"reference_n\":[100,100],\"weight\":[1,3],\"torque_nm\"");
     bench.write("p.json", file(&[PAIR, &far, &stiff]));
-    let run = bench.run("tension p.json --json");
+    let run = bench.run("design tension p.json --json");
     assert_eq!(run.code, Some(3), "one torque is out of reach: {}", run.stderr);
     let result: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
     let solution = |k: usize| &result["solutions"][k];
@@ -38,7 +38,7 @@ fn a_list_of_problems_is_solved_in_its_order() {
 fn the_terminal_shows_a_table() {
     let bench = Bench::new();
     bench.write("p.json", file(&[PAIR]));
-    let run = bench.run("tension p.json");
+    let run = bench.run("design tension p.json");
     assert!(run.stdout.contains("residual Nm") && run.stdout.contains("optimal"), "{}", run.stdout);
 }
 
@@ -60,7 +60,7 @@ fn invalid_problems_are_refused_with_their_place() {
     ] {
         bench.write("bad.json", file(&[PAIR, &PAIR.replace(from, to)]));
         let words = [words[0], words[1], "bad.json"];
-        bench.refuses("tension bad.json --json", &words);
+        bench.refuses("design tension bad.json --json", &words);
     }
-    bench.refuses("tension missing.json", &["missing.json"]);
+    bench.refuses("design tension missing.json", &["missing.json"]);
 }

@@ -6,7 +6,7 @@ use crate::bench::Bench;
 fn a_bench_run_writes_a_log_that_says_it_is_simulated_and_the_same_seed_the_same_bytes() {
     let bench = Bench::new();
     for file in ["a.csv", "b.csv"] {
-        let run = bench.run(&format!("bench run --speeds 0.08 --duration 8 --seed 3 --out {file}"));
+        let run = bench.run(&format!("twin bench --speeds 0.08 --duration 8 --seed 3 --out {file}"));
         assert_eq!(run.code, Some(0), "{}", run.stderr);
     }
     let log = bench.read("a.csv");
@@ -14,7 +14,7 @@ fn a_bench_run_writes_a_log_that_says_it_is_simulated_and_the_same_seed_the_same
     assert_eq!(log.lines().count(), 2 + 8000);
     assert_eq!(log, bench.read("b.csv"));
     let run = bench
-        .run("bench run --muscle active --speeds 0.08 --duration 8 --compensation none --json --out c.csv");
+        .run("twin bench --muscle active --speeds 0.08 --duration 8 --compensation none --json --out c.csv");
     assert!(run.stdout.contains("far_rmse_n"), "{}", run.stdout);
     // Active strokes only: no stroke has the other direction.
     assert!(bench.read("c.csv").lines().skip(2).all(|line| !line.ends_with(",-1")));
@@ -104,10 +104,10 @@ fn a_value_outside_its_domain_is_refused_with_the_valid_ones() {
     let bench = Bench::new();
     for (arguments, words) in [
         ("twin cable --specimen steel --out o.csv", ["'steel' for '--specimen", "bench, ideal"]),
-        ("bench run --duration -3 --out o.csv", ["'-3' for '--duration", "expected 1 to 3600 s"]),
-        ("bench run --speeds 0.1,2 --out o.csv", ["'2' for '--speeds", "0.005 to 0.15"]),
-        ("bench run --compensation perfect --out o.csv", ["'perfect'", "none, capstan, paper, observer]"]),
-        ("drive size --tension -5 --speed 0.1 --acceleration 3 --stroke 0.4", ["--tension", "'-5'"]),
+        ("twin bench --duration -3 --out o.csv", ["'-3' for '--duration", "expected 1 to 3600 s"]),
+        ("twin bench --speeds 0.1,2 --out o.csv", ["'2' for '--speeds", "0.005 to 0.15"]),
+        ("twin bench --compensation perfect --out o.csv", ["'perfect'", "none, capstan, paper, observer]"]),
+        ("design drive --tension -5 --speed 0.1 --acceleration 3 --stroke 0.4", ["--tension", "'-5'"]),
         ("track --path to:0.6,0.2", ["'to:0.6,0.2'", "three numbers within"]),
         ("track --path to:0.6,0.2,nan", ["'to:0.6,0.2,nan'", "three numbers within"]),
         ("track --path to-joints:elbow_flexion", ["'to-joints:elbow_flexion'", "JOINT=VALUE"]),
@@ -161,12 +161,12 @@ fn an_arm_tracks_waypoints_with_a_payload_stops_at_a_repeated_one_and_writes_rep
         assert!(header.contains(&name), "{name}");
     }
     // The report is drawn again from the record, up to its digits.
-    bench.succeeds("plot run.csv --report again.html");
+    bench.succeeds("log plot run.csv --report again.html");
     let (page, again) = (bench.read("run.html"), bench.read("again.html"));
     let plain = |page: &str| page.split("<svg").next().unwrap().to_owned();
     assert_eq!(plain(&page), plain(&again));
     assert_eq!(page.matches("<svg").count(), again.matches("<svg").count());
-    bench.refuses("plot points.csv --report x.html", &["points.csv", "line 1", "--record"]);
+    bench.refuses("log plot points.csv --report x.html", &["points.csv", "line 1", "--record"]);
     for row in &stop {
         assert!((row[x] - 0.64).abs() < 1e-6, "{row:?}");
         assert!((row[length] - stop[0][length]).abs() < 1e-6, "{row:?}");

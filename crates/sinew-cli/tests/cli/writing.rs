@@ -23,7 +23,7 @@ fn a_replaced_file_is_said_and_refused_where_none_may_be() {
         "predict out/model.json a.csv --out p.csv --no-clobber",
         "identify a.csv --model cell --out out --no-clobber",
         "twin cable --out p.csv --no-clobber",
-        "bench run --out p.csv --no-clobber",
+        "twin bench --out p.csv --no-clobber",
         "machine show finger --picture p.csv --no-clobber",
         "demo --out out --no-clobber",
         "track --record p.csv --no-clobber",

@@ -6,19 +6,20 @@ mod layout;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod plot;
+mod replay;
 mod rows;
+mod table;
 
 use crate::answer::Answer;
 use crate::arguments::{General, LogArguments, LogVerb};
 use crate::error::Error;
 
-pub(super) use plot::run as draw;
-
 pub(crate) fn run(arguments: &LogArguments, general: &General) -> Result<Answer, Error> {
     match &arguments.verb {
         LogVerb::Info(arguments) => info::run(arguments, general),
         LogVerb::Export(arguments) => export::run(arguments, general),
-        LogVerb::Plot(arguments) => draw(arguments, general),
+        LogVerb::Plot(arguments) => plot::run(arguments, general),
+        LogVerb::Replay(arguments) => replay::run(arguments, general),
         LogVerb::Layout(arguments) => layout::run(arguments, general),
     }
 }

@@ -1,12 +1,13 @@
 //! `sinew log plot`.
 
 use super::rows::{Rows, joint_column};
+use super::table;
 use crate::answer::{Answer, Content};
 use crate::arguments::{General, LogPlotArguments};
 use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
 use crate::table::thousandths;
-use crate::verbs::recording::{RunSetup, read_bytes, recording};
+use crate::verbs::recording::{RunSetup, is_recording, read_bytes, recording};
 use sinew::body::Poses;
 use sinew::machine::Machine;
 use sinew::muscle::MuscleDynamics;
@@ -16,9 +17,12 @@ use sinew_report::signals::{Group, SignalPage, Signals, page};
 /// Rows of the report.
 const ROWS: u64 = 3000;
 
-pub(in crate::verbs) fn run(arguments: &LogPlotArguments, general: &General) -> Result<Answer, Error> {
+pub(super) fn run(arguments: &LogPlotArguments, general: &General) -> Result<Answer, Error> {
     let LogPlotArguments { file, report } = arguments;
     refuse_overwrite([file], std::slice::from_ref(report), general.no_clobber)?;
+    if !is_recording(file) {
+        return table::run(arguments, general);
+    }
     let bytes = read_bytes(file)?;
     let recording = recording(file, &bytes)?;
     let setup = RunSetup::of(file, &recording)?;

@@ -1,15 +1,15 @@
 //! `sinew machine map`.
 
 use super::map_json::json;
+use super::names::print_warnings;
 use super::payload::{payload, text as payload_text};
+use super::view::machine_scene;
 use crate::answer::{Answer, Content};
 use crate::arguments::{General, MachineMapArguments};
 use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, table};
-use crate::verbs::arm::model::print_warnings;
-use crate::verbs::arm::view::machine_scene;
 use crate::verbs::machine_source::load_machine;
 use sinew::control::capability::{CableMotion, CapabilityModel, EndPointJacobian, PoseCapability};
 use sinew::machine::Machine;

@@ -2,12 +2,12 @@
 
 use super::choice::{self, Choice};
 use super::draft::{self, Body};
+use super::names::print_warnings;
 use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{General, MachineNewArguments};
 use crate::error::Error;
 use crate::output::{Written, one_line, refuse_overwrite, write_all};
 use crate::table::{number, percent, table};
-use crate::verbs::arm::model::print_warnings;
 use serde::Serialize;
 use sinew::body::Poses;
 use sinew::control::demand::SizingMotion;

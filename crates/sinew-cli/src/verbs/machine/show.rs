@@ -1,12 +1,12 @@
 //! `sinew machine show`.
 
 use super::design_checks::{DesignChecks, HeldWinches};
+use super::names::print_warnings;
 use crate::answer::{Answer, Content};
 use crate::arguments::{General, MachineShowArguments};
 use crate::error::Error;
 use crate::output::{one_line, refuse_overwrite, write_all};
 use crate::table::{number, table};
-use crate::verbs::arm::model::print_warnings;
 use crate::verbs::machine_source::load_machine;
 use serde::Serialize;
 use sinew::body::JointKind;

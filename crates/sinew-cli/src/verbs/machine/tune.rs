@@ -2,14 +2,14 @@
 
 use super::design_checks::{DesignChecks, HeldWinches};
 use super::limit_words::Subject;
+use super::names::print_warnings;
+use super::view::machine_scene;
 use crate::answer::{Answer, Content};
 use crate::arguments::{General, MachineTuneArguments};
 use crate::error::Error;
 use crate::output::{one_line, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, table};
-use crate::verbs::arm::model::print_warnings;
-use crate::verbs::arm::view::machine_scene;
 use crate::verbs::machine_source::load_machine;
 use serde::Serialize;
 use sinew::control::arm::{

@@ -1,10 +1,10 @@
-//! `sinew drive`.
+//! `sinew design drive`.
 
-use super::read_text;
 use crate::answer::{Answer, Content, Outcome};
-use crate::arguments::{DriveArguments, DriveSizeArguments, DriveVerb, General};
+use crate::arguments::{DriveArguments, General};
 use crate::error::Error;
 use crate::table::{number, percent, table};
+use crate::verbs::read_text;
 use serde::Serialize;
 use sinew::drive::Catalogue;
 use sinew::drive::sizing::{Bound, Choice, Design, EnvelopePoint, Requirement, choose};
@@ -13,13 +13,7 @@ use std::path::Path;
 /// Points of a printed envelope.
 const ENVELOPE_POINTS: usize = 13;
 
-pub(crate) fn run(arguments: &DriveArguments, general: &General) -> Result<Answer, Error> {
-    match &arguments.verb {
-        DriveVerb::Size(arguments) => size(arguments, general),
-    }
-}
-
-fn size(arguments: &DriveSizeArguments, general: &General) -> Result<Answer, Error> {
+pub(super) fn run(arguments: &DriveArguments, general: &General) -> Result<Answer, Error> {
     let required = requirement(arguments);
     let catalogue = catalogue(arguments.catalogue.as_deref())?;
     let choices = choose(&catalogue, &required)?;

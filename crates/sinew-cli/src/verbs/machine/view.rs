@@ -1,6 +1,6 @@
 //! Poses of the page's three-dimensional view: the reference, the keys, each joint over its range.
 
-use super::model::display_name;
+use super::names::display_name;
 use super::poses::apply_couplings;
 use super::survey::{coupled_reference_pose, joint_range};
 use crate::error::Error;

@@ -1,12 +1,12 @@
-//! `sinew tension`.
+//! `sinew design tension`.
 
 mod problems;
 
-use super::read_text;
 use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{General, TensionArguments};
 use crate::error::Error;
 use crate::table::{number, table};
+use crate::verbs::read_text;
 use problems::ValidProblem;
 use serde::Serialize;
 use sinew::control::tension::{Distribution, Limit, Status};
@@ -29,7 +29,7 @@ struct Solved {
     at_limit: [usize; 2],
 }
 
-pub(crate) fn run(arguments: &TensionArguments, general: &General) -> Result<Answer, Error> {
+pub(super) fn run(arguments: &TensionArguments, general: &General) -> Result<Answer, Error> {
     let file = &arguments.problems;
     let refused = |problem| Error::TensionProblems { file: file.clone(), problem };
     let problems = problems::parse(&read_text(file)?).map_err(refused)?;

@@ -1,7 +1,7 @@
-//! `sinew bench plan`: a programme of motions that shows the hysteresis of a transmission.
+//! `sinew twin plan`: a programme of motions that shows the hysteresis of a transmission.
 
 use crate::answer::{Answer, Content};
-use crate::arguments::{BenchPlanArguments, General};
+use crate::arguments::{General, TwinPlanArguments};
 use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
 use crate::table::number;
@@ -15,7 +15,7 @@ const TURNS: [f64; 22] = [
     0.55, 0.0,
 ];
 
-pub(super) fn run(arguments: &BenchPlanArguments, general: &General) -> Result<Answer, Error> {
+pub(super) fn run(arguments: &TwinPlanArguments, general: &General) -> Result<Answer, Error> {
     refuse_overwrite([], std::slice::from_ref(&arguments.out), general.no_clobber)?;
     let corners = programme(arguments.stroke, &arguments.speeds, arguments.rest);
     let written = write_all(&[(arguments.out.clone(), table(&corners).as_bytes())])?;

@@ -1,6 +1,6 @@
 //! Poses from a table with a column per coordinate.
 
-use super::model::display_name;
+use super::names::display_name;
 use crate::error::Error;
 use crate::table_error::TableError;
 use crate::verbs::numeric_table::{data_lines, parse_header, parse_number, split_cells};

@@ -1,19 +1,19 @@
-//! `sinew replay`.
+//! `sinew log replay`.
 
 mod compare;
 mod controllers;
 mod show;
 
-use super::recording::{RunSetup, read_bytes, recording};
 use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{General, ReplayArguments};
 use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
 use crate::progress::Progress;
+use crate::verbs::recording::{RunSetup, read_bytes, recording};
 use compare::compare;
 use controllers::{Motion, other_controller, recorded_controller};
 
-pub(crate) fn run(arguments: &ReplayArguments, general: &General) -> Result<Answer, Error> {
+pub(super) fn run(arguments: &ReplayArguments, general: &General) -> Result<Answer, Error> {
     let outputs: Vec<_> = arguments.report.iter().cloned().collect();
     let inputs = [&arguments.file].into_iter().chain(&arguments.machine).chain(&arguments.gains);
     refuse_overwrite(inputs, &outputs, general.no_clobber)?;

@@ -1,14 +1,14 @@
-//! `sinew study`.
+//! `sinew design study`.
 
 mod file;
 mod python;
 
-use super::read_text;
 use crate::answer::{Answer, Content};
 use crate::arguments::{General, StudyArguments};
 use crate::error::Error;
+use crate::verbs::read_text;
 
-pub(crate) fn run(arguments: &StudyArguments, general: &General) -> Result<Answer, Error> {
+pub(super) fn run(arguments: &StudyArguments, general: &General) -> Result<Answer, Error> {
     let file = &arguments.file;
     let refused = |problem| Error::StudyFile { file: file.clone(), problem };
     let study = file::parse(&read_text(file)?).map_err(refused)?;

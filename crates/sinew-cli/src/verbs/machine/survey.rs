@@ -1,6 +1,6 @@
 //! Ranges of muscle lengths, moment arms and wrap angles over the joint limits.
 
-use super::model::display_name;
+use super::names::display_name;
 use super::poses::{apply_couplings, velocity_names};
 use crate::error::Error;
 use sinew::body::{JointKind, Robot};

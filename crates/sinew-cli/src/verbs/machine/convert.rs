@@ -1,8 +1,8 @@
-//! `sinew arm convert`.
+//! `sinew machine convert`.
 
-use super::model::print_warnings;
+use super::names::print_warnings;
 use crate::answer::{Answer, Content};
-use crate::arguments::{ConvertArguments, General};
+use crate::arguments::{General, MachineConvertArguments};
 use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
 use sinew::description::{to_mjcf, to_toml};
@@ -11,7 +11,7 @@ use sinew_lab::machine_file::{Format, LoadedRobot, Source, load_robot, source_of
 /// What a machine file says and a robot file has no place for.
 const MACHINE_ALONE: [&str; 5] = ["transmissions", "drives", "encoders", "task", "tolerances"];
 
-pub(crate) fn run(arguments: &ConvertArguments, general: &General) -> Result<Answer, Error> {
+pub(crate) fn run(arguments: &MachineConvertArguments, general: &General) -> Result<Answer, Error> {
     let output = &arguments.output;
     let inputs = [&arguments.input].into_iter().chain(&arguments.muscles);
     refuse_overwrite(inputs, std::slice::from_ref(output), general.no_clobber)?;

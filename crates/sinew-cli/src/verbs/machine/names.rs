@@ -4,7 +4,7 @@ use crate::output::one_line;
 use sinew::description::Warning;
 
 /// Prints warnings on standard error, one per line.
-pub(in crate::verbs) fn print_warnings(warnings: &[Warning]) {
+pub(super) fn print_warnings(warnings: &[Warning]) {
     for warning in warnings {
         eprintln!("warning: {}", one_line(&warning.to_string()));
     }

@@ -1,10 +1,10 @@
-//! `sinew arm inspect`.
+//! `sinew machine body`.
 
-use super::model::{display_name, print_warnings};
-use super::report;
+use super::body_page;
+use super::names::{display_name, print_warnings};
 use super::survey::{Survey, survey};
 use crate::answer::{Answer, Content};
-use crate::arguments::{General, InspectArguments};
+use crate::arguments::{General, MachineBodyArguments};
 use crate::error::Error;
 use crate::output::{one_line, refuse_overwrite, write_all};
 use crate::table::{number, table};
@@ -12,7 +12,7 @@ use crate::verbs::meshes::read_meshes;
 use sinew::body::{JointKind, Robot};
 use sinew_lab::machine_file::{LoadedRobot, load_robot};
 
-pub(crate) fn run(arguments: &InspectArguments, general: &General) -> Result<Answer, Error> {
+pub(crate) fn run(arguments: &MachineBodyArguments, general: &General) -> Result<Answer, Error> {
     let inputs = [&arguments.model].into_iter().chain(&arguments.muscles);
     refuse_overwrite(inputs, arguments.report.as_slice(), general.no_clobber)?;
     let mut loaded = load_robot(&arguments.model, arguments.muscles.as_deref())?;
@@ -21,7 +21,7 @@ pub(crate) fn run(arguments: &InspectArguments, general: &General) -> Result<Ans
     }
     let survey = survey(&loaded.robot)?;
     let written = match &arguments.report {
-        Some(path) => write_all(&[(path.clone(), report::page(&loaded.robot, &survey)?.as_bytes())])?,
+        Some(path) => write_all(&[(path.clone(), body_page::page(&loaded.robot, &survey)?.as_bytes())])?,
         None => Vec::new(),
     };
     print_warnings(&loaded.warnings);

@@ -1,21 +1,15 @@
-//! `sinew plot`.
+//! `sinew log plot` of the table that `--record FILE.csv` has written of a simulated run.
 
-use super::log;
-use super::read_text;
-use super::recording::is_recording;
-use super::track::{record, report};
 use crate::answer::{Answer, Content};
-use crate::arguments::{General, LogPlotArguments, PlotArguments};
+use crate::arguments::{General, LogPlotArguments};
 use crate::error::Error;
-use crate::output::{refuse_overwrite, write_all};
+use crate::output::write_all;
 use crate::table_error::TableError;
+use crate::verbs::read_text;
+use crate::verbs::track::{record, report};
 
-pub(crate) fn run(arguments: &PlotArguments, general: &General) -> Result<Answer, Error> {
-    let PlotArguments { record: file, report: out } = arguments;
-    if is_recording(file) {
-        return log::draw(&LogPlotArguments { file: file.clone(), report: out.clone() }, general);
-    }
-    refuse_overwrite([file], std::slice::from_ref(out), general.no_clobber)?;
+pub(super) fn run(arguments: &LogPlotArguments, general: &General) -> Result<Answer, Error> {
+    let LogPlotArguments { file, report: out } = arguments;
     let (head, trace) = record::parse(&read_text(file)?).map_err(Error::table(file))?;
     let variant = head.compensation.parse().map_err(|_| {
         Error::table(file)(TableError::in_line(2, "the name of a compensation", head.compensation.clone()))

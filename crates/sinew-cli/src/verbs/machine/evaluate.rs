@@ -1,4 +1,4 @@
-//! `sinew arm evaluate`: lengths, moment arms, wrap angles, gravity forces and site positions of a robot in
+//! `sinew machine evaluate`: lengths, moment arms, wrap angles, gravity forces and site positions of a robot in
 //! given poses, as CSV or JSON.
 //!
 //! One row per pose, with these columns:
@@ -11,10 +11,10 @@
 //! | `gravity_torque_nm:JOINT` | Nm; N for a translation | `[nv]` | `g(q)`, balances gravity |
 //! | `x_m:SITE`, `y_m:SITE`, `z_m:SITE` | m | `[sites x 3]` | position in the world frame |
 
-use super::model::{display_name, print_warnings};
+use super::names::{display_name, print_warnings};
 use super::poses::{read_poses, velocity_names};
 use crate::answer::{Answer, Content};
-use crate::arguments::{ArmEvaluateArguments, General};
+use crate::arguments::{General, MachineEvaluateArguments};
 use crate::csv_text::Csv;
 use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
@@ -23,7 +23,7 @@ use sinew::body::{Poses, Robot, Scratch};
 use sinew::muscle::{Geometry, Muscles};
 use sinew_lab::machine_file::load_robot;
 
-pub(crate) fn run(arguments: &ArmEvaluateArguments, general: &General) -> Result<Answer, Error> {
+pub(crate) fn run(arguments: &MachineEvaluateArguments, general: &General) -> Result<Answer, Error> {
     let inputs = [&arguments.model, &arguments.poses].into_iter().chain(&arguments.muscles);
     refuse_overwrite(inputs, arguments.out.as_slice(), general.no_clobber)?;
     let loaded = load_robot(&arguments.model, arguments.muscles.as_deref())?;

@@ -1,7 +1,7 @@
-//! `sinew bench run`.
+//! `sinew twin bench`.
 
 use crate::answer::{Answer, Content, Outcome};
-use crate::arguments::{BenchRunArguments, General, MuscleStrokes};
+use crate::arguments::{General, MuscleStrokes, TwinBenchArguments};
 use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
 use crate::progress::Progress;
@@ -28,7 +28,7 @@ struct Summary {
     stopped: Option<String>,
 }
 
-pub(super) fn run(arguments: &BenchRunArguments, general: &General) -> Result<Answer, Error> {
+pub(super) fn run(arguments: &TwinBenchArguments, general: &General) -> Result<Answer, Error> {
     refuse_overwrite([], std::slice::from_ref(&arguments.out), general.no_clobber)?;
     let progress = Progress::new();
     progress.show("calibration", 0.0);
@@ -37,7 +37,7 @@ pub(super) fn run(arguments: &BenchRunArguments, general: &General) -> Result<An
         .map(|variant| calibrated(variant, &arguments.specimen, arguments.seed))
         .transpose()?;
     let mut log = String::from(
-        "# SIMULATED by sinew bench run\n\
+        "# SIMULATED by sinew twin bench\n\
          time_s,trial,tension_in_n,position_in_m,anchor_m,tension_out_n,wanted_n,estimate_n,direction\n",
     );
     let mut summaries = Vec::new();
@@ -67,7 +67,7 @@ fn calibrated(variant: CompensationVariant, specimen: &Specimen, seed: u64) -> R
 
 /// One run; every kept stroke, or the whole run, is a trial of the log.
 fn run_at_speed(
-    arguments: &BenchRunArguments,
+    arguments: &TwinBenchArguments,
     compensation: Option<&Compensation>,
     speed: f64,
     trial: &mut u32,
