@@ -14,7 +14,7 @@ use common::{PERIOD, STEP, Setup, machine};
 use sinew_runtime::Error;
 use sinew_runtime::cycle::{Cycle, CycleRecord, MonotonicClock, Timing, run};
 use sinew_runtime::ethercat::{FrameStorage, Master, RawSocketLink, SimulatedMachine, serve};
-use sinew_segment::RawSocket;
+use sinew_segment::{Drive, RawSocket};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};

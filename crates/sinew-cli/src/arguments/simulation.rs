@@ -121,7 +121,7 @@ pub(crate) struct TwinArguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum TwinVerb {
-    Cable(TwinCableArguments),
+    Cable(Box<TwinCableArguments>),
     Bench(Box<TwinBenchArguments>),
     Plan(TwinPlanArguments),
 }

@@ -37,8 +37,8 @@ pub(super) fn run(arguments: &DriveArguments, general: &General) -> Result<Answe
     Ok(Answer { outcome, content: Content::Text(text), written: Vec::new() })
 }
 
-fn requirement(arguments: &DriveSizeArguments) -> Requirement {
-    let DriveSizeArguments { tension, speed, acceleration, stroke, .. } = *arguments;
+fn requirement(arguments: &DriveArguments) -> Requirement {
+    let DriveArguments { tension, speed, acceleration, stroke, .. } = *arguments;
     Requirement { tension, speed, acceleration, stroke }
 }
 
