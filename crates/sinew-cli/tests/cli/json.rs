@@ -116,7 +116,7 @@ fn documents_about_robots_and_machines_have_the_documented_keys_and_units() {
     checked(&bench, "machine map", "machine map finger --poses 10", 0);
     checked(&bench, "machine new", "machine new finger --out new.toml", 0);
     checked(&bench, "track", "track bench_joint --path tour --duration 12 --repeats 1 --record joint.csv", 0);
-    checked(&bench, "plot", "log plot joint.csv --report joint.html", 0);
+    checked(&bench, "log plot", "log plot joint.csv --report joint.html", 0);
     let motion = "planar_leg --path to-joints:hip=0.4,knee=1.0 --duration 3 --hold 1";
     checked(&bench, "run", &format!("run {motion} --bus segment --virtual-time"), 0);
 }
@@ -135,7 +135,7 @@ fn documents_about_benches_cables_and_drives_have_the_documented_keys_and_units(
         "t.json",
         r#"{"problems":[{"moment_arms":[[0.03],[-0.03]],"torque_nm":[1e3],"min_n":[20,20],"max_n":[400,400]}]}"#,
     );
-    checked(&bench, "tension", "design tension t.json", 3);
+    checked(&bench, "design tension", "design tension t.json", 3);
     let drive = "design drive --speed 0.14 --acceleration 3 --stroke 0.3 --tension";
     checked(&bench, "design drive", &format!("{drive} 250"), 0);
     checked(&bench, "design drive", &format!("{drive} 25000"), 3);

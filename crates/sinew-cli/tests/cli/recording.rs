@@ -85,7 +85,7 @@ fn files_that_are_no_recordings_are_refused_with_their_name() {
         "log plot --report r.html",
         "log export --out t.csv",
         "log layout --out l.json",
-        "replay",
+        "log replay",
     ] {
         let outcome = bench.run(&format!("{verb} text.mcap"));
         assert_eq!(outcome.code, Some(2), "{verb}: {}", outcome.stderr);
@@ -199,7 +199,7 @@ fn a_device_or_a_pipe_is_no_recording_and_is_not_read() {
     let pipe = Some(pipe.display().to_string()).filter(|_| made);
     for verb in [
         "log info",
-        "replay",
+        "log replay",
         "log plot --report r.html",
         "log export --out t.csv",
         "log layout --out l.json",
