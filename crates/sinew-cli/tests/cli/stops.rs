@@ -315,16 +315,20 @@ fn disabled_after(end: End) {
     let told = std::thread::spawn(move || lines.collect::<Vec<_>>().join("\n"));
     let ended = run.wait_with_output().unwrap();
     let told = told.join().unwrap();
+    let said = String::from_utf8_lossy(&ended.stdout);
+    // On a computer with other work frames are late, so that drives may stop by themselves, which ends a run as well.
+    let lost = serde_json::from_str::<Value>(&said).map_or(0, |run| run["bus"]["lost"].as_u64().unwrap_or(0));
     let code = if end == End::LostClient { 0 } else { 3 };
-    assert_eq!(ended.status.code(), Some(code), "{end:?}: {told}");
+    assert!(
+        ended.status.code() == Some(code) || (lost > 0 && ended.status.code() == Some(3)),
+        "{end:?}: {told} {said}"
+    );
     std::thread::sleep(Duration::from_millis(100));
     signal(&devices, "INT");
     let devices: Value = serde_json::from_slice(&devices.wait_with_output().unwrap().stdout).unwrap();
     assert!(devices["frames_answered"].as_u64().unwrap() > 500, "{devices}");
-    let said = String::from_utf8_lossy(&ended.stdout);
     assert_eq!(devices["drives_with_power"], 0, "{end:?}: {told} {said}");
-    // A drive that stops by itself, because nothing comes any more, says so with a fault: on a computer with other work, too.
-    let lost = serde_json::from_str::<Value>(&said).map_or(0, |run| run["bus"]["lost"].as_u64().unwrap_or(0));
+    // A drive that stops by itself, because nothing comes any more, says so with a fault.
     assert!(devices["drives_with_a_fault"] == 0 || lost > 0, "{end:?}: {told} {said} {devices}");
 }
 

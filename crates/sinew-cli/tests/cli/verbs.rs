@@ -83,7 +83,7 @@ fn every_verb_has_a_manual_page() {
     let bench = Bench::new();
     bench.succeeds("man --out man");
     let pages = bench.files("man");
-    for page in ["sinew.1", "sinew-identify.1", "sinew-arm-convert.1", "sinew-machine-tune.1"] {
+    for page in ["sinew.1", "sinew-identify.1", "sinew-machine-convert.1", "sinew-machine-tune.1"] {
         assert!(pages.iter().any(|name| name == page), "{page}: {pages:?}");
     }
     let page = bench.read("man/sinew-identify.1");
@@ -300,4 +300,13 @@ fn output_to_a_file_or_pipe_has_no_colours() {
     assert!(table.contains("RMSE") && !table.contains('\x1b'), "{table}");
     let error = bench.run("evaluate out/model.json missing.csv").stderr;
     assert!(error.starts_with("error:") && !error.contains('\x1b'), "{error}");
+}
+
+#[test]
+fn an_earlier_spelling_is_answered_with_the_present_one() {
+    let bench = Bench::new();
+    bench.refuses("arm inspect finger", &["`sinew arm inspect` is now `sinew machine body`"]);
+    bench.refuses("replay run.mcap", &["`sinew replay` is now `sinew log replay`"]);
+    let told = bench.run("tension p.json --json").stdout;
+    assert!(told.contains("sinew design tension") && told.contains("\"exit_code\":2"), "{told}");
 }
