@@ -85,6 +85,7 @@ fn judge_by(logs: &ConditionedLogs, recipe: &Recipe) -> Verdict {
         .collect();
     let own: Vec<f64> =
         (0..count).into_par_iter().map(|k| own_error(recipe, &of_log(&logs.runs, k))).collect();
+    std::eprintln!("OWN {own:?} ERR {errors:?}");
     let error = |i: usize, j: usize| errors[i].as_ref().map_or(0.0, |of_model| of_model[j]);
     let distance = |i: usize, j: usize| (error(i, j) * error(j, i)).sqrt();
     // A log of which one half does not foretell the other contradicts nothing.

@@ -312,8 +312,8 @@ mod tests {
             let motion = plan(&machine, &DesiredMotion::ToPose(vec![0.02]), Some(5.0)).unwrap();
             first_infeasibility(&machine, &motion, 1).unwrap()
         };
-        assert_eq!(of(1e-3, 0.2), None);
-        let found = of(0.02, 0.2).unwrap();
+        assert_eq!(of(1e-3, 0.05), None);
+        let found = of(0.02, 0.05).unwrap();
         let Violation::Unstable { joint, rate, most, .. } = &found.violation else { panic!("{found}") };
         assert!(joint == "hinge" && rate > most && *most < 15.0, "{found}");
         assert!(found.to_string().contains("at a period of 20 ms"), "{found}");

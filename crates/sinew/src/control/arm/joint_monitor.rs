@@ -24,14 +24,15 @@ use super::status::Symptom;
 /// | tau_d, tau_d,0 | torque of the disturbances at the joint, now and when the output last changed | Nm    |
 /// | k        | stiffness of the joint, [`JointStiffness`]                                   | Nm/rad  |
 /// | d^_0     | disturbance of the joint's observer when the output last changed               | rad/s^2 |
-/// | x_max, x_r,max | those of [`JointGains`], at least `x_d`; before the joint has gone `x_max` and `x_d` since its reference turned at least `theta_G/4`, and `1.25 theta_G` | rad |
+/// | x_max, x_r,max | those of [`JointGains`], at least `x_l`; before the joint has gone `x_max` and `x_d` since its reference turned at least `theta_G/4`, and `1.25 theta_G` | rad |
 /// | theta_G, x_d | dead band of the joint; what it hides of a light joint, `min(x_j, 1.25 theta_G)` | rad |
+/// | x_l      | `x_d` of a light joint, whose `x_j` is above 25 counts of its encoder, 0 of another     | rad     |
 /// | x_j      | [`JointGains`]                                                    | rad     |
 /// | t_r, t_d | time since the rejection, [`DRIFT_TIME`] of the prediction                     | s       |
 /// | t_e      | [`innovation_time`](Self::innovation_time): the innovation of a joint that breaks away or vibrates is over by then | s |
 /// | d2y      | second difference of y: a joint that breaks away takes its speed in more than one cycle | rad |
 /// | x_c      | `x_j`, at most 25 counts of the encoder                                      | rad     |
-/// | x_0, s   | `x_d`, at least five counts of the encoder, `0.7 x_max` where that is above 70; two counts and an eighth of `x_j`                  | rad     |
+/// | x_0, s   | `x_l`, at least five counts of the encoder, `0.7 x_max` where that is above 70; two counts and an eighth of `x_j`                  | rad     |
 /// | a        | `|x_r|` before the rejection: an encoder that was stuck returns with a jump      | rad     |
 ///
 /// While an encoder is rejected, the observer continues on its model: over 0.2 s its error stays below 4 mrad
@@ -191,6 +192,11 @@ fn hidden_travel(gains: &JointGains) -> f64 {
     gains.jump.min(WIDEST_BAND * gains.dead_band)
 }
 
+/// `x_l`: `x_d` of a light joint, whose jump when it breaks away is larger than what its encoder tells; 0 of another, rad.
+fn hidden_by_friction(gains: &JointGains) -> f64 {
+    if gains.jump > 1.001 * JUMP_COUNTS * gains.resolution { hidden_travel(gains) } else { 0.0 }
+}
+
 /// Largest second difference of a reading that moves, rad.
 fn max_second_difference(gains: &JointGains) -> f64 {
     gains.jump.min(STEP_COUNTS * gains.resolution).max(0.25 * gains.jump)
@@ -292,7 +298,7 @@ impl JointMonitor {
         let gains = predicted.gains;
         let [most, farthest] = self.limits(gains);
         let large = most > LARGE_LAG_COUNTS * gains.resolution;
-        let least = if large { LEAST_SHARE * most } else { min_travel(gains).max(hidden_travel(gains)) };
+        let least = if large { LEAST_SHARE * most } else { min_travel(gains).max(hidden_by_friction(gains)) };
         let moved = self.unchanged.implied.abs() > self.scale * least && by_muscles.abs() > self.scale * most;
         self.unchanged.contradicted_for = if moved { self.unchanged.contradicted_for + h } else { 0.0 };
         let lasting = self.unchanged.contradicted_for > self.innovation_time;
@@ -305,6 +311,7 @@ impl JointMonitor {
     fn limits(&self, gains: &JointGains) -> [f64; 2] {
         let hidden = hidden_travel(gains);
         if self.turn.followed(self.previous) > gains.implied.max(hidden) {
+            let hidden = hidden_by_friction(gains);
             [gains.implied.max(hidden), gains.reference_travel.max(hidden)]
         } else {
             let most = gains.implied.max(TURNING_SHARE * gains.dead_band).max(hidden);
@@ -627,11 +634,14 @@ mod tests {
         let far = |_: f64| [0.6003, -1.0];
         let (cycles, _) = rejected_after(0.3, gains, far).unwrap();
         assert_eq!(cycles, 117 + LATER, "35 mrad at 0.3 mrad per cycle");
-        // Of 50 counts, what the dead band hides suffices, and five counts where there is none.
+        // Of 50 counts, five suffice; of a light joint what the dead band hides, and five counts where there is none.
         let small = JointGains { implied: 0.02, ..gains };
-        for (dead_band, expected) in [(0.15, 26), (0.004, 17), (0.0, 7)] {
-            let (cycles, _) = rejected_after(0.3, JointGains { dead_band, ..small }, far).unwrap();
-            assert_eq!(cycles, expected + LATER, "7.5, 5 and 2 mrad at 0.3 mrad per cycle");
+        let (cycles, _) = rejected_after(0.3, small, far).unwrap();
+        assert_eq!(cycles, 7 + LATER, "2 mrad at 0.3 mrad per cycle");
+        let light = JointGains { jump: 9e-3, ..small };
+        for (dead_band, expected) in [(0.15, 31), (0.004, 17), (0.0, 7)] {
+            let (cycles, _) = rejected_after(0.3, JointGains { dead_band, ..light }, far).unwrap();
+            assert_eq!(cycles, expected + LATER, "9, 5 and 2 mrad at 0.3 mrad per cycle");
         }
         // Twice the tolerance is twice the way.
         let mut wide = following(2.0, 1.0, &gains);
