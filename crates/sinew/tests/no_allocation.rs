@@ -144,7 +144,6 @@ fn mechanics_and_muscles_never_allocate_once_built() {
     let mut scratch = sinew::body::Scratch::new(&robot);
     let mut reduction = sinew::body::Reduction::new(&robot);
     let mut geometry = sinew::muscle::Geometry::new(&robot, &muscles);
-    let mut rates = sinew::muscle::MomentArmRates::new(&robot, &muscles);
     let (nv, count, n) = (robot.nv(), muscles.count(), reduction.independent().len());
     let (mut q, v) = (robot.reference_pose(), vec![0.3; nv]);
     let (mut tau, mut a, mut mass) = (vec![0.0; nv], vec![0.0; nv], vec![0.0; nv * nv]);
@@ -156,7 +155,6 @@ fn mechanics_and_muscles_never_allocate_once_built() {
             robot.apply_couplings(&mut q)?;
             robot.forward_kinematics(&q, &mut poses)?;
             robot.jacobian(&poses, 1, [0.1; 3], &mut linear, &mut angular)?;
-            robot.bias_force(&q, &v, &mut scratch, &mut tau)?;
             robot.gravity_force(&q, &mut scratch, &mut tau)?;
             robot.inverse_dynamics(&q, &v, &a, &mut scratch, &mut tau)?;
             robot.mass_matrix(&q, &mut scratch, &mut mass)?;
@@ -167,7 +165,6 @@ fn mechanics_and_muscles_never_allocate_once_built() {
             muscles.velocities(&geometry, &v, &mut of_each)?;
             muscles.bends(&geometry, &mut of_each)?;
             muscles.torque(&geometry, &of_each, &mut tau)?;
-            muscles.moment_arm_rates(&geometry, &v, &mut rates)?;
         }
         Ok(())
     };

@@ -8,7 +8,6 @@ mod circle;
 mod dynamics;
 mod geometry;
 mod path;
-mod rate;
 mod sparse_arms;
 mod surface;
 #[cfg(test)]
@@ -19,4 +18,3 @@ mod topology;
 
 pub use dynamics::MuscleDynamics;
 pub use geometry::{Geometry, Muscles};
-pub use rate::MomentArmRates;
