@@ -17,8 +17,8 @@ use std::str::FromStr;
 /// # Example
 /// ```
 /// use sinew_lab::CompensationVariant;
-/// let variant: CompensationVariant = "observer_network".parse()?;
-/// assert_eq!(variant, CompensationVariant::ObserverNetwork);
+/// let variant: CompensationVariant = "no_observer".parse()?;
+/// assert_eq!(variant, CompensationVariant::NoObserver);
 /// assert!(!variant.runs_on_bench());
 /// # Ok::<(), sinew_lab::Error>(())
 /// ```
@@ -37,22 +37,19 @@ pub enum CompensationVariant {
     NoDisturbanceObserver,
     /// Winch speeds from cable observers: the default.
     Observer,
-    /// The same with one network per cable that corrects its observer.
-    ObserverNetwork,
     /// Winch speeds from the true state of the cables: the upper bound of what compensation can reach.
     Perfect,
 }
 
 impl CompensationVariant {
     /// All variants, in the order of tables.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 7] = [
         Self::None,
         Self::Capstan,
         Self::Paper,
         Self::NoObserver,
         Self::NoDisturbanceObserver,
         Self::Observer,
-        Self::ObserverNetwork,
         Self::Perfect,
     ];
 
@@ -69,7 +66,6 @@ impl CompensationVariant {
             Self::NoObserver => "no_observer",
             Self::NoDisturbanceObserver => "no_disturbance_observer",
             Self::Observer => "observer",
-            Self::ObserverNetwork => "observer_network",
             Self::Perfect => "perfect",
         }
     }
@@ -84,7 +80,6 @@ impl CompensationVariant {
             Self::NoObserver => "winch speeds from encoders, no cable observer",
             Self::NoDisturbanceObserver => "winch speeds, cable observers, no joint disturbance observer",
             Self::Observer => "winch speeds, cable observers",
-            Self::ObserverNetwork => "winch speeds, cable observers with a residual network each",
             Self::Perfect => "winch speeds, true state of the cables",
         }
     }
@@ -112,7 +107,7 @@ impl FromStr for CompensationVariant {
 }
 
 const EXPECTED_NAMES: &str =
-    "none, capstan, paper, no_observer, no_disturbance_observer, observer, observer_network or perfect";
+    "none, capstan, paper, no_observer, no_disturbance_observer, observer or perfect";
 
 impl Ord for CompensationVariant {
     fn cmp(&self, other: &Self) -> Ordering {

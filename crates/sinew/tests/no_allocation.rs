@@ -242,12 +242,10 @@ fn distributing_a_torque_never_allocates_whether_it_can_be_reached_or_not() {
 #[test]
 fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
     use sinew::control::arm::{
-        ActuationMode, ArmController, ArmMeasurement, CableStateSource, PreviewedReference, ResidualNetwork,
-        synthesize,
+        ActuationMode, ArmController, ArmMeasurement, CableStateSource, PreviewedReference, synthesize,
     };
     use sinew::predictor::CableModel;
     use sinew::trajectory::Reference;
-    use sinew::transmission::{Perceptron, PerceptronWeights};
     use sinew::twin::arm::{ArmSpecimen, ArmTwin};
     let robot = common::lm_arm();
     let pose = robot.key("start").unwrap();
@@ -262,19 +260,8 @@ fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
     };
     let models: Vec<CableModel> = specimen.cables.iter().map(model).collect();
     let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
-    let network = Perceptron::new(PerceptronWeights {
-        inputs: ResidualNetwork::INPUTS,
-        hidden: 8,
-        input_weights: vec![1e-3; 8 * ResidualNetwork::INPUTS],
-        hidden_bias: vec![0.0; 8],
-        output_weights: vec![0.1; 8],
-        output_bias: 0.0,
-        skip: vec![],
-    })
-    .unwrap();
     let (gains, _) = synthesize(&machine, &models, &machine.poses(40).unwrap()).unwrap();
     let mut controller = ArmController::new(&robot, &models, gains, way)
-        .and_then(|controller| controller.with_residuals(vec![network; 15]))
         .and_then(|controller| controller.with_sheath_bends(&machine.sheath_bends()?))
         .unwrap();
     let mut arm = ArmTwin::new(&specimen, pose, &[60.0; 15], 1).unwrap();

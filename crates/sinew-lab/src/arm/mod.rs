@@ -9,7 +9,6 @@ mod largest_errors;
 mod outcome;
 mod plan;
 mod report;
-mod residual_network;
 mod stop_reason;
 #[cfg(test)]
 mod testing;
@@ -28,7 +27,6 @@ pub use report::{
     ErrorRange, ErrorSpread, Hold, MuscleSpread, TrackHealth, TrackIncident, TrackJoint, TrackMode,
     TrackingNumbers,
 };
-pub use residual_network::{FarTensionError, ResidualFit, calibrate_residuals};
 pub use stop_reason::{fault_name, stop_reason};
 pub use trace::{Trace, TraceRow};
 pub use tracking::{
