@@ -11,9 +11,7 @@ mod path;
 mod sparse_arms;
 mod surface;
 #[cfg(test)]
-pub(crate) mod testing;
-#[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod topology;
 
 pub use dynamics::MuscleDynamics;

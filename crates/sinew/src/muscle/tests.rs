@@ -1,11 +1,13 @@
 //! Laws of muscles on a floating body with a surface.
 
-use super::testing::{floating, linked};
+pub(crate) mod robots;
+
 use super::{Geometry, Muscles};
 use crate::body::vector::{cross, dot, norm, sub};
 use crate::body::{JointKind, Robot, WrapKind};
 use alloc::vec;
 use alloc::vec::Vec;
+use robots::{floating, linked};
 
 const KINDS: [WrapKind; 2] = [WrapKind::Sphere, WrapKind::Cylinder];
 const RADIUS: f64 = 0.08;

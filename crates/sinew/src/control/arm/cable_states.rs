@@ -246,7 +246,7 @@ mod tests {
 
     /// A chain whose cables leave their sheaths at an angle that depends on the pose.
     fn body() -> MuscleDynamics {
-        let mut parts = crate::muscle::testing::chain(false).parts().clone();
+        let mut parts = crate::muscle::tests::robots::chain(false).parts().clone();
         for tendon in &mut parts.tendons {
             let end_axis = Some([libm::cos(0.5), 0.0, libm::sin(0.5)]);
             tendon.sheath = Some(SheathGeometry { length: 0.5, bend: 1.0, end_axis });
