@@ -19,7 +19,7 @@ use std::str::FromStr;
 /// use sinew_lab::CompensationVariant;
 /// let variant: CompensationVariant = "no_observer".parse()?;
 /// assert_eq!(variant, CompensationVariant::NoObserver);
-/// assert!(!variant.runs_on_bench());
+/// assert!(!CompensationVariant::BENCH.contains(&variant));
 /// # Ok::<(), sinew_lab::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -83,12 +83,6 @@ impl CompensationVariant {
             Self::Perfect => "winch speeds, true state of the cables",
         }
     }
-
-    /// Whether it is one of [`BENCH`](Self::BENCH).
-    #[must_use]
-    pub fn runs_on_bench(self) -> bool {
-        Self::BENCH.contains(&self)
-    }
 }
 
 impl fmt::Display for CompensationVariant {
@@ -134,11 +128,5 @@ mod tests {
             assert!(EXPECTED_NAMES.contains(variant.name()));
         }
         assert!("Observer".parse::<CompensationVariant>().is_err());
-    }
-
-    #[test]
-    fn the_bench_supports_variants_of_the_list_in_its_order() {
-        let on_bench = CompensationVariant::ALL.into_iter().filter(|variant| variant.runs_on_bench());
-        assert!(on_bench.eq(CompensationVariant::BENCH));
     }
 }
