@@ -78,7 +78,7 @@ def track(
 
     Each cable is calibrated first. `path`, `duration_s`: as in `Machine.plan`. `repeats`: of a closed motion, by default 1,
     with iterative `learning` from one to the next. `hold_s`: rest after the motion, s. `compensation`: `"observer"`,
-    `"observer_network"`, `"no_observer"`, `"no_disturbance_observer"`, `"paper"`, `"capstan"`, `"none"` or `"perfect"`.
+    `"no_observer"`, `"no_disturbance_observer"`, `"paper"`, `"capstan"`, `"none"` or `"perfect"`.
     `payload_kg`: by default the machine's. `seed`: draws the machine. `trace_interval_s`: s between rows of the trace.
 
     Warns of a motion that simulated machines of the design come to the end of, but inaccurately. Raises `ValueError` for one

@@ -231,7 +231,6 @@ fn fresh(old: &Estimator, runs: &[&Run], seed: u64) -> Option<Estimator> {
         steps: 40,
         networks: MEMBERS,
         learner,
-        rounds: 0,
     };
     fit_networks(law, &recipe, runs, seed)
 }

@@ -8,7 +8,7 @@ use crate::fit::ensemble::{self, Rows};
 use crate::fit::recipe::{FeaturePlan, Learner, Recipe};
 use crate::fit::run::Run;
 use crate::fit::statistics::quantiles;
-use sinew::predictor::{Estimator, Feature, Memory, MemoryLaw};
+use sinew::predictor::{Estimator, Feature, MemoryLaw};
 use sinew::transmission::ClampCell;
 
 /// Fits a recipe to runs; `None` where they hold too little to fit.
@@ -45,34 +45,7 @@ pub(crate) fn fit_on(mut law: MemoryLaw, recipe: &Recipe, runs: &[&Run], seed: u
     if let Some(plan) = &recipe.features {
         law.features = features(plan, &Columns::new(&law, runs), &law)?;
     }
-    let mut estimator = fit_networks(law, recipe, runs, seed)?;
-    for _ in 0..recipe.rounds {
-        estimator = refit_in_turn(estimator, recipe, runs, seed)?;
-    }
-    Some(estimator)
-}
-
-/// Refits the cell to the residual of the networks, then the networks to the residual of the cell: a cell
-/// fitted alone distorts its bounds to explain what a network explains better.
-fn refit_in_turn(estimator: Estimator, recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
-    let (Some(plan), Some(_)) = (&recipe.cell, &estimator.ensemble) else { return Some(estimator) };
-    let residuals: Vec<Run> = runs.iter().map(|run| without_correction(&estimator, run)).collect();
-    let residuals: Vec<&Run> = residuals.iter().collect();
-    let mut law = estimator.law;
-    law.cell = Some(fit_cell_of(&law, plan, &residuals)?);
     fit_networks(law, recipe, runs, seed)
-}
-
-/// The run with the gated correction subtracted from its far side.
-fn without_correction(estimator: &Estimator, run: &Run) -> Run {
-    let mut memory = Memory::new(&estimator.law);
-    let mut scratch = vec![0.0; estimator.law.features.len()];
-    let mut residual = run.clone();
-    for i in 0..run.len() {
-        memory.step(&estimator.law, run.dt_s[i], run.row(i));
-        residual.far[i] -= estimator.estimate(&memory, &mut scratch).mean - memory.cell().state;
-    }
-    residual
 }
 
 /// Fits a cell on the signals of a law.

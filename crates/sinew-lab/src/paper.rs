@@ -3,9 +3,6 @@
 /// Speeds of the cable on the bench, m/s.
 pub const SPEEDS: [f64; 6] = [0.02, 0.04, 0.06, 0.08, 0.10, 0.12];
 
-/// Table I, mean squared error, N^2.
-pub const MSE_N2: [[f64; 6]; 2] =
-    [[3.72, 1.56, 1.43, 3.02, 3.98, 4.38], [1.27, 1.02, 1.89, 1.60, 1.75, 1.66]];
 /// Table I, root mean square error, N.
 pub const RMSE_N: [[f64; 6]; 2] =
     [[1.92, 1.25, 1.20, 1.74, 1.99, 2.09], [1.13, 1.01, 1.37, 1.26, 1.32, 1.29]];

@@ -17,9 +17,9 @@ use std::str::FromStr;
 /// # Example
 /// ```
 /// use sinew_lab::CompensationVariant;
-/// let variant: CompensationVariant = "observer_network".parse()?;
-/// assert_eq!(variant, CompensationVariant::ObserverNetwork);
-/// assert!(!variant.runs_on_bench());
+/// let variant: CompensationVariant = "no_observer".parse()?;
+/// assert_eq!(variant, CompensationVariant::NoObserver);
+/// assert!(!CompensationVariant::BENCH.contains(&variant));
 /// # Ok::<(), sinew_lab::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -37,22 +37,19 @@ pub enum CompensationVariant {
     NoDisturbanceObserver,
     /// Winch speeds from cable observers: the default.
     Observer,
-    /// The same with one network per cable that corrects its observer.
-    ObserverNetwork,
     /// Winch speeds from the true state of the cables: the upper bound of what compensation can reach.
     Perfect,
 }
 
 impl CompensationVariant {
     /// All variants, in the order of tables.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 7] = [
         Self::None,
         Self::Capstan,
         Self::Paper,
         Self::NoObserver,
         Self::NoDisturbanceObserver,
         Self::Observer,
-        Self::ObserverNetwork,
         Self::Perfect,
     ];
 
@@ -69,7 +66,6 @@ impl CompensationVariant {
             Self::NoObserver => "no_observer",
             Self::NoDisturbanceObserver => "no_disturbance_observer",
             Self::Observer => "observer",
-            Self::ObserverNetwork => "observer_network",
             Self::Perfect => "perfect",
         }
     }
@@ -84,15 +80,8 @@ impl CompensationVariant {
             Self::NoObserver => "winch speeds from encoders, no cable observer",
             Self::NoDisturbanceObserver => "winch speeds, cable observers, no joint disturbance observer",
             Self::Observer => "winch speeds, cable observers",
-            Self::ObserverNetwork => "winch speeds, cable observers with a residual network each",
             Self::Perfect => "winch speeds, true state of the cables",
         }
-    }
-
-    /// Whether it is one of [`BENCH`](Self::BENCH).
-    #[must_use]
-    pub fn runs_on_bench(self) -> bool {
-        Self::BENCH.contains(&self)
     }
 }
 
@@ -112,7 +101,7 @@ impl FromStr for CompensationVariant {
 }
 
 const EXPECTED_NAMES: &str =
-    "none, capstan, paper, no_observer, no_disturbance_observer, observer, observer_network or perfect";
+    "none, capstan, paper, no_observer, no_disturbance_observer, observer or perfect";
 
 impl Ord for CompensationVariant {
     fn cmp(&self, other: &Self) -> Ordering {
@@ -139,11 +128,5 @@ mod tests {
             assert!(EXPECTED_NAMES.contains(variant.name()));
         }
         assert!("Observer".parse::<CompensationVariant>().is_err());
-    }
-
-    #[test]
-    fn the_bench_supports_variants_of_the_list_in_its_order() {
-        let on_bench = CompensationVariant::ALL.into_iter().filter(|variant| variant.runs_on_bench());
-        assert!(on_bench.eq(CompensationVariant::BENCH));
     }
 }

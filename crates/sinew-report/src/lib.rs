@@ -14,8 +14,6 @@ pub mod capability_plots;
 mod checks;
 pub mod colours;
 pub mod error;
-#[cfg(test)]
-mod fixture;
 mod format;
 mod laws;
 mod loops;
@@ -24,8 +22,6 @@ mod machine_scene;
 mod models;
 mod pack;
 mod page;
-#[cfg(test)]
-mod page_tests;
 pub mod payload;
 mod picture;
 mod plot;

@@ -179,8 +179,8 @@ pub(super) fn decimate(record: &Record, budget: usize) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::fixture::simulated;
     use super::super::record::records;
+    use super::super::tests::fixture::simulated;
     use super::*;
 
     #[test]

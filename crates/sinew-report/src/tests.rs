@@ -1,7 +1,10 @@
 //! The page as a whole: size, external resources, escaping and degenerate inputs.
 
-use super::fixture::{many_trials, simulated};
+pub(crate) mod fixture;
+mod pages;
+
 use super::{picture_svg, render};
+use fixture::{many_trials, simulated};
 use sinew_identify::report::IdentificationReport;
 
 #[test]

@@ -10,7 +10,6 @@ pub(super) fn label(variant: CompensationVariant) -> &'static str {
         CompensationVariant::NoObserver => "encoders, no observer",
         CompensationVariant::NoDisturbanceObserver => "observer, no disturbance observer",
         CompensationVariant::Observer => "observer",
-        CompensationVariant::ObserverNetwork => "observer and network",
         CompensationVariant::Perfect => "true cable state",
     }
 }

@@ -144,7 +144,6 @@ fn mechanics_and_muscles_never_allocate_once_built() {
     let mut scratch = sinew::body::Scratch::new(&robot);
     let mut reduction = sinew::body::Reduction::new(&robot);
     let mut geometry = sinew::muscle::Geometry::new(&robot, &muscles);
-    let mut rates = sinew::muscle::MomentArmRates::new(&robot, &muscles);
     let (nv, count, n) = (robot.nv(), muscles.count(), reduction.independent().len());
     let (mut q, v) = (robot.reference_pose(), vec![0.3; nv]);
     let (mut tau, mut a, mut mass) = (vec![0.0; nv], vec![0.0; nv], vec![0.0; nv * nv]);
@@ -156,7 +155,6 @@ fn mechanics_and_muscles_never_allocate_once_built() {
             robot.apply_couplings(&mut q)?;
             robot.forward_kinematics(&q, &mut poses)?;
             robot.jacobian(&poses, 1, [0.1; 3], &mut linear, &mut angular)?;
-            robot.bias_force(&q, &v, &mut scratch, &mut tau)?;
             robot.gravity_force(&q, &mut scratch, &mut tau)?;
             robot.inverse_dynamics(&q, &v, &a, &mut scratch, &mut tau)?;
             robot.mass_matrix(&q, &mut scratch, &mut mass)?;
@@ -167,7 +165,6 @@ fn mechanics_and_muscles_never_allocate_once_built() {
             muscles.velocities(&geometry, &v, &mut of_each)?;
             muscles.bends(&geometry, &mut of_each)?;
             muscles.torque(&geometry, &of_each, &mut tau)?;
-            muscles.moment_arm_rates(&geometry, &v, &mut rates)?;
         }
         Ok(())
     };
@@ -245,12 +242,10 @@ fn distributing_a_torque_never_allocates_whether_it_can_be_reached_or_not() {
 #[test]
 fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
     use sinew::control::arm::{
-        ActuationMode, ArmController, ArmMeasurement, CableStateSource, PreviewedReference, ResidualNetwork,
-        synthesize,
+        ActuationMode, ArmController, ArmMeasurement, CableStateSource, PreviewedReference, synthesize,
     };
     use sinew::predictor::CableModel;
     use sinew::trajectory::Reference;
-    use sinew::transmission::{Perceptron, PerceptronWeights};
     use sinew::twin::arm::{ArmSpecimen, ArmTwin};
     let robot = common::lm_arm();
     let pose = robot.key("start").unwrap();
@@ -265,19 +260,8 @@ fn the_arms_controller_never_allocates_whatever_its_sensors_say() {
     };
     let models: Vec<CableModel> = specimen.cables.iter().map(model).collect();
     let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
-    let network = Perceptron::new(PerceptronWeights {
-        inputs: ResidualNetwork::INPUTS,
-        hidden: 8,
-        input_weights: vec![1e-3; 8 * ResidualNetwork::INPUTS],
-        hidden_bias: vec![0.0; 8],
-        output_weights: vec![0.1; 8],
-        output_bias: 0.0,
-        skip: vec![],
-    })
-    .unwrap();
     let (gains, _) = synthesize(&machine, &models, &machine.poses(40).unwrap()).unwrap();
     let mut controller = ArmController::new(&robot, &models, gains, way)
-        .and_then(|controller| controller.with_residuals(vec![network; 15]))
         .and_then(|controller| controller.with_sheath_bends(&machine.sheath_bends()?))
         .unwrap();
     let mut arm = ArmTwin::new(&specimen, pose, &[60.0; 15], 1).unwrap();

@@ -50,8 +50,6 @@ pub(crate) struct Recipe {
     pub networks: usize,
     /// How the part that is not physical is learned.
     pub learner: Learner,
-    /// How often cell and networks are refitted in turn, each to the residual of the other.
-    pub rounds: usize,
 }
 
 impl Recipe {

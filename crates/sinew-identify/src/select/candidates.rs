@@ -84,10 +84,7 @@ pub(crate) const LINEAR: &str = "linear";
 /// Name of the axis without networks.
 const INERTIA: &str = "inertia";
 
-/// The candidates named, or without a name all but those whose cell and networks are refitted in turn (on one
-/// rig these are 10 % better and on another a fifth worse, and cross-validation does not predict which) and, where no
-/// inertia shows, those of an axis.
-/// Beside them the constant and the linear regression, as references where they are not named.
+/// The candidates named, or without a name all but, where no inertia shows, those of an axis. Beside them the constant and the linear regression, as references where they are not named.
 ///
 /// # Errors
 /// [`Error::UnknownModel`] for a name that no candidate has.
@@ -95,9 +92,7 @@ pub(crate) fn candidates(logs: &ConditionedLogs, names: &[String]) -> Result<Vec
     let all = all_candidates(logs);
     if names.is_empty() {
         let inertia_shows = axes::inertia_shows(logs);
-        let compared = |candidate: &CandidateRecipe| {
-            candidate.recipe.rounds == 0 && (candidate.recipe.axis.is_none() || inertia_shows)
-        };
+        let compared = |candidate: &CandidateRecipe| candidate.recipe.axis.is_none() || inertia_shows;
         return Ok(all.into_iter().filter(compared).collect());
     }
     let known: Vec<String> = all.iter().map(|candidate| candidate.recipe.name.clone()).collect();
@@ -211,7 +206,6 @@ impl<'a> Family<'a> {
             steps: 50,
             networks: MEMBERS,
             learner: Learner::Ensemble,
-            rounds: 0,
         }
     }
 
@@ -245,13 +239,6 @@ impl<'a> Family<'a> {
         self.hybrid_with("hybrid", &CellPlan::DISTRIBUTED, &[], description)
     }
 
-    /// A hybrid whose cell and networks are refitted in turn.
-    fn joint(&self, name: &str, taus: &[f64], description: &str) -> CandidateRecipe {
-        let mut joint = self.hybrid_with(name, &CellPlan::DISTRIBUTED, taus, description);
-        joint.recipe.rounds = 2;
-        joint
-    }
-
     /// Candidates with a clamp cell.
     fn with_cells(&self) -> Vec<CandidateRecipe> {
         let distributed = &CellPlan::DISTRIBUTED;
@@ -259,8 +246,6 @@ impl<'a> Family<'a> {
         let rigid = "`cell` plus gated networks on stop operators";
         let short = "`hybrid` with the changes over the last instants";
         let slow = "`hybrid` with the changes over the last seconds";
-        let joint = "`hybrid` whose cells and networks were refitted in turn";
-        let joint_short = "`joint` with the changes over the last instants";
         vec![
             self.cell_alone("cell", &RIGID, elastic),
             self.cell_alone(
@@ -272,8 +257,6 @@ impl<'a> Family<'a> {
             self.hybrid_with("hybrid-rigid", &RIGID, &[], rigid),
             self.hybrid_with("hybrid-short", distributed, &self.short(), short),
             self.hybrid_with("hybrid-slow", distributed, &self.slow(), slow),
-            self.joint("joint", &[], joint),
-            self.joint("joint-short", &self.short(), joint_short),
         ]
     }
 

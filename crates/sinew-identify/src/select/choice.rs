@@ -207,7 +207,6 @@ mod tests {
             steps: 0,
             networks: 0,
             learner: Learner::Linear,
-            rounds: 0,
         };
         CandidateRecipe { recipe, description: String::new(), prior }
     }

@@ -1,7 +1,6 @@
 //! The controller of a compensation variant: its gains, its actuation mode and what it is calibrated by.
 
 use super::calibrate::{CalibrationProgramme, calibrate_networks};
-use super::residual_network::calibrate_residuals;
 use crate::experiment::oracle_models;
 use crate::{CompensationVariant, Error};
 use sinew::control::arm::{ActuationMode, ArmController, ArmGains, CableStateSource};
@@ -26,8 +25,7 @@ pub(super) struct Parts<'a> {
 /// The controller of a variant.
 ///
 /// # Errors
-/// As [`ArmController::new`], and as [`calibrate_networks`] and [`calibrate_residuals`] where networks are
-/// trained.
+/// As [`ArmController::new`], and as [`calibrate_networks`] where networks are trained.
 pub(super) fn controller(variant: CompensationVariant, parts: &Parts<'_>) -> Result<ArmController, Error> {
     let true_models;
     let models = if variant == CompensationVariant::Perfect {
@@ -51,13 +49,8 @@ pub(super) fn controller(variant: CompensationVariant, parts: &Parts<'_>) -> Res
         CompensationVariant::Perfect => parts.specimen.bends.clone(),
         _ => parts.machine.sheath_bends()?,
     };
-    let controller = ArmController::new(robot, models, gains(variant, parts.gains.clone()), actuation)?
-        .with_sheath_bends(&bends)?;
-    if variant != CompensationVariant::ObserverNetwork {
-        return Ok(controller);
-    }
-    let residuals = calibrate_residuals(parts.specimen, models, parts.programmes, parts.seed)?;
-    Ok(controller.with_residuals(residuals.into_iter().map(|fit| fit.network).collect())?)
+    let controller = ArmController::new(robot, models, gains(variant, parts.gains.clone()), actuation)?;
+    Ok(controller.with_sheath_bends(&bends)?)
 }
 
 fn gains(variant: CompensationVariant, gains: ArmGains) -> ArmGains {
@@ -94,7 +87,6 @@ fn actuation_mode(
         CompensationVariant::NoObserver => ActuationMode::WinchSpeed(CableStateSource::Encoders),
         CompensationVariant::NoDisturbanceObserver
         | CompensationVariant::Observer
-        | CompensationVariant::ObserverNetwork
         | CompensationVariant::Perfect => ActuationMode::WinchSpeed(CableStateSource::Observer),
     })
 }

@@ -67,9 +67,7 @@ impl IdentifiedMachine {
     /// # Errors
     /// As [`ArmController::new`].
     pub fn controller(&self, variant: CompensationVariant) -> Result<Option<ArmController>, Error> {
-        let on_bench =
-            [CompensationVariant::Paper, CompensationVariant::ObserverNetwork, CompensationVariant::Perfect];
-        if on_bench.contains(&variant) {
+        if matches!(variant, CompensationVariant::Paper | CompensationVariant::Perfect) {
             return Ok(None);
         }
         self.of_variant(variant).map(Some)

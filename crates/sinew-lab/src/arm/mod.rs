@@ -9,7 +9,6 @@ mod largest_errors;
 mod outcome;
 mod plan;
 mod report;
-mod residual_network;
 mod stop_reason;
 #[cfg(test)]
 mod testing;
@@ -23,12 +22,11 @@ pub use feasibility::{InfeasibleMotion, first_infeasibility, infeasible_motion};
 pub use heat::{DriveHeat, drive_heat};
 pub use largest_errors::{JointShare, LargestError};
 pub use outcome::{MAX_END_POINT_ERROR_M, MAX_JOINT_ERROR_SHARE, TrackOutcome, max_end_point_error};
-pub use plan::{CLOSED_PATH_S, DesiredMotion, initial_pose, plan, plan_tour};
+pub use plan::{CLOSED_PATH_S, DesiredMotion, plan, plan_tour};
 pub use report::{
     ErrorRange, ErrorSpread, Hold, MuscleSpread, TrackHealth, TrackIncident, TrackJoint, TrackMode,
     TrackingNumbers,
 };
-pub use residual_network::{FarTensionError, ResidualFit, calibrate_residuals};
 pub use stop_reason::{fault_name, stop_reason};
 pub use trace::{Trace, TraceRow};
 pub use tracking::{

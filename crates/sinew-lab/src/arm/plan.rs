@@ -156,13 +156,3 @@ impl<'a> EndPoint<'a> {
         }
     }
 }
-
-/// The pose of the independent joints in which a trajectory begins.
-///
-/// # Errors
-/// As [`Trajectory::sample`].
-pub fn initial_pose(trajectory: &Trajectory) -> Result<Vec<f64>, Error> {
-    let mut first = Reference::new(trajectory.joints());
-    trajectory.sample(0.0, &mut first)?;
-    Ok(first.q)
-}

@@ -9,13 +9,12 @@ use sinew::body::Robot;
 use sinew::control::arm::resting_tensions;
 use sinew::control::arm::{
     ActuationMode, ArmController, ArmGains, ArmMeasurement, ArmStatus, CableStateSource, Fault,
-    PreviewedReference, ResidualNetwork,
+    PreviewedReference,
 };
 use sinew::control::compensation::Compensation;
 use sinew::drive::DriveCommand;
 use sinew::predictor::CableModel;
 use sinew::trajectory::{JointPath, MinimumJerk, Reference, TimeLaw, Trajectory};
-use sinew::transmission::{Perceptron, PerceptronWeights};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure, InjectedFault, Sensor, SensorFailure};
 use sinew_lab::experiment::arm::{TrackRun, track};
 use sinew_lab::experiment::{TrackRow, TrackSummary};
@@ -317,44 +316,6 @@ fn a_permanent_fault_is_identified_and_stops_the_arm_without_a_jump() {
     }
 }
 
-/// A network with a constant output.
-fn constant(inputs: usize, output: f64) -> Perceptron {
-    Perceptron::new(PerceptronWeights {
-        inputs,
-        hidden: 1,
-        input_weights: vec![1e-3; inputs],
-        hidden_bias: vec![0.0],
-        output_weights: vec![0.0],
-        output_bias: output,
-        skip: vec![],
-    })
-    .unwrap()
-}
-
-#[test]
-fn the_output_of_a_residual_network_is_added_to_the_observers_estimate_within_its_limit() {
-    let robot = lm_arm();
-    let specimen = ArmSpecimen::nominal(&lm_machine()).unwrap();
-    let goal = Reference { q: start(&robot), ..Reference::new(7) };
-    let goal = PreviewedReference { current: &goal, previewed: &goal, repeat_time: None };
-    let sample = ArmMeasurement { motor: &[0.5; 15], tension: &[60.0; 15], joint: &start(&robot) };
-    let believed = |said: f64| {
-        let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
-        let models = believed(&specimen);
-        let controller = ArmController::new(&robot, &models, gains(&models), way).unwrap();
-        let networks = vec![constant(ResidualNetwork::INPUTS, said); 15];
-        let mut controller = controller.with_residuals(networks).unwrap();
-        controller.step(1e-3, &sample, &goal).unwrap().estimated_tension.to_vec()
-    };
-    let without = believed(0.0);
-    for (said, counts) in [(1.5, 1.5), (100.0, ResidualNetwork::LIMIT_N), (-100.0, -ResidualNetwork::LIMIT_N)]
-    {
-        for (with, without) in believed(said).iter().zip(&without) {
-            assert!((with - without - counts).abs() < 1e-9, "{with} {without}");
-        }
-    }
-}
-
 #[test]
 fn a_controller_of_inconsistent_parts_is_refused() {
     let robot = lm_arm();
@@ -365,12 +326,6 @@ fn a_controller_of_inconsistent_parts_is_refused() {
     assert!(ArmController::new(&robot, &models, gains.clone(), way()).is_ok());
     assert!(ArmController::new(&robot, &models[..14], gains.clone(), way()).is_err());
     assert!(ArmController::new(&robot, &models, gains.clone(), ActuationMode::DriveTension(vec![])).is_err());
-    let with = |count: usize, inputs: usize| {
-        let controller = ArmController::new(&robot, &models, gains.clone(), way()).unwrap();
-        controller.with_residuals(vec![constant(inputs, 1.0); count])
-    };
-    assert!(with(15, ResidualNetwork::INPUTS).is_ok());
-    assert!(with(14, ResidualNetwork::INPUTS).is_err() && with(15, ResidualNetwork::INPUTS + 1).is_err());
     for change in [
         |g: &mut ArmGains| g.muscles[3].stretch_time_constant = 0.0,
         |g: &mut ArmGains| g.joints[2].bandwidth = f64::NAN,
@@ -398,7 +353,6 @@ fn for_any_measurements_commands_stay_finite_and_within_the_limits_of_a_winch() 
             limited.clone(),
             ActuationMode::WinchSpeed(CableStateSource::Observer),
         )
-        .and_then(|controller| controller.with_residuals(vec![constant(ResidualNetwork::INPUTS, 1.0); 15]))
         .unwrap();
         let goal = Reference { q: start(&robot), ..Reference::new(7) };
         let mut wild = |usual: f64| match random.bits() % (4 + seed) {

@@ -2,8 +2,8 @@
 
 use super::written::{WrittenDevice, WrittenEntry, WrittenObject, WrittenValue};
 use super::{
-    DataType, DescriptionError, DeviceDescription, EntryDescription, Identity, MailboxDescription,
-    ObjectCode, ObjectDescription, PdoDescription, PdoEntry, SyncManagerDescription,
+    DataType, DescriptionError, DeviceDescription, EntryDescription, ObjectCode, ObjectDescription,
+    PdoDescription,
 };
 use core::ops::Range;
 
@@ -50,39 +50,18 @@ impl Reader<'_> {
     }
 
     fn device(&self, written: WrittenDevice) -> Result<DeviceDescription, DescriptionError> {
-        let identity = written.identity;
-        let sync_managers = written.sync_manager.iter().map(|manager| SyncManagerDescription {
-            kind: manager.kind,
-            start: manager.start,
-            length: manager.length,
-            watchdog: manager.watchdog,
-        });
         Ok(DeviceDescription {
             origin: self.file.to_owned(),
-            identity: Identity {
-                vendor: identity.vendor,
-                product: identity.product,
-                revision: identity.revision,
-                serial: identity.serial,
-            },
+            identity: written.identity,
             title: written.title.unwrap_or_else(|| written.name.clone()),
             group: written.group.unwrap_or_else(|| "Simulated".to_owned()),
             name: written.name,
             profile: written.profile,
             memory: written.memory.unwrap_or(DEFAULT_MEMORY),
-            sync_managers: sync_managers.collect(),
+            sync_managers: written.sync_manager,
             fmmus: written.fmmus,
-            mailbox: written.mailbox.map(|mailbox| MailboxDescription {
-                information: mailbox.information,
-                complete_access: mailbox.complete_access,
-                assignment: mailbox.assignment,
-                mapping: mailbox.mapping,
-            }),
-            clock: written.clock.map(|clock| super::ClockDescription {
-                sync: clock.sync,
-                wide: clock.wide,
-                min_cycle_ns: clock.min_cycle_ns,
-            }),
+            mailbox: written.mailbox,
+            clock: written.clock,
             objects: written
                 .object
                 .into_iter()
@@ -96,15 +75,7 @@ impl Reader<'_> {
                     index: pdo.index,
                     assigned: pdo.assigned,
                     fixed: pdo.fixed,
-                    entries: pdo
-                        .entries
-                        .iter()
-                        .map(|(index, subindex, bits)| PdoEntry {
-                            index: *index,
-                            subindex: *subindex,
-                            bits: *bits,
-                        })
-                        .collect(),
+                    entries: pdo.entries,
                 })
                 .collect(),
             channels: written.channels,

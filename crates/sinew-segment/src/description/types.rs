@@ -1,9 +1,11 @@
 //! The description of a device: plain data, checked when a device is made from it.
 
 use super::{Access, DataType, Direction, FmmuUse, ObjectCode, PdoMappable, Profile, SyncManagerKind};
+use serde::Deserialize;
 
 /// Numbers by which masters recognise a device.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Identity {
     /// Vendor ID.
     pub vendor: u32,
@@ -12,24 +14,29 @@ pub struct Identity {
     /// Revision number.
     pub revision: u32,
     /// Serial number.
+    #[serde(default)]
     pub serial: u32,
 }
 
 /// A sync manager with its defaults.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SyncManagerDescription {
     /// What it carries.
     pub kind: SyncManagerKind,
     /// First octet in the device's memory.
     pub start: u16,
     /// Octets of a mailbox; process data take the length of their PDOs.
+    #[serde(default)]
     pub length: u16,
     /// Whether the process-data watchdog supervises it.
+    #[serde(default)]
     pub watchdog: bool,
 }
 
 /// What a mailbox can do besides SDO transfer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct MailboxDescription {
     /// Lists and descriptions of objects.
     pub information: bool,
@@ -42,7 +49,8 @@ pub struct MailboxDescription {
 }
 
 /// Distributed clocks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct ClockDescription {
     /// Synchronised operation is possible (SYNC0); otherwise receive times are measured and nothing else.
     pub sync: bool,
@@ -86,8 +94,9 @@ pub struct ObjectDescription {
     pub entries: Vec<EntryDescription>,
 }
 
-/// One object in a PDO; index 0 is a gap.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// One object in a PDO; index 0 is a gap. In a table `[index, subindex, bits]`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(from = "(u16, u8, u8)")]
 pub struct PdoEntry {
     /// Index of the object, 0 for a gap.
     pub index: u16,
@@ -95,6 +104,12 @@ pub struct PdoEntry {
     pub subindex: u8,
     /// Bits.
     pub bits: u8,
+}
+
+impl From<(u16, u8, u8)> for PdoEntry {
+    fn from((index, subindex, bits): (u16, u8, u8)) -> Self {
+        Self { index, subindex, bits }
+    }
 }
 
 /// Process data that are exchanged together.

@@ -1,6 +1,9 @@
 //! A table in TOML as written.
 
-use super::{Access, DataType, FmmuUse, ObjectCode, PdoMappable, Profile, SyncManagerKind};
+use super::{
+    Access, ClockDescription, DataType, FmmuUse, Identity, MailboxDescription, ObjectCode, PdoEntry,
+    PdoMappable, Profile, SyncManagerDescription,
+};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -13,64 +16,19 @@ pub(super) struct WrittenDevice {
     #[serde(default)]
     pub(super) profile: Profile,
     pub(super) memory: Option<u16>,
-    pub(super) identity: WrittenIdentity,
+    pub(super) identity: Identity,
     #[serde(default)]
     pub(super) fmmus: Vec<FmmuUse>,
-    pub(super) mailbox: Option<WrittenMailbox>,
-    pub(super) clock: Option<WrittenClock>,
+    pub(super) mailbox: Option<MailboxDescription>,
+    pub(super) clock: Option<ClockDescription>,
     #[serde(default)]
-    pub(super) sync_manager: Vec<WrittenSyncManager>,
+    pub(super) sync_manager: Vec<SyncManagerDescription>,
     #[serde(default)]
     pub(super) object: Vec<Spanned<WrittenObject>>,
     #[serde(default)]
     pub(super) pdo: Vec<WrittenPdo>,
     #[serde(default)]
     pub(super) channels: Vec<(u16, u8)>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct WrittenIdentity {
-    pub(super) vendor: u32,
-    pub(super) product: u32,
-    pub(super) revision: u32,
-    #[serde(default)]
-    pub(super) serial: u32,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct WrittenMailbox {
-    #[serde(default)]
-    pub(super) information: bool,
-    #[serde(default)]
-    pub(super) complete_access: bool,
-    #[serde(default)]
-    pub(super) assignment: bool,
-    #[serde(default)]
-    pub(super) mapping: bool,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct WrittenClock {
-    #[serde(default)]
-    pub(super) sync: bool,
-    #[serde(default)]
-    pub(super) wide: bool,
-    #[serde(default)]
-    pub(super) min_cycle_ns: u32,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct WrittenSyncManager {
-    pub(super) kind: SyncManagerKind,
-    pub(super) start: u16,
-    #[serde(default)]
-    pub(super) length: u16,
-    #[serde(default)]
-    pub(super) watchdog: bool,
 }
 
 /// Either one value (`type`) or several (`entries`).
@@ -127,6 +85,5 @@ pub(super) struct WrittenPdo {
     pub(super) assigned: bool,
     #[serde(default)]
     pub(super) fixed: bool,
-    /// Index, subindex, bits; index 0 is a gap.
-    pub(super) entries: Vec<(u16, u8, u8)>,
+    pub(super) entries: Vec<PdoEntry>,
 }

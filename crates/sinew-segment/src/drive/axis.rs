@@ -92,7 +92,6 @@ pub struct Drive {
     beyond_window_ns: u64,
     stopping_ns: u64,
     actual: (i32, i32, i16),
-    digital_inputs: u32,
     emergency: Option<Emergency>,
 }
 
@@ -109,7 +108,6 @@ impl Drive {
             beyond_window_ns: 0,
             stopping_ns: 0,
             actual: (0, 0, 0),
-            digital_inputs: 0,
             emergency: None,
         }
     }
@@ -148,11 +146,6 @@ impl Drive {
     /// sees them after the next [`Segment::advance`](crate::Segment::advance).
     pub fn set_actual(&mut self, position: i32, velocity: i32, torque: i16) {
         self.actual = (position, velocity, torque);
-    }
-
-    /// Digital inputs, object 0x60FD.
-    pub fn set_digital_inputs(&mut self, bits: u32) {
-        self.digital_inputs = bits;
     }
 
     /// The drive detects a fault; the fault reaction begins.
@@ -300,7 +293,6 @@ impl Drive {
         dictionary.set(objects.position, i64::from(self.actual.0));
         dictionary.set(objects.velocity, i64::from(self.actual.1));
         dictionary.set(objects.torque, i64::from(self.actual.2));
-        dictionary.set(objects.digital_inputs, i64::from(self.digital_inputs));
     }
 }
 

@@ -30,7 +30,6 @@ pub(super) struct Objects {
     pub(super) velocity_offset: Option<Slot>,
     pub(super) torque_offset: Option<Slot>,
     pub(super) following_error: Option<Slot>,
-    pub(super) digital_inputs: Option<Slot>,
     pub(super) target_velocity: Option<Slot>,
 }
 
@@ -63,7 +62,6 @@ impl Objects {
             velocity_offset: slot(0x60b1),
             torque_offset: slot(0x60b2),
             following_error: slot(0x60f4),
-            digital_inputs: slot(0x60fd),
             target_velocity: slot(0x60ff),
         }
     }

@@ -6,7 +6,6 @@ use super::vector::{
     add, add_scaled, cross, dot, product, quaternion_product, rotation_of, symmetric, unit_quaternion,
 };
 use crate::error::{Error, check_entries, check_length};
-use crate::math::tanh;
 
 impl Robot {
     /// Kinetic energy `v^T M v / 2`, armature included, J.
@@ -77,31 +76,6 @@ impl Robot {
             }
         }
         check_entries("tau", tau, self.nv())
-    }
-
-    /// Dry friction of the joints, smooth within `width` of rest.
-    ///
-    /// ```text
-    /// tau = -f tanh(v / width)
-    /// ```
-    ///
-    /// # Shapes
-    /// `v` and `tau: [nv]`; `width` in the unit of the velocities, above zero.
-    ///
-    /// # Errors
-    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite or the width not
-    /// above zero.
-    pub fn dry_friction(&self, v: &[f64], width: f64, tau: &mut [f64]) -> Result<(), Error> {
-        self.check_velocities("v", v)?;
-        crate::error::positive("width", width)?;
-        check_length("tau", tau.len(), self.nv())?;
-        for link in self.moving_links() {
-            let friction = self.parts().joints[link.joint].friction;
-            for k in link.v..link.v + link.kind.velocities() {
-                tau[k] = -friction * tanh(v[k] / width);
-            }
-        }
-        Ok(())
     }
 
     /// Deflection of a joint's spring along each of its velocities.

@@ -88,25 +88,6 @@ impl Robot {
         done
     }
 
-    /// Bias forces of velocity and gravity, `c(q, v) + g(q)`. MuJoCo's `qfrc_bias`.
-    ///
-    /// # Errors
-    /// As [`inverse_dynamics`](Robot::inverse_dynamics).
-    pub fn bias_force(
-        &self,
-        q: &[f64],
-        v: &[f64],
-        scratch: &mut Scratch,
-        tau: &mut [f64],
-    ) -> Result<(), Error> {
-        self.check_coordinates(q)?;
-        self.check_velocities("v", v)?;
-        let rest = core::mem::take(&mut scratch.rest);
-        let done = self.newton_euler(q, v, &rest, scale(-1.0, self.parts().gravity), scratch, tau);
-        scratch.rest = rest;
-        done
-    }
-
     /// Forces that balance gravity, `g(q)`.
     ///
     /// # Errors
@@ -115,25 +96,6 @@ impl Robot {
         self.check_coordinates(q)?;
         let rest = core::mem::take(&mut scratch.rest);
         let done = self.newton_euler(q, &rest, &rest, scale(-1.0, self.parts().gravity), scratch, tau);
-        scratch.rest = rest;
-        done
-    }
-
-    /// Coriolis and centrifugal forces, `c(q, v)`.
-    ///
-    /// # Errors
-    /// As [`inverse_dynamics`](Robot::inverse_dynamics).
-    pub fn velocity_force(
-        &self,
-        q: &[f64],
-        v: &[f64],
-        scratch: &mut Scratch,
-        tau: &mut [f64],
-    ) -> Result<(), Error> {
-        self.check_coordinates(q)?;
-        self.check_velocities("v", v)?;
-        let rest = core::mem::take(&mut scratch.rest);
-        let done = self.newton_euler(q, v, &rest, [0.0; 3], scratch, tau);
         scratch.rest = rest;
         done
     }

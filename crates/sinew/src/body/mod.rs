@@ -4,7 +4,6 @@
 //! [`Poses`]; the dynamics algorithms use a preallocated [`Scratch`] and write slices. One algorithm per
 //! file.
 
-mod chain;
 mod check;
 pub(crate) mod cholesky;
 mod coupling;
@@ -26,7 +25,6 @@ pub(crate) mod symmetric;
 mod tree;
 pub(crate) mod vector;
 
-pub use chain::{DhRow, DhTable};
 pub use coupling::Reduction;
 pub use geom::{Geom, GeomKind, MeshGeom, TriangleSurface};
 pub use kinematics::{MotionAxis, Pose, Poses};

@@ -236,7 +236,7 @@ fn strokes(machine: &Machine, dynamics: &mut MuscleDynamics) -> Result<Vec<f64>,
 mod tests {
     use super::*;
     use crate::body::{JointKind, PathElement, Robot, Site, TendonPath};
-    use crate::control::testing::{Slide, slides};
+    use crate::control::tests::{Slide, slides};
 
     /// So slow that nothing accelerates.
     const SLOW: SizingMotion = SizingMotion { period: 1e4, share: 1.0 };

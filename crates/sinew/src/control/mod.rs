@@ -12,4 +12,4 @@ pub mod supervisor;
 pub mod tension;
 
 #[cfg(test)]
-mod testing;
+mod tests;

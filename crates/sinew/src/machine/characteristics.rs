@@ -268,7 +268,7 @@ mod tests {
 
     #[test]
     fn the_modes_of_a_single_joint_are_those_of_springs_on_an_inertia() {
-        let robot = crate::muscle::testing::chain(false);
+        let robot = crate::muscle::tests::robots::chain(false);
         let mut model = MuscleDynamics::new(&robot).unwrap();
         let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12).unwrap();
         let laws = vec![law.clone(), law.clone(), law.clone()];
@@ -291,10 +291,10 @@ mod tests {
     #[test]
     fn a_muscle_crosses_the_joints_between_its_ends_and_those_that_a_crossed_follower_follows() {
         let each = [true, false, false, false, true, false, false, false, true];
-        assert_eq!(crossed_joints(&crate::muscle::testing::chain(false)), each);
+        assert_eq!(crossed_joints(&crate::muscle::tests::robots::chain(false)), each);
         // The last joint follows the second.
         assert_eq!(
-            crossed_joints(&crate::muscle::testing::chain(true)),
+            crossed_joints(&crate::muscle::tests::robots::chain(true)),
             [true, false, false, true, false, true]
         );
     }

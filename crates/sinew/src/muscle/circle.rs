@@ -169,30 +169,6 @@ pub(super) fn inside(ends: [Point; 2], radius: f64) -> Option<Touch> {
     Some(Touch { into, out, free, on: 0.0, angle, sense: 1_f64.copysign(cross(e0, e1)), graze: t })
 }
 
-/// Angular rates of the cable's directions where it arrives and leaves, from the velocities of its ends.
-///
-/// ```text
-/// sin b_i = r sin t / |e_i|,    directions at angles  phi_0 + pi - s b_0  and  phi_1 + s b_1
-/// inside: b_0 + b_1 - 2 t + G = 0;    around: t = pi/2
-/// ```
-///
-/// `phi_i` are the angles of the ends, `t` the grazing angle.
-pub(super) fn turning(ends: [Point; 2], moving: [Point; 2], touch: (f64, f64), radius: f64) -> [f64; 2] {
-    let (sense, t) = touch;
-    let (sine, cosine) = if t < FRAC_PI_2 { libm::sincos(t) } else { (1.0, 0.0) };
-    let squares = ends.map(|end| dot(end, end));
-    let phi = [0, 1].map(|i| cross(ends[i], moving[i]) / squares[i]);
-    let shares = squares.map(|square| radius / libm::sqrt(square));
-    // At the circle the angular rate is unbounded.
-    let steep = shares.map(|share| libm::sqrt((1.0 - share * share * sine * sine).max(1e-18)));
-    let own = [0, 1].map(|i| -shares[i] * dot(ends[i], moving[i]) / squares[i] * sine / steep[i]);
-    let pull = [0, 1].map(|i| shares[i] * cosine / steep[i]);
-    // Of the grazing angle, which does not count around, where `pull` is zero.
-    let rate = (own[0] + own[1] + sense * (phi[1] - phi[0])) / (2.0 - pull[0] - pull[1]);
-    let lean = [0, 1].map(|i| own[i] + pull[i] * rate);
-    [phi[0] - sense * lean[0], phi[1] + sense * lean[1]]
-}
-
 /// Root in `[0, pi/2]` of the concave function above, by Newton's iteration from where it is negative.
 fn grazing_angle(a: f64, b: f64, gap: f64) -> f64 {
     let mut t = FRAC_PI_2;

@@ -271,7 +271,7 @@ mod tests {
     #[test]
     fn inverse_and_forward_dynamics_agree_with_and_without_couplings() {
         for coupled in [false, true] {
-            let robot = crate::muscle::testing::chain(coupled);
+            let robot = crate::muscle::tests::robots::chain(coupled);
             let mut model = MuscleDynamics::new(&robot).unwrap();
             let n = model.joints();
             let value = |seed: usize, k: usize| 0.3 * libm::sin((seed * 7 + 3 * k) as f64);
@@ -301,7 +301,7 @@ mod tests {
     #[test]
     fn all_velocities_are_the_rates_of_all_coordinates_with_and_without_couplings() {
         for coupled in [false, true] {
-            let mut model = MuscleDynamics::new(&crate::muscle::testing::chain(coupled)).unwrap();
+            let mut model = MuscleDynamics::new(&crate::muscle::tests::robots::chain(coupled)).unwrap();
             let n = model.joints();
             let (u, v): (Vec<f64>, Vec<f64>) =
                 (0..n).map(|k| (0.2 + 0.1 * k as f64, 0.5 - 0.9 * k as f64)).unzip();

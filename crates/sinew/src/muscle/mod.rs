@@ -8,15 +8,11 @@ mod circle;
 mod dynamics;
 mod geometry;
 mod path;
-mod rate;
 mod sparse_arms;
 mod surface;
 #[cfg(test)]
-pub(crate) mod testing;
-#[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod topology;
 
 pub use dynamics::MuscleDynamics;
 pub use geometry::{Geometry, Muscles};
-pub use rate::MomentArmRates;

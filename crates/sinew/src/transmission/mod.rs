@@ -12,7 +12,6 @@ mod clamp_cell;
 mod dahl;
 mod elongation;
 mod lugre;
-mod maxwell_slip;
 mod network;
 mod play;
 mod pulley;
@@ -27,7 +26,6 @@ pub use clamp_cell::{Band, BasisTerm, Bound, Branch, ClampCell, ClampStep, satur
 pub use dahl::Dahl;
 pub use elongation::{Elongation, transmission_length};
 pub use lugre::{LuGre, LuGreStep};
-pub use maxwell_slip::{MaxwellSlip, SlipElement, SlipState};
 pub use network::{Perceptron, PerceptronWeights};
 pub use play::Play;
 pub use pulley::{Pulley, total_wrap_angle};

@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn references_estimates_and_errors_are_mapped_by_the_moment_arms_and_slip_follows_by_a_low_pass() {
-        let mut body = MuscleDynamics::new(&crate::muscle::testing::chain(false)).unwrap();
+        let mut body = MuscleDynamics::new(&crate::muscle::tests::robots::chain(false)).unwrap();
         body.evaluate(&[0.1, -0.2, 0.3]).unwrap();
         let mut joints =
             JointObserver::new(&vec![CableModel::bench(); 3], &ArmGains::for_tests(3, 3)).unwrap();

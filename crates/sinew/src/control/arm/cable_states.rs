@@ -1,11 +1,10 @@
 use super::open_loop::{Copied, Corrected, OpenLoopCables};
-use super::residual_network::ResidualNetwork;
 use crate::Error;
 use crate::error::check_length;
 use crate::muscle::MuscleDynamics;
 use crate::predictor::{CableEstimate, CableModel, CableObservers, CableSample};
+use crate::transmission::SheathBend;
 use crate::transmission::cable::{BothDirections, CableLaw};
-use crate::transmission::{Perceptron, SheathBend};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -27,8 +26,6 @@ pub(super) struct CableStates {
     open_loop: OpenLoopCables,
     samples: Vec<CableSample>,
     estimates: Vec<CableEstimate>,
-    /// Corrections of the observers: `[muscles]`, or none.
-    residuals: Vec<ResidualNetwork>,
     wraps: Vec<JointWrap>,
     /// Bends of the sheaths that pass joints: `[muscles]`, or none.
     bends: Vec<SheathBend>,
@@ -83,7 +80,6 @@ impl CableStates {
             open_loop: OpenLoopCables::new(models, joints)?,
             samples: vec![CableSample::default(); n],
             estimates: vec![CableEstimate::default(); n],
-            residuals: Vec::new(),
             wraps: models.iter().map(wrap).collect(),
             bends: Vec::new(),
             next_wrap: 0,
@@ -107,13 +103,6 @@ impl CableStates {
         self.wraps.iter_mut().for_each(|wrap| wrap.angle = f64::NAN);
         self.unexplained_speed.fill(0.0);
         self.unexplained.fill(0.0);
-    }
-
-    /// Adds a correction to every observer: `[muscles]`.
-    pub(super) fn set_residuals(&mut self, networks: Vec<Perceptron>) -> Result<(), Error> {
-        check_length("residuals", networks.len(), self.samples.len())?;
-        self.residuals = networks.into_iter().map(ResidualNetwork::new).collect::<Result<_, _>>()?;
-        Ok(())
     }
 
     /// Lets the bends of the sheaths follow the pose: `[muscles]`, each scaled to the bend for which its friction was
@@ -145,10 +134,6 @@ impl CableStates {
             *sample = CableSample { motor: motor[k], anchor: -length, tension_in: tension[k] };
         }
         self.observers.step(h, &self.samples, &mut self.estimates)?;
-        let estimates = self.estimates.iter_mut().zip(&self.samples);
-        for (residual, (estimate, sample)) in self.residuals.iter_mut().zip(estimates) {
-            estimate.tension_out += residual.step(h, sample, estimate)?;
-        }
         for (k, (estimate, sample)) in self.estimates.iter().zip(&self.samples).enumerate() {
             self.tension_in[k] = estimate.tension_in;
             self.known[k] = estimate.known;
@@ -252,7 +237,6 @@ mod tests {
     use super::*;
     use crate::body::{Robot, SheathGeometry};
     use crate::predictor::CableObserver;
-    use crate::transmission::PerceptronWeights;
     use crate::transmission::cable::{CablePath, Segment};
 
     const H: f64 = 1e-3;
@@ -262,7 +246,7 @@ mod tests {
 
     /// A chain whose cables leave their sheaths at an angle that depends on the pose.
     fn body() -> MuscleDynamics {
-        let mut parts = crate::muscle::testing::chain(false).parts().clone();
+        let mut parts = crate::muscle::tests::robots::chain(false).parts().clone();
         for tendon in &mut parts.tendons {
             let end_axis = Some([libm::cos(0.5), 0.0, libm::sin(0.5)]);
             tendon.sheath = Some(SheathGeometry { length: 0.5, bend: 1.0, end_axis });
@@ -373,31 +357,15 @@ mod tests {
         assert_eq!(states.set_sheath_bends(&[varying(0.5)]).unwrap_err(), wrong);
     }
 
-    fn constant_network(output_bias: f64) -> Perceptron {
-        let weights = PerceptronWeights {
-            inputs: ResidualNetwork::INPUTS,
-            hidden: 1,
-            input_weights: vec![0.0; ResidualNetwork::INPUTS],
-            hidden_bias: vec![0.0],
-            output_weights: vec![0.0],
-            output_bias,
-            skip: vec![],
-        };
-        Perceptron::new(weights).unwrap()
-    }
-
     /// Motor positions that pull by a tenth of a millimetre per cycle.
     fn pulled(k: u32) -> [f64; 3] {
         [1.0, 1.2, 0.8].map(|share| 1e-4 * share * f64::from(k))
     }
 
     #[test]
-    fn the_estimates_are_those_of_every_cables_own_observer_and_a_network_adds_to_the_far_tension_alone() {
+    fn the_estimates_are_those_of_every_cables_own_observer() {
         let body = body();
-        let (mut plain, mut corrected) =
-            (states(CableStateSource::Observer), states(CableStateSource::Observer));
-        let corrections = [1.5, -2.5, 0.5];
-        corrected.set_residuals(corrections.map(constant_network).to_vec()).unwrap();
+        let mut plain = states(CableStateSource::Observer);
         let mut observers: Vec<CableObserver> =
             models().iter().map(|model| CableObserver::new(model).unwrap()).collect();
         for (k, observer) in observers.iter_mut().enumerate() {
@@ -407,7 +375,6 @@ mod tests {
         for cycle in 0..100 {
             let motor = pulled(cycle);
             step(&mut plain, &motor, &body, &POSE);
-            step(&mut corrected, &motor, &body, &POSE);
             for (k, observer) in observers.iter_mut().enumerate() {
                 let sample =
                     CableSample { motor: motor[k], anchor: -body.lengths()[k], tension_in: TENSION[k] };
@@ -417,9 +384,6 @@ mod tests {
                     (plain.tension_in[k], expected.tension_in),
                     (plain.stretch[k], expected.stretch),
                     (plain.drag_factor[k], expected.drag_factor),
-                    (corrected.tension_out[k], expected.tension_out + corrections[k]),
-                    (corrected.tension_in[k], expected.tension_in),
-                    (corrected.stretch[k], expected.stretch),
                 ] {
                     assert!((found - expected).abs() < 1e-12, "{cycle} {k}: {found} {expected}");
                 }
@@ -431,8 +395,6 @@ mod tests {
             }
         }
         assert!(travel.iter().all(|travel| travel.abs() > 1e-4), "{travel:?}");
-        let wrong = Error::WrongLength { name: "residuals", expected: 3, got: 1 };
-        assert_eq!(plain.set_residuals(vec![constant_network(1.0)]).unwrap_err(), wrong);
     }
 
     #[test]

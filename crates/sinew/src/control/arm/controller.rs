@@ -19,7 +19,7 @@ use crate::error::check_length;
 use crate::muscle::MuscleDynamics;
 use crate::predictor::CableModel;
 use crate::trajectory::Reference;
-use crate::transmission::{Perceptron, SheathBend};
+use crate::transmission::SheathBend;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -184,18 +184,6 @@ impl ArmController {
     /// [`Error::OutOfDomain`] outside of (0, 3600].
     pub fn with_iterative_learning(mut self, duration: f64) -> Result<Self, Error> {
         self.actuation.set_learning(duration)?;
-        Ok(self)
-    }
-
-    /// Adds a network to every cable's observer that corrects its far tension by at most
-    /// [`ResidualNetwork::LIMIT_N`](super::ResidualNetwork::LIMIT_N): `[muscles]`. Without observers it has
-    /// no effect.
-    ///
-    /// # Errors
-    /// [`Error::WrongLength`] for networks of another number than muscles, or of other inputs than
-    /// [`ResidualNetwork`](super::ResidualNetwork)'s.
-    pub fn with_residuals(mut self, networks: Vec<Perceptron>) -> Result<Self, Error> {
-        self.cables.set_residuals(networks)?;
         Ok(self)
     }
 

@@ -186,7 +186,7 @@ mod tests {
 
     /// Three joints, each lifted by a muscle of its own, of 1 N to 140 N.
     fn crane() -> (Machine, Vec<CableLaw>, Vec<Vec<f64>>) {
-        let mut parts = crate::muscle::testing::chain(false).parts().clone();
+        let mut parts = crate::muscle::tests::robots::chain(false).parts().clone();
         parts.sites[0].position[0] = -0.05;
         let mut machine = Machine::of(&Robot::new(parts).unwrap()).unwrap();
         machine.muscles.iter_mut().for_each(|muscle| muscle.tension = [Some(1.0), Some(140.0)]);

@@ -169,7 +169,7 @@ mod tests {
     use crate::machine::{JointCharacteristics, MuscleCharacteristics};
 
     fn lever() -> Machine {
-        Machine::of(&crate::muscle::testing::chain(false)).unwrap()
+        Machine::of(&crate::muscle::tests::robots::chain(false)).unwrap()
     }
 
     /// With cables of this many times the bench's compliance.

@@ -151,7 +151,7 @@ mod tests {
 
     /// A chain whose second muscle crosses its last two joints, so that the cables couple them.
     fn coupled_by_a_cable() -> Robot {
-        let mut parts = crate::muscle::testing::chain(false).parts().clone();
+        let mut parts = crate::muscle::tests::robots::chain(false).parts().clone();
         parts.tendons[1].path = TendonPath::Spatial([PathElement::Site(2), PathElement::Site(5)].to_vec());
         Robot::new(parts).unwrap()
     }

@@ -74,7 +74,7 @@ mod tests {
 
     /// A chain whose second muscle crosses its last two joints, the last of them with a light body.
     fn light_chain() -> Robot {
-        let mut parts = crate::muscle::testing::chain(false).parts().clone();
+        let mut parts = crate::muscle::tests::robots::chain(false).parts().clone();
         parts.tendons[1].path = TendonPath::Spatial([PathElement::Site(2), PathElement::Site(5)].to_vec());
         parts.bodies[3].mass = 3e-3;
         parts.bodies[3].inertia = [1e-6, 1e-6, 1e-6, 0.0, 0.0, 0.0];

@@ -20,7 +20,6 @@ mod margins;
 mod open_loop;
 mod pace;
 mod period_cost;
-mod residual_network;
 mod resting_tensions;
 mod sensor_monitor;
 mod signals;
@@ -38,7 +37,6 @@ pub use held_winches::{LeastStable, MAX_UNSTABLE_RATE, UnheldPose, least_stable_
 pub use joint_limits::{ACCURACY_CHANGES, JointFigures, JointLimit, LimitedBy, joint_limits};
 pub use margins::DampingMargins;
 pub use period_cost::{PeriodCost, PeriodLimit, SlowestPeriod, max_unstable_rate};
-pub use residual_network::{ResidualInputs, ResidualNetwork};
 pub use resting_tensions::resting_tensions;
 pub use signals::{ArmCommand, ArmMeasurement, PreviewedReference};
 pub use status::{ArmStatus, Fault, Symptom};

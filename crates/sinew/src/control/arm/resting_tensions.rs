@@ -40,7 +40,7 @@ mod tests {
     #[test]
     fn at_rest_every_muscle_holds_its_joint_if_that_takes_a_fifth_above_its_least_tension_or_more() {
         // Each muscle has a joint of its own; the last two lift it.
-        let (robot, pose) = (crate::muscle::testing::chain(false), [0.1, 0.2, -0.3]);
+        let (robot, pose) = (crate::muscle::tests::robots::chain(false), [0.1, 0.2, -0.3]);
         let mut model = MuscleDynamics::new(&robot).unwrap();
         let mut torque = [0.0; 3];
         model.evaluate(&pose).unwrap();

@@ -241,7 +241,7 @@ mod tests {
 
     /// Three joints with a muscle each.
     fn lever() -> Machine {
-        Machine::of(&crate::muscle::testing::chain(false)).unwrap()
+        Machine::of(&crate::muscle::tests::robots::chain(false)).unwrap()
     }
 
     fn laws() -> Vec<CableLaw> {

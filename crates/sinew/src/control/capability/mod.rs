@@ -17,13 +17,12 @@
 //! | s       | +1 while the drive winds in, -1 while it pays out  | 1     |
 //! | F_drive | tension at the drive                               | N     |
 //!
-//! Small sets are given by vertices and facets, sets of any size by their support function and by the largest
-//! multiple of a load that they contain.
+//! Sets are given by their support function and by the largest multiple of a load that they contain, sets of two
+//! joints also by their outline.
 
 mod directions;
 mod holding;
 mod limits;
-mod linear;
 mod load;
 mod model;
 mod pose;
@@ -31,11 +30,10 @@ mod stiffness;
 #[cfg(test)]
 mod tests;
 mod torque_set;
-mod zonotope;
 
 pub use holding::{HeldPayload, TensionLimit};
 pub use limits::{CableMotion, SlidingState, anchor_limits};
 pub use load::{Binding, LargestLoad, LoadSearch};
 pub use model::{CapabilityModel, EndPointJacobian};
 pub use pose::{EndPointCapability, Extreme, JointCapability, PoseCapability};
-pub use torque_set::{Facet, Polytope, TorqueSet};
+pub use torque_set::TorqueSet;

@@ -3,7 +3,7 @@
 use super::directions::directions;
 use super::model::transposed;
 use super::*;
-use crate::control::testing::{Slide, slides};
+use crate::control::tests::{Slide, slides};
 use crate::machine::{Machine, MuscleDesign, Task};
 use crate::transmission::cable::CableParameters;
 use alloc::vec;

@@ -50,21 +50,6 @@ pub enum FaultKind {
     SensorDeviation = 21,
 }
 
-/// What is done about a fault.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reaction {
-    /// It is reported.
-    Report,
-    /// The estimates of the observers replace the sensor; the machine goes on.
-    Bridge,
-    /// As [`Bridge`](Self::Bridge), then [`SafeStop`](super::Mode::SafeStop).
-    BridgeThenStop,
-    /// [`Hold`](super::Mode::Hold).
-    Hold,
-    /// [`SafeStop`](super::Mode::SafeStop).
-    Stop,
-}
-
 impl FaultKind {
     /// All kinds, by their numbers, which begin with 1.
     pub const ALL: [Self; 21] = [
@@ -152,21 +137,6 @@ impl FaultKind {
             Self::SensorDeviation => "sensor_deviation",
         }
     }
-
-    /// What is done about it; a load cell alone never stops a machine.
-    #[must_use]
-    pub const fn reaction(self) -> Reaction {
-        match self {
-            Self::FrictionDrift | Self::PretensionDrift | Self::StiffnessDrift => Reaction::Report,
-            Self::SensorStuck
-            | Self::SensorLost
-            | Self::EncoderJump
-            | Self::SensorDeviation
-            | Self::LostCycles => Reaction::BridgeThenStop,
-            Self::StaleCommand => Reaction::Hold,
-            _ => Reaction::Stop,
-        }
-    }
 }
 
 #[cfg(test)]
@@ -196,7 +166,6 @@ mod tests {
                 (Symptom::Reported, FaultKind::SensorLost),
             ] {
                 assert_eq!(FaultKind::of(sensor, symptom), kind);
-                assert_eq!(kind.reaction(), Reaction::BridgeThenStop, "a sensor is bridged first");
             }
         }
     }

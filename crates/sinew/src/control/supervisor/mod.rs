@@ -19,7 +19,7 @@ mod threshold;
 mod transitions;
 
 pub use fault_code::{Counted, FaultCode, fault_codes_markdown};
-pub use fault_kind::{FaultKind, Reaction};
+pub use fault_kind::FaultKind;
 pub use health::{CableHealth, Drift};
 pub use limits::{Limits, MuscleLimits};
 pub use machine_supervisor::Supervisor;

@@ -23,9 +23,19 @@ pub(super) struct Field<T> {
     pub(super) set: fn(&mut T, f64),
 }
 
+/// One number: of a field, or, as `optional`, of a field that may be none.
+macro_rules! field {
+    ($key:literal, $domain:ident, optional $field:ident) => {
+        Field { key: $key, domain: $domain, get: |x| x.$field, set: |x, value| x.$field = Some(value) }
+    };
+    ($key:literal, $domain:ident, $field:ident) => {
+        Field { key: $key, domain: $domain, get: |x| Some(x.$field), set: |x, value| x.$field = value }
+    };
+}
+
 macro_rules! fields {
-    ($($key:literal: $domain:ident => $($field:ident).+),+ $(,)?) => {
-        &[$(Field { key: $key, domain: $domain, get: |x| Some(x.$($field).+), set: |x, value| x.$($field).+ = value }),+]
+    ($($key:literal: $domain:ident => $($field:ident)+),+ $(,)?) => {
+        &[$(field!($key, $domain, $($field)+)),+]
     };
 }
 
@@ -55,20 +65,10 @@ pub(super) const REDUCER: &[Field<ReducerLosses>] = fields![
 ];
 
 pub(super) const WINCH: &[Field<Winch>] = &[
-    Field { key: "radius_m", domain: POSITIVE, get: |w| Some(w.radius), set: |w, x| w.radius = x },
-    Field { key: "lead_m", domain: NON_NEGATIVE, get: |w| Some(w.lead), set: |w, x| w.lead = x },
-    Field {
-        key: "cable_diameter_m",
-        domain: POSITIVE,
-        get: |w| Some(w.cable_diameter),
-        set: |w, x| w.cable_diameter = x,
-    },
-    Field {
-        key: "turns_per_layer",
-        domain: POSITIVE,
-        get: |w| Some(w.turns_per_layer),
-        set: |w, x| w.turns_per_layer = x,
-    },
+    field!("radius_m", POSITIVE, radius),
+    field!("lead_m", NON_NEGATIVE, lead),
+    field!("cable_diameter_m", POSITIVE, cable_diameter),
+    field!("turns_per_layer", POSITIVE, turns_per_layer),
     // In 1..=8: the domain.
     Field {
         key: "layers",
@@ -103,102 +103,32 @@ pub(super) const LOAD_CELL: &[Field<LoadCell>] = fields![
     "range_n": POSITIVE => range,
 ];
 
-pub(super) const SAFETY: &[Field<SafetyLimits>] = &[
-    Field { key: "tension_n", domain: POSITIVE, get: |s| s.tension, set: |s, x| s.tension = Some(x) },
-    Field {
-        key: "tension_rate_n_per_s",
-        domain: POSITIVE,
-        get: |s| s.tension_rate,
-        set: |s, x| s.tension_rate = Some(x),
-    },
-    Field {
-        key: "cable_speed_m_per_s",
-        domain: POSITIVE,
-        get: |s| s.cable_speed,
-        set: |s, x| s.cable_speed = Some(x),
-    },
-    Field { key: "winding_c", domain: HOTTER_THAN_ROOM, get: |s| s.winding, set: |s, x| s.winding = Some(x) },
-    Field {
-        key: "joint_margin",
-        domain: NON_NEGATIVE,
-        get: |s| Some(s.joint_margin),
-        set: |s, x| s.joint_margin = x,
-    },
-    Field {
-        key: "take_up_speed_rad_per_s",
-        domain: POSITIVE,
-        get: |s| Some(s.take_up_speed),
-        set: |s, x| s.take_up_speed = x,
-    },
-    Field {
-        key: "pretension_time_s",
-        domain: POSITIVE,
-        get: |s| Some(s.pretension_time),
-        set: |s, x| s.pretension_time = x,
-    },
-    Field {
-        key: "largest_slack_rad",
-        domain: POSITIVE,
-        get: |s| Some(s.largest_slack),
-        set: |s, x| s.largest_slack = x,
-    },
-    Field {
-        key: "holding_time_s",
-        domain: NON_NEGATIVE,
-        get: |s| Some(s.holding_time),
-        set: |s, x| s.holding_time = x,
-    },
-    Field {
-        key: "lowering_speed_rad_per_s",
-        domain: POSITIVE,
-        get: |s| Some(s.lowering_speed),
-        set: |s, x| s.lowering_speed = x,
-    },
-    Field {
-        key: "lowering_time_s",
-        domain: POSITIVE,
-        get: |s| Some(s.lowering_time),
-        set: |s, x| s.lowering_time = x,
-    },
-    Field {
-        key: "bridged_loss_s",
-        domain: NON_NEGATIVE,
-        get: |s| Some(s.bridged_loss),
-        set: |s, x| s.bridged_loss = x,
-    },
-    Field {
-        key: "bridged_lateness_s",
-        domain: NON_NEGATIVE,
-        get: |s| Some(s.bridged_lateness),
-        set: |s, x| s.bridged_lateness = x,
-    },
-    Field { key: "lateness_s", domain: POSITIVE, get: |s| Some(s.lateness), set: |s, x| s.lateness = x },
-    Field {
-        key: "command_age_s",
-        domain: POSITIVE,
-        get: |s| Some(s.command_age),
-        set: |s, x| s.command_age = x,
-    },
-    Field {
-        key: "unattended_s",
-        domain: NON_NEGATIVE,
-        get: |s| Some(s.unattended),
-        set: |s, x| s.unattended = x,
-    },
+pub(super) const SAFETY: &[Field<SafetyLimits>] = fields![
+    "tension_n": POSITIVE => optional tension,
+    "tension_rate_n_per_s": POSITIVE => optional tension_rate,
+    "cable_speed_m_per_s": POSITIVE => optional cable_speed,
+    "winding_c": HOTTER_THAN_ROOM => optional winding,
+    "joint_margin": NON_NEGATIVE => joint_margin,
+    "take_up_speed_rad_per_s": POSITIVE => take_up_speed,
+    "pretension_time_s": POSITIVE => pretension_time,
+    "largest_slack_rad": POSITIVE => largest_slack,
+    "holding_time_s": NON_NEGATIVE => holding_time,
+    "lowering_speed_rad_per_s": POSITIVE => lowering_speed,
+    "lowering_time_s": POSITIVE => lowering_time,
+    "bridged_loss_s": NON_NEGATIVE => bridged_loss,
+    "bridged_lateness_s": NON_NEGATIVE => bridged_lateness,
+    "lateness_s": POSITIVE => lateness,
+    "command_age_s": POSITIVE => command_age,
+    "unattended_s": NON_NEGATIVE => unattended,
 ];
 
-pub(super) const TOLERANCES: &[Field<Tolerances>] = &[
-    Field { key: "mass", domain: BELOW_ONE, get: |t| Some(t.mass), set: |t, x| t.mass = x },
-    Field {
-        key: "attachment_m",
-        domain: NON_NEGATIVE,
-        get: |t| t.attachment,
-        set: |t, x| t.attachment = Some(x),
-    },
-    Field { key: "gain", domain: BELOW_ONE, get: |t| Some(t.gain), set: |t, x| t.gain = x },
-    Field { key: "bend_by_joint", domain: BELOW_ONE, get: |t| Some(t.bend), set: |t, x| t.bend = x },
-    Field { key: "zero_rad", domain: NON_NEGATIVE, get: |t| Some(t.zero), set: |t, x| t.zero = x },
-    Field { key: "zero_m", domain: NON_NEGATIVE, get: |t| Some(t.zero_slide), set: |t, x| t.zero_slide = x },
+pub(super) const TOLERANCES: &[Field<Tolerances>] = fields![
+    "mass": BELOW_ONE => mass,
+    "attachment_m": NON_NEGATIVE => optional attachment,
+    "gain": BELOW_ONE => gain,
+    "bend_by_joint": BELOW_ONE => bend,
+    "zero_rad": NON_NEGATIVE => zero,
+    "zero_m": NON_NEGATIVE => zero_slide,
 ];
 
 pub(super) const CONTROL: &[Field<ControlRules>] = fields![

@@ -89,20 +89,6 @@ fn springs_push_down_the_slope_of_their_energy_and_rest_where_they_are_relaxed()
 }
 
 #[test]
-fn dry_friction_opposes_the_motion_and_saturates_beyond_its_width() {
-    let robot = sprung(JointKind::Ball, &mut Random(22));
-    let mut tau = vec![0.0; robot.nv()];
-    for speed in [-1.0, -0.01, 0.002, 0.5] {
-        robot.dry_friction(&vec![speed; robot.nv()], 0.01, &mut tau).unwrap();
-        for (k, tau) in tau.iter().enumerate() {
-            let friction = if k < 6 { 1.4 } else { 2.4 };
-            assert!((tau + friction * f64::tanh(speed / 0.01)).abs() < 1e-9, "{speed} {k}: {tau}");
-        }
-    }
-    assert!(robot.dry_friction(&vec![0.1; robot.nv()], 0.0, &mut tau).is_err());
-}
-
-#[test]
 fn parts_are_found_by_their_names_and_joints_by_their_velocities() {
     let robot = Robot::new(parts("lm_arm")).unwrap();
     for (k, part) in robot.parts().bodies.iter().enumerate() {

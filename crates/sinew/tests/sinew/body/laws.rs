@@ -74,7 +74,7 @@ fn mass_rate_less_twice_coriolis_does_no_work() {
     for name in ALL {
         let robot = robot(name);
         let (nv, mut scratch) = (robot.nv(), Scratch::new(&robot));
-        let mut tau = vec![0.0; nv];
+        let (mut tau, mut gravity) = (vec![0.0; nv], vec![0.0; nv]);
         for _ in 0..10 {
             let (q, v) = (random.pose(&robot), random.vector(nv));
             // v^T M' v / 2 by differences of the kinetic energy along the motion.
@@ -87,8 +87,10 @@ fn mass_rate_less_twice_coriolis_does_no_work() {
             let rate = (8.0 * (energy_after(h, &mut scratch) - energy_after(-h, &mut scratch))
                 - (energy_after(2.0 * h, &mut scratch) - energy_after(-2.0 * h, &mut scratch)))
                 / (12.0 * h);
-            robot.velocity_force(&q, &v, &mut scratch, &mut tau).unwrap();
-            let power: f64 = tau.iter().zip(&v).map(|(tau, v)| tau * v).sum();
+            robot.inverse_dynamics(&q, &v, &vec![0.0; nv], &mut scratch, &mut tau).unwrap();
+            robot.gravity_force(&q, &mut scratch, &mut gravity).unwrap();
+            let coriolis = tau.iter().zip(&gravity).map(|(tau, gravity)| tau - gravity);
+            let power: f64 = coriolis.zip(&v).map(|(tau, v)| tau * v).sum();
             let scale = 1.0 + tau.iter().map(|tau| tau.abs()).sum::<f64>();
             assert!((rate - power).abs() < 1e-8 * scale, "{name}: {rate} {power}");
         }
@@ -227,48 +229,4 @@ fn a_joint_that_moves_no_mass_is_reported_by_its_index() {
     let (q, v, mut a) = (robot.reference_pose(), vec![0.0; nv], vec![0.0; nv]);
     let failed = robot.forward_dynamics(&q, &v, &v, &mut Scratch::new(&robot), &mut a).unwrap_err();
     assert!(failed.to_string().contains("joint number 6: the inertia it moves"), "{failed}");
-}
-
-#[test]
-fn a_dh_table_is_the_arms_and_leads_back_to_it() {
-    let arm = robot("lm_arm");
-    // The end of the hand and the table of the arm's design.
-    let mut parts = arm.parts().clone();
-    let tip = parts.sites.len();
-    parts.sites.push(sinew::body::Site {
-        name: "tip".into(),
-        body: arm.body("hand").unwrap(),
-        position: [0.0, 0.0, -0.26],
-        orientation: [1.0, 0.0, 0.0, 0.0],
-    });
-    let arm = Robot::new(parts).unwrap();
-    let table = arm.dh_table(tip).unwrap();
-    let lengths: f64 = table.rows.iter().map(|row| row.d.abs() + row.a.abs()).sum();
-    assert!((lengths - 0.33 - 0.39).abs() < 1e-12, "{table:?}");
-    for name in ["lm_arm", "chain7"] {
-        let (robot, site) = if name == "lm_arm" { (arm.clone(), tip) } else { with_tip(&robot(name)) };
-        let table = robot.dh_table(site).unwrap();
-        let chain = Robot::new(table.parts()).unwrap();
-        let (mut ours, mut theirs) = (Poses::new(&chain), Poses::new(&robot));
-        let mut random = Random(9);
-        for _ in 0..20 {
-            let q = random.pose(&robot);
-            chain.forward_kinematics(&q, &mut ours).unwrap();
-            robot.forward_kinematics(&q, &mut theirs).unwrap();
-            let ends = (chain.site_pose(&ours, 0).origin, robot.site_pose(&theirs, site).origin);
-            assert!(difference(&ends.0, &ends.1) < 1e-13, "{name}: {ends:?}");
-        }
-    }
-}
-
-fn with_tip(robot: &Robot) -> (Robot, usize) {
-    let mut parts = robot.parts().clone();
-    parts.sites.push(sinew::body::Site {
-        name: "tip".into(),
-        body: parts.bodies.len() - 1,
-        position: [0.1, 0.2, -0.3],
-        orientation: [1.0, 0.0, 0.0, 0.0],
-    });
-    let site = parts.sites.len() - 1;
-    (Robot::new(parts).unwrap(), site)
 }

@@ -9,4 +9,3 @@ mod laws;
 mod muscles;
 mod refused;
 mod robots;
-mod tables;

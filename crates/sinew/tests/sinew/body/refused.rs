@@ -5,7 +5,7 @@ use sinew::Error;
 use sinew::body::{
     Coupling, JointKind, Key, Parts, PathElement, Poses, Reduction, Robot, Scratch, TendonPath,
 };
-use sinew::muscle::{Geometry, MomentArmRates, Muscles};
+use sinew::muscle::{Geometry, Muscles};
 
 /// What `Robot::new` says to the arm after `change`.
 fn told(change: impl FnOnce(&mut Parts)) -> String {
@@ -114,7 +114,6 @@ fn wrong_lengths_and_numbers_that_are_not_finite_pass_no_boundary() {
     let (q, mut out) = ([0.0; 7], [0.0; 7]);
     let muscles = Muscles::new(&arm);
     let mut geometry = Geometry::new(&arm, &muscles);
-    let mut rates = MomentArmRates::new(&arm, &muscles);
     let wrong =
         |result: Result<(), Error>| assert!(matches!(result, Err(Error::WrongLength { .. })), "{result:?}");
     let outside = |result: Result<(), Error>| {
@@ -140,7 +139,6 @@ fn wrong_lengths_and_numbers_that_are_not_finite_pass_no_boundary() {
             outside(arm.inverse_dynamics(&q, &q, &bent, &mut scratch, &mut out));
             outside(arm.forward_dynamics(&q, &q, &bent, &mut scratch, &mut out));
             outside(muscles.evaluate(&bent, &mut geometry));
-            outside(muscles.moment_arm_rates(&geometry, &bent, &mut rates));
         }
     }
     // Another robot's room.

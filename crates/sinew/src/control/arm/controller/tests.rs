@@ -1,5 +1,5 @@
 use super::*;
-use crate::muscle::testing::lever;
+use crate::muscle::tests::robots::lever;
 
 const H: f64 = 1e-3;
 const REST: f64 = 0.2;

@@ -1,6 +1,6 @@
 use super::super::open_loop::{Corrected, OpenLoopCables};
 use super::*;
-use crate::muscle::testing::lever;
+use crate::muscle::tests::robots::lever;
 use crate::predictor::{CableModel, CableObservers, CableSample};
 
 /// s: control cycle, and time between two evaluations.

@@ -76,7 +76,7 @@ fn trace(
 }
 
 /// Five simulated logs with about `rows` samples each, one of them foreign, one with a gap.
-pub(super) fn simulated(rows: usize) -> IdentificationReport {
+pub(crate) fn simulated(rows: usize) -> IdentificationReport {
     let names =
         ["simulated_a.csv", "simulated_b.csv", "simulated_c.csv", "simulated_d.csv", "simulated_foreign.csv"];
     let mut traces = Vec::new();
@@ -98,7 +98,7 @@ pub(super) fn simulated(rows: usize) -> IdentificationReport {
 }
 
 /// One simulated file with `trials` trials, as a tool bench makes them.
-pub(super) fn many_trials(trials: usize, rows: usize) -> IdentificationReport {
+pub(crate) fn many_trials(trials: usize, rows: usize) -> IdentificationReport {
     let dt = 0.01;
     let make = |k: usize| {
         let trial = format!("load {} %, {:.1} Hz", 10 + 10 * (k % 10), 0.1 * (1 + k / 10) as f64);

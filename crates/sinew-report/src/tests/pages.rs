@@ -1,10 +1,10 @@
 //! Structure of every page: one design, names of what can be focused, at least two labels per axis, no request.
 
+use super::elements;
 use super::fixture::simulated;
-use super::robot::{ArmCurves, ArmJump, MuscleRow, RobotView};
-use super::scene::{SceneData, Scenery};
-use super::tests::elements;
-use super::tracking::{TrackView, sample::row};
+use crate::robot::{ArmCurves, ArmJump, MuscleRow, RobotView};
+use crate::scene::{SceneData, Scenery};
+use crate::tracking::{TrackView, sample::row};
 use sinew::body::Robot;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
@@ -18,7 +18,7 @@ fn robot(text: &str) -> Robot {
 }
 
 fn leg() -> Robot {
-    robot(include_str!("../../../models/planar_leg.toml"))
+    robot(include_str!("../../../../models/planar_leg.toml"))
 }
 
 /// A page of a robot with one moment arm that jumps.
@@ -57,7 +57,7 @@ fn robot_page(name: &str) -> String {
         scene,
         start: 0,
     };
-    super::robot::page(&view).unwrap()
+    crate::robot::page(&view).unwrap()
 }
 
 fn numbers(end_point: bool) -> TrackingNumbers {
@@ -130,12 +130,12 @@ fn track_page(end_point: bool, name: &str) -> String {
         paper: end_point,
         robot: None,
     };
-    super::tracking::page(&view, "a run", "simulated").unwrap()
+    crate::tracking::page(&view, "a run", "simulated").unwrap()
 }
 
 fn pages() -> Vec<(&'static str, String)> {
     vec![
-        ("identification", super::render(&simulated(400)).unwrap()),
+        ("identification", crate::render(&simulated(400)).unwrap()),
         ("robot", robot_page("leg")),
         ("track", track_page(true, "hamstrings")),
         ("track of joints", track_page(false, "hamstrings")),
@@ -273,7 +273,7 @@ fn spikes_that_are_not_scored_do_not_set_the_scale() {
         assert!(!unscored.is_empty(), "guard");
         unscored.into_iter().for_each(|i| (trace.far[i], trace.near[i]) = (500.0, -900.0));
     }
-    let (clean, spiked) = (super::render(&clean).unwrap(), super::render(&spiked).unwrap());
+    let (clean, spiked) = (crate::render(&clean).unwrap(), crate::render(&spiked).unwrap());
     for (a, b) in ends(&clean).into_iter().zip(ends(&spiked)) {
         assert!((a - b).abs() < 1e-9, "{a} {b}");
     }
@@ -281,7 +281,7 @@ fn spikes_that_are_not_scored_do_not_set_the_scale() {
 
 #[test]
 fn every_input_is_drawn() {
-    let page = super::render(&simulated(400)).unwrap();
+    let page = crate::render(&simulated(400)).unwrap();
     let data = page.split("id=\"data\">").nth(1).unwrap().split("</script>").next().unwrap();
     let data: serde_json::Value = serde_json::from_str(data).unwrap();
     assert_eq!(data["inputs"].as_array().unwrap().len(), 2);
