@@ -210,7 +210,7 @@ mod tests {
         let flags = |k: usize| found[k].1.iter().map(String::as_str).collect::<Vec<_>>();
         assert_eq!((found[0].0.as_str(), flags(0)), ("identify", vec!["--far", "--out", "--time"]));
         assert_eq!((found[1].0.as_str(), flags(1)), ("predict", vec!["--out"]));
-        assert_eq!((found[2].0.as_str(), flags(2)), ("arm", vec![]));
+        assert_eq!((found[2].0.as_str(), flags(2)), ("machine", vec![]));
         assert_eq!((found[3].0.as_str(), flags(3)), ("bench run", vec!["--out", "--speeds"]));
     }
 
