@@ -84,7 +84,8 @@ pub(crate) const LINEAR: &str = "linear";
 /// Name of the axis without networks.
 const INERTIA: &str = "inertia";
 
-/// The candidates named, or without a name all but, where no inertia shows, those of an axis. Beside them the constant and the linear regression, as references where they are not named.
+/// The candidates named, or without a name all but, where no inertia shows, those of an axis. Beside them the constant
+/// and the linear regression, as references where they are not named.
 ///
 /// # Errors
 /// [`Error::UnknownModel`] for a name that no candidate has.

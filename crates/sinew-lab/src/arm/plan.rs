@@ -3,8 +3,8 @@
 use crate::Error;
 use sinew::machine::{Machine, Task};
 use sinew::trajectory::{
-    EndPointPath, Infeasibility, JointPath, JointWaypoint, MinimumJerk, Redundancy, Reference, Sequence,
-    TimeLaw, Trajectory, Waypoint, feasible_tour, split_at_rests, through_joint_waypoints,
+    EndPointPath, Infeasibility, JointPath, JointWaypoint, MinimumJerk, Redundancy, Sequence, TimeLaw,
+    Trajectory, Waypoint, feasible_tour, split_at_rests, through_joint_waypoints,
 };
 
 /// Turns of a closed path: the two periods of `yuan2023`.
