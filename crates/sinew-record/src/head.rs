@@ -7,7 +7,7 @@ use sinew::machine::{self, Device, DeviceRole, DriveDevice, Machine};
 use sinew_session::signals::{Axis, Kind, Resolution, Signal, fault_of};
 
 /// Version of the format that this crate writes, and the newest that it reads.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 /// Cycles of a millisecond between two values of a slow column; see [`Head::cycles_of`].
 pub const STRIDE: u64 = 20;
 /// Cycles of a millisecond in a block, at most: what a recording loses at most where its writer is killed, with what is

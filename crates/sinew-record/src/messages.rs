@@ -4,7 +4,7 @@ use prost::Message;
 
 /// See `schemas/sinew/record.proto`.
 #[derive(Clone, PartialEq, Message)]
-pub(crate) struct Cycles {
+pub(crate) struct BlockMessage {
     #[prost(uint64, tag = "1")]
     pub(crate) first: u64,
     #[prost(uint32, tag = "2")]
@@ -25,6 +25,8 @@ pub(crate) struct Cycles {
     pub(crate) link: Vec<LinkInput>,
     #[prost(uint64, tag = "10")]
     pub(crate) dropped_link: u64,
+    #[prost(uint32, repeated, tag = "11")]
+    pub(crate) grids: Vec<u32>,
 }
 
 /// See `schemas/sinew/record.proto`.
@@ -47,37 +49,62 @@ pub(crate) struct Column {
     pub(crate) residuals: Vec<u8>,
 }
 
-/// See `schemas/sinew/record.proto`.
+/// `google.protobuf.FileDescriptorSet`.
 #[derive(Clone, PartialEq, Message)]
-pub(crate) struct State {
-    #[prost(message, optional, tag = "1")]
-    pub(crate) timestamp: Option<Timestamp>,
-    #[prost(float, repeated, tag = "2")]
-    pub(crate) joint_reference: Vec<f32>,
-    #[prost(float, repeated, tag = "3")]
-    pub(crate) joint_measured: Vec<f32>,
-    #[prost(float, repeated, tag = "4")]
-    pub(crate) joint_estimated: Vec<f32>,
-    #[prost(float, repeated, tag = "5")]
-    pub(crate) joint_true: Vec<f32>,
-    #[prost(float, repeated, tag = "6")]
-    pub(crate) tension_desired_n: Vec<f32>,
-    #[prost(float, repeated, tag = "7")]
-    pub(crate) tension_estimated_n: Vec<f32>,
-    #[prost(float, repeated, tag = "8")]
-    pub(crate) tension_true_n: Vec<f32>,
-    #[prost(float, repeated, tag = "9")]
-    pub(crate) tension_measured_n: Vec<f32>,
-    #[prost(float, repeated, tag = "10")]
-    pub(crate) cable_position_m: Vec<f32>,
-    #[prost(float, repeated, tag = "11")]
-    pub(crate) command: Vec<f32>,
-    #[prost(uint32, tag = "12")]
-    pub(crate) status: u32,
-    #[prost(float, tag = "13")]
-    pub(crate) wake_up_us: f32,
-    #[prost(float, tag = "14")]
-    pub(crate) busy_us: f32,
+pub(crate) struct DescriptorSet {
+    #[prost(message, repeated, tag = "1")]
+    pub(crate) file: Vec<DescriptorFile>,
+}
+
+/// `google.protobuf.FileDescriptorProto`.
+#[derive(Clone, PartialEq, Message)]
+pub(crate) struct DescriptorFile {
+    #[prost(string, tag = "1")]
+    pub(crate) name: String,
+    #[prost(string, tag = "2")]
+    pub(crate) package: String,
+    #[prost(message, repeated, tag = "4")]
+    pub(crate) message_type: Vec<Descriptor>,
+    #[prost(string, tag = "12")]
+    pub(crate) syntax: String,
+}
+
+/// `google.protobuf.DescriptorProto`.
+#[derive(Clone, PartialEq, Message)]
+pub(crate) struct Descriptor {
+    #[prost(string, tag = "1")]
+    pub(crate) name: String,
+    #[prost(message, repeated, tag = "2")]
+    pub(crate) field: Vec<FieldDescriptor>,
+    #[prost(message, repeated, tag = "3")]
+    pub(crate) nested_type: Vec<Descriptor>,
+}
+
+/// `google.protobuf.FieldDescriptorProto`.
+#[derive(Clone, PartialEq, Message)]
+pub(crate) struct FieldDescriptor {
+    #[prost(string, tag = "1")]
+    pub(crate) name: String,
+    #[prost(int32, tag = "3")]
+    pub(crate) number: i32,
+    #[prost(int32, tag = "4")]
+    pub(crate) label: i32,
+    #[prost(int32, tag = "5")]
+    pub(crate) kind: i32,
+    #[prost(string, tag = "6")]
+    pub(crate) type_name: String,
+}
+
+impl FieldDescriptor {
+    /// An optional double.
+    pub(crate) fn double(name: String, number: i32) -> Self {
+        Self { name, number, label: 1, kind: 1, type_name: String::new() }
+    }
+
+    /// A double, or the message of its type name.
+    pub(crate) fn typed(self, double: bool) -> Self {
+        Self { kind: if double { 1 } else { 11 }, ..self }
+    }
 }
 
 /// `google.protobuf.Timestamp`.
