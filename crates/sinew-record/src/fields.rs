@@ -105,6 +105,21 @@ impl Fields {
         Some(())
     }
 
+    /// Part and path of the number of every column.
+    pub(crate) fn paths(&self, columns: usize) -> Vec<(String, String)> {
+        let mut paths = vec![(String::new(), String::new()); columns];
+        for (name, field) in identifiers(self.0.iter().map(|field| &*field.name)).zip(&self.0) {
+            let parts = identifiers(field.parts.iter().map(String::as_str));
+            for ((column, part), path) in field.columns.iter().zip(&field.parts).zip(parts) {
+                paths[*column] = (part.clone(), format!("{name}.{path}"));
+            }
+            if let (true, [column]) = (field.parts.is_empty(), &field.columns[..]) {
+                paths[*column].1 = name;
+            }
+        }
+        paths
+    }
+
     /// A `FileDescriptorSet` with the message of a name in the package `sinew`.
     pub(crate) fn schema(&self, message: &str) -> Vec<u8> {
         let (mut fields, mut nested) = (Vec::new(), Vec::new());
