@@ -145,7 +145,7 @@ pub(crate) fn take_checks(checks: &mut [Hasher]) -> Vec<u32> {
 }
 
 /// Consecutive cycles of a recording.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Block {
     /// Index of the first cycle.
     pub first: u64,

@@ -4,9 +4,10 @@
 //! that of the message.
 
 use crate::head::ColumnSpec;
-use crate::messages::{Descriptor, DescriptorFile, DescriptorSet, FieldDescriptor};
 use prost::Message;
 use prost::encoding::{WireType, decode_key, decode_varint, encode_key, encode_varint};
+use prost_types::field_descriptor_proto::{Label, Type};
+use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
 use sinew_session::signals::Signal;
 
 /// Signals whose numbers change in every cycle come first: the rest of a message then is one match for the compression.
@@ -123,26 +124,40 @@ impl Fields {
     /// A `FileDescriptorSet` with the message of a name in the package `sinew`.
     pub(crate) fn schema(&self, message: &str) -> Vec<u8> {
         let (mut fields, mut nested) = (Vec::new(), Vec::new());
-        for (name, field) in identifiers(self.0.iter().map(|field| &*field.name)).zip(&self.0) {
-            let whole = field.parts.is_empty();
-            let type_name =
-                if whole { String::new() } else { format!(".sinew.{message}.{}", type_of(&name)) };
-            if !whole {
+        for ((name, field), k) in identifiers(self.0.iter().map(|field| &*field.name)).zip(&self.0).zip(1..) {
+            let type_name = (!field.parts.is_empty()).then(|| format!("Of_{name}"));
+            if let Some(type_name) = &type_name {
                 let parts = identifiers(field.parts.iter().map(String::as_str));
-                let parts = parts.zip(1..).map(|(name, k)| FieldDescriptor::double(name, k)).collect();
-                nested.push(Descriptor { name: type_of(&name), field: parts, nested_type: Vec::new() });
+                let parts = parts.zip(1..).map(|(name, k)| described(name, k, None)).collect();
+                let name = Some(type_name.clone());
+                nested.push(DescriptorProto { name, field: parts, ..DescriptorProto::default() });
             }
-            let number = fields.len() as i32 + 1;
-            fields.push(FieldDescriptor { type_name, ..FieldDescriptor::double(name, number) }.typed(whole));
+            fields.push(described(name, k, type_name.map(|name| format!(".sinew.{message}.{name}"))));
         }
-        let descriptor = Descriptor { name: message.to_owned(), field: fields, nested_type: nested };
-        let file = DescriptorFile {
-            name: format!("sinew/{message}.proto"),
-            package: "sinew".to_owned(),
-            message_type: vec![descriptor],
-            syntax: "proto3".to_owned(),
+        let name = Some(message.to_owned());
+        let message_type =
+            vec![DescriptorProto { name, field: fields, nested_type: nested, ..DescriptorProto::default() }];
+        let file = FileDescriptorProto {
+            name: Some(format!("sinew/{message}.proto")),
+            package: Some("sinew".to_owned()),
+            message_type,
+            syntax: Some("proto3".to_owned()),
+            ..FileDescriptorProto::default()
         };
-        DescriptorSet { file: vec![file] }.encode_to_vec()
+        FileDescriptorSet { file: vec![file] }.encode_to_vec()
+    }
+}
+
+/// A double, or the message of a type.
+fn described(name: String, number: i32, type_name: Option<String>) -> FieldDescriptorProto {
+    let kind = if type_name.is_some() { Type::Message } else { Type::Double };
+    FieldDescriptorProto {
+        name: Some(name),
+        number: Some(number),
+        label: Some(Label::Optional as i32),
+        r#type: Some(kind as i32),
+        type_name,
+        ..FieldDescriptorProto::default()
     }
 }
 
@@ -150,11 +165,6 @@ fn number(bytes: &mut &[u8]) -> Option<f64> {
     let (number, rest) = bytes.split_first_chunk()?;
     *bytes = rest;
     Some(f64::from_le_bytes(*number))
-}
-
-/// Name of the type of a field with parts, apart from all fields' names.
-fn type_of(field: &str) -> String {
-    format!("Of_{field}")
 }
 
 /// Names as Protocol Buffers allow them, none twice, not even in another spelling of capitals and underscores.

@@ -49,64 +49,6 @@ pub(crate) struct Column {
     pub(crate) residuals: Vec<u8>,
 }
 
-/// `google.protobuf.FileDescriptorSet`.
-#[derive(Clone, PartialEq, Message)]
-pub(crate) struct DescriptorSet {
-    #[prost(message, repeated, tag = "1")]
-    pub(crate) file: Vec<DescriptorFile>,
-}
-
-/// `google.protobuf.FileDescriptorProto`.
-#[derive(Clone, PartialEq, Message)]
-pub(crate) struct DescriptorFile {
-    #[prost(string, tag = "1")]
-    pub(crate) name: String,
-    #[prost(string, tag = "2")]
-    pub(crate) package: String,
-    #[prost(message, repeated, tag = "4")]
-    pub(crate) message_type: Vec<Descriptor>,
-    #[prost(string, tag = "12")]
-    pub(crate) syntax: String,
-}
-
-/// `google.protobuf.DescriptorProto`.
-#[derive(Clone, PartialEq, Message)]
-pub(crate) struct Descriptor {
-    #[prost(string, tag = "1")]
-    pub(crate) name: String,
-    #[prost(message, repeated, tag = "2")]
-    pub(crate) field: Vec<FieldDescriptor>,
-    #[prost(message, repeated, tag = "3")]
-    pub(crate) nested_type: Vec<Descriptor>,
-}
-
-/// `google.protobuf.FieldDescriptorProto`.
-#[derive(Clone, PartialEq, Message)]
-pub(crate) struct FieldDescriptor {
-    #[prost(string, tag = "1")]
-    pub(crate) name: String,
-    #[prost(int32, tag = "3")]
-    pub(crate) number: i32,
-    #[prost(int32, tag = "4")]
-    pub(crate) label: i32,
-    #[prost(int32, tag = "5")]
-    pub(crate) kind: i32,
-    #[prost(string, tag = "6")]
-    pub(crate) type_name: String,
-}
-
-impl FieldDescriptor {
-    /// An optional double.
-    pub(crate) fn double(name: String, number: i32) -> Self {
-        Self { name, number, label: 1, kind: 1, type_name: String::new() }
-    }
-
-    /// A double, or the message of its type name.
-    pub(crate) fn typed(self, double: bool) -> Self {
-        Self { kind: if double { 1 } else { 11 }, ..self }
-    }
-}
-
 /// `google.protobuf.Timestamp`.
 #[derive(Clone, Copy, PartialEq, Message)]
 pub(crate) struct Timestamp {
