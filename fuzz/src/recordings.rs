@@ -6,7 +6,8 @@ use sinew_record::Recording;
 /// Reads `bytes` as a recording in both ways.
 pub fn read_recording(bytes: &[u8]) {
     check(bytes);
-    check(&enveloped(bytes));
+    check(&enveloped(bytes, 1, &[b"/sinew/cycles"]));
+    check(&enveloped(bytes, 2, &[b"/sinew/block", b"/sinew/cycle", b"/sinew/slow"]));
 }
 
 /// Whatever is accepted has columns of one length.
@@ -27,12 +28,15 @@ fn check(bytes: &[u8]) {
     }
 }
 
-/// The bytes as a block of a small machine's recording.
-fn enveloped(block: &[u8]) -> Vec<u8> {
-    let head = br#"{"format":1,"program":"","commit":"","simulated":false,"virtual_time":true,"start_ns":0,
-        "period_ns":1000000,"stride":20,"machine":"m","muscles":["a"],"joints":[{"name":"j","unit":"rad"}],
-        "fast":[{"name":"x","coding":{"exact":[{"scale":0.1}]}},{"name":"y","coding":{"rounded":0.5}}],
-        "slow":[{"name":"z","coding":{"rounded":0.5}}]}"#;
+/// The bytes as the messages of a small machine's recording.
+fn enveloped(bytes: &[u8], format: u8, topics: &[&[u8]]) -> Vec<u8> {
+    let head = format!(
+        r#"{{"format":{format},"program":"","commit":"","simulated":false,"virtual_time":true,"start_ns":0,
+        "period_ns":1000000,"stride":20,"machine":"m","muscles":["a"],"joints":[{{"name":"j","unit":"rad"}}],
+        "fast":[{{"name":"x:a","coding":{{"exact":[{{"scale":0.1}}]}}}},{{"name":"y","coding":{{"rounded":0.5}}}}],
+        "slow":[{{"name":"z","coding":{{"rounded":0.5}}}}]}}"#
+    );
+    let head = head.as_bytes();
     let mut file = Vec::from(*b"\x89MCAP0\r\n");
     let mut attachment = vec![0; 16];
     text(&mut attachment, b"head.json");
@@ -42,15 +46,23 @@ fn enveloped(block: &[u8]) -> Vec<u8> {
     attachment.extend(0_u32.to_le_bytes());
     record(&mut file, 0x09, &attachment);
     let mut records = Vec::new();
-    let mut channel = vec![1, 0, 0, 0];
-    text(&mut channel, b"/sinew/cycles");
-    text(&mut channel, b"protobuf");
-    channel.extend(0_u32.to_le_bytes());
-    record(&mut records, 0x04, &channel);
-    let mut message = vec![1, 0];
-    message.extend([0; 20]);
-    message.extend(block);
-    record(&mut records, 0x05, &message);
+    // Parts of the bytes, split where they say.
+    let mut rest = bytes;
+    for (id, topic) in (1..).zip(topics) {
+        let mut channel = vec![id, 0, 0, 0];
+        text(&mut channel, topic);
+        text(&mut channel, b"protobuf");
+        channel.extend(0_u32.to_le_bytes());
+        record(&mut records, 0x04, &channel);
+        let last = usize::from(id) == topics.len();
+        let length = if last { rest.len() } else { rest.split_off_first().map_or(0, |n| usize::from(*n)) };
+        let (part, others) = rest.split_at(length.min(rest.len()));
+        rest = others;
+        let mut message = vec![id, 0];
+        message.extend([0; 20]);
+        message.extend(part);
+        record(&mut records, 0x05, &message);
+    }
     let mut chunk = vec![0; 16];
     chunk.extend((records.len() as u64).to_le_bytes());
     chunk.extend(0_u32.to_le_bytes());

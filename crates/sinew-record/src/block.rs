@@ -1,10 +1,11 @@
-//! Consecutive cycles as one message, and back.
+//! Consecutive cycles as the messages of a chunk, and back.
 
 use crate::error::Error;
-use crate::grid::{join, round, split, unround};
+use crate::fields::Fields;
+use crate::grid::{Grid, round, shorten, snapped};
 use crate::head::{Coding, ColumnSpec, Head};
-use crate::messages::{Column, Cycles};
-use crate::{column, head};
+use crate::messages::BlockMessage;
+use crate::{format1, head};
 use crc32fast::Hasher;
 use sinew_runtime::link::CycleInput;
 use sinew_session::signals::{FrameLayout, Signal};
@@ -79,35 +80,45 @@ impl BlockBuilder {
         }
     }
 
+    /// Index of the first cycle.
+    pub(crate) fn first(&self) -> u64 {
+        self.first
+    }
+
     /// Index of the cycle after the last one.
     pub(crate) fn end(&self) -> u64 {
         self.first + self.count as u64
     }
 
-    /// When the last cycle was to begin, us since the first one.
-    pub(crate) fn last_deadline_us(&self) -> f64 {
-        self.fast.first().and_then(|column| column.last()).copied().unwrap_or(0.0)
-    }
-
-    /// The message of what was collected; nothing is collected afterwards.
-    pub(crate) fn take(&mut self, head: &Head, dropped: u64) -> Cycles {
-        let fast = head.fast.iter().zip(&self.fast).flat_map(|(spec, values)| encode(spec, values));
-        let slow = head.slow.iter().zip(&self.slow).flat_map(|(spec, values)| encode(spec, values));
-        let message = Cycles {
+    /// The message of the block, and short numbers for its columns; nothing is collected afterwards.
+    pub(crate) fn take(&mut self, head: &Head, dropped: u64) -> (BlockMessage, [Vec<Vec<f64>>; 2]) {
+        let mut grids = Vec::new();
+        let mut short = |specs: &[ColumnSpec], columns: &mut [Vec<f64>]| {
+            let pairs = specs.iter().zip(columns);
+            let kept = pairs.map(|(spec, values)| {
+                let (short, grid) = match &spec.coding {
+                    Coding::Rounded(resolution) => (round(values, *resolution), 1),
+                    Coding::Exact(grids) => shorten(values, grids),
+                };
+                values.clear();
+                grids.push(grid);
+                short
+            });
+            kept.collect::<Vec<_>>()
+        };
+        let columns = [short(&head.fast, &mut self.fast), short(&head.slow, &mut self.slow)];
+        let message = BlockMessage {
             first: self.first,
             count: self.count as u32,
-            fast: fast.collect(),
-            slow: slow.collect(),
             cycle_checks: std::mem::take(&mut self.cycle_checks),
             command_checks: take_checks(&mut self.command_checks),
             reference_checks: take_checks(&mut self.reference_checks),
             dropped,
-            link: Vec::new(),
-            dropped_link: 0,
+            grids,
+            ..BlockMessage::default()
         };
         self.count = 0;
-        self.fast.iter_mut().chain(&mut self.slow).for_each(Vec::clear);
-        message
+        (message, columns)
     }
 }
 
@@ -133,19 +144,8 @@ pub(crate) fn take_checks(checks: &mut [Hasher]) -> Vec<u32> {
     checks.iter_mut().map(|check| std::mem::take(check).finalize()).collect()
 }
 
-/// One column, or for exact numbers counts and deviations.
-fn encode(spec: &ColumnSpec, values: &[f64]) -> Vec<Column> {
-    match &spec.coding {
-        Coding::Rounded(resolution) => vec![column::encode(&round(values, *resolution), 0)],
-        Coding::Exact(grids) => {
-            let (counts, rest, number) = split(values, grids);
-            vec![column::encode(&counts, number), column::encode(&rest, 0)]
-        }
-    }
-}
-
 /// Consecutive cycles of a recording.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Block {
     /// Index of the first cycle.
     pub first: u64,
@@ -170,8 +170,14 @@ pub struct Block {
 }
 
 impl Block {
-    /// Decodes a message at a place in a file.
-    pub(crate) fn decode(message: &Cycles, head: &Head, at: u64) -> Result<Self, Error> {
+    /// Decodes a message at a place in a file, with the cycles that follow it: time and message of those of every cycle and
+    /// of the slow ones.
+    pub(crate) fn decode(
+        message: &BlockMessage,
+        rows: [&[(u64, &[u8])]; 2],
+        head: &Head,
+        at: u64,
+    ) -> Result<Self, Error> {
         let damaged = |expected, got: String| Error::Damaged { at, expected, got };
         let count = message.count as usize;
         if count == 0 || count > MAX_CYCLES {
@@ -181,13 +187,15 @@ impl Block {
             return Err(damaged("a cycle below 2^52", message.first.to_string()));
         }
         let stride = head.stride.max(1);
-        let first_slow = message.first.div_ceil(stride);
-        let end = message.first.checked_add(count as u64);
-        let end = end.ok_or_else(|| damaged("an index of a cycle", message.first.to_string()))?;
-        let slow_count = end.div_ceil(stride).saturating_sub(first_slow) as usize;
-        let fast = decode(&head.fast, &message.fast, count);
+        let slow_count = (message.first + count as u64).div_ceil(stride) - message.first.div_ceil(stride);
+        let (fast_grids, slow_grids) = message.grids.split_at(message.grids.len().min(head.fast.len()));
+        let columns = |specs, coded, grids, rows: &[_], count| match head.format {
+            1 => format1::decode(specs, coded, count),
+            _ => decode(specs, grids, rows, count, head.start_ns),
+        };
+        let fast = columns(&head.fast, &message.fast, fast_grids, rows[0], count);
         let fast = fast.ok_or_else(|| damaged("the columns of head.json", "other ones".to_owned()))?;
-        let slow = decode(&head.slow, &message.slow, slow_count);
+        let slow = columns(&head.slow, &message.slow, slow_grids, rows[1], slow_count as usize);
         let slow = slow.ok_or_else(|| damaged("the slow columns of head.json", "other ones".to_owned()))?;
         let sizes = [
             (message.cycle_checks.len(), count),
@@ -230,25 +238,47 @@ const LAST_CYCLE: u64 = 1 << 52;
 /// Longest block that is read.
 const MAX_CYCLES: usize = 100_000;
 
-fn decode(specs: &[ColumnSpec], columns: &[Column], count: usize) -> Option<Vec<Vec<f64>>> {
-    let mut columns = columns.iter();
-    let mut values = Vec::with_capacity(specs.len());
-    for spec in specs {
-        let (counts, grid) = column::decode(columns.next()?, count)?;
-        values.push(match &spec.coding {
-            Coding::Rounded(resolution) => unround(&counts, *resolution),
-            Coding::Exact(grids) => {
-                let (rest, _) = column::decode(columns.next()?, count)?;
-                join(&counts, &rest, grid, grids)?
-            }
-        });
+/// Columns from their messages; none where these are of others or not as many.
+fn decode(
+    specs: &[ColumnSpec],
+    grids: &[u32],
+    rows: &[(u64, &[u8])],
+    count: usize,
+    start_ns: u64,
+) -> Option<Vec<Vec<f64>>> {
+    if rows.len() != count || grids.len() != specs.len() {
+        return None;
     }
-    columns.next().is_none().then_some(values)
+    let fields = Fields::new(specs);
+    let mut columns = vec![vec![0.0; count]; specs.len()];
+    for (row, (_, message)) in rows.iter().enumerate() {
+        fields.decode(message, &mut columns, row)?;
+    }
+    for ((spec, column), number) in specs.iter().zip(&mut columns).zip(grids) {
+        if spec.name == Signal::Deadline.row().name {
+            let times = rows.iter().map(|(time, _)| time.saturating_sub(start_ns) as f64 * 1e-3);
+            column.iter_mut().zip(times).for_each(|(to, us)| *to = us);
+        }
+        match &spec.coding {
+            Coding::Rounded(resolution) => {
+                let grid = Grid::of(*resolution);
+                column.iter_mut().for_each(|x| *x = snapped(*x, &grid) + 0.0);
+            }
+            Coding::Exact(_) if *number == 0 => {}
+            Coding::Exact(grids) => {
+                let grid = grids.get(*number as usize - 1)?;
+                column.iter_mut().for_each(|x| *x = snapped(*x, grid));
+            }
+        }
+    }
+    Some(columns)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const ROWS: [&[(u64, &[u8])]; 2] = [&[(0, &[])], &[]];
 
     #[test]
     fn a_cycle_that_no_recording_reaches_is_refused() {
@@ -267,10 +297,10 @@ mod tests {
             fast: Vec::new(),
             slow: Vec::new(),
         };
-        let of = |first| Cycles { first, count: 1, cycle_checks: vec![0], ..Cycles::default() };
-        assert!(Block::decode(&of(LAST_CYCLE), &head, 0).is_ok());
+        let of = |first| BlockMessage { first, count: 1, cycle_checks: vec![0], ..BlockMessage::default() };
+        assert!(Block::decode(&of(LAST_CYCLE), ROWS, &head, 0).is_ok());
         for first in [LAST_CYCLE + 1, u64::MAX] {
-            let error = Block::decode(&of(first), &head, 7).expect_err("too late").to_string();
+            let error = Block::decode(&of(first), ROWS, &head, 7).expect_err("too late").to_string();
             assert!(error.contains("byte 7: expected a cycle below 2^52"), "{error}");
         }
     }

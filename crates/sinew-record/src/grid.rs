@@ -1,4 +1,4 @@
-//! Readings as whole numbers of counts, without loss: what rounding adds is kept in units of the last place.
+//! Readings as short numbers that compress well, without loss: what a sensor with whole counts can read is known.
 
 use serde::{Deserialize, Serialize};
 
@@ -58,7 +58,7 @@ impl Grid {
         self.scale * self.factor / self.divisor * self.arm
     }
 
-    fn value(&self, count: i64) -> f64 {
+    pub(crate) fn value(&self, count: i64) -> f64 {
         let x = count as f64 * self.scale * self.factor / self.divisor * self.arm;
         let on_inner = if self.inner == 0.0 { x } else { (x / self.inner).round() * self.inner };
         on_inner + self.offset
@@ -70,61 +70,44 @@ impl Grid {
     }
 }
 
-/// Distance of two numbers in units of the last place, by their bits.
-fn bits_between(x: f64, y: f64) -> i64 {
-    x.to_bits().cast_signed().wrapping_sub(y.to_bits().cast_signed())
+impl Grid {
+    /// The value of the nearest count.
+    pub(crate) fn snap(&self, x: f64) -> f64 {
+        let value = self.value(self.count(x));
+        if value == 0.0 { value.copysign(x) } else { value }
+    }
+
+    /// A number with few digits, nearer to the value of a count than half of the distance to the next one.
+    pub(crate) fn shorten(&self, x: f64) -> f64 {
+        let step = (self.pitch().abs().log2().ceil() - 1.0).exp2();
+        (self.snap(x) / step).round() * step
+    }
 }
 
-/// Distance up to which a number counts as on a grid.
-const NEAR: u64 = 64;
-
-/// Counts and deviations, units of the last place, of values on the first grid that most of them are on, with its
-/// number; 0 is none.
-pub(crate) fn split(values: &[f64], grids: &[Grid]) -> (Vec<i64>, Vec<i64>, u32) {
+/// Short numbers for readings, and the number of the first grid that gives all of them back to the bit; 0 is none, and
+/// the readings as they are.
+pub(crate) fn shorten(values: &[f64], grids: &[Grid]) -> (Vec<f64>, u32) {
     for (number, grid) in (1..).zip(grids) {
-        let counts: Vec<i64> = values.iter().map(|x| grid.count(*x)).collect();
-        let rest: Vec<i64> =
-            values.iter().zip(&counts).map(|(x, count)| bits_between(*x, grid.value(*count))).collect();
-        let near = rest.iter().filter(|rest| rest.unsigned_abs() <= NEAR).count();
-        if 2 * near > values.len() {
-            return (counts, rest, number);
+        let short: Vec<f64> =
+            values.iter().map(|x| if x.is_nan() { f64::NAN } else { grid.shorten(*x) }).collect();
+        let back = short.iter().map(|x| snapped(*x, grid).to_bits());
+        if back.eq(values.iter().map(|x| x.to_bits())) {
+            return (short, number);
         }
     }
-    let bits = values.iter().map(|x| x.to_bits().cast_signed()).collect();
-    (vec![0; values.len()], bits, 0)
+    (values.to_vec(), 0)
 }
 
-/// The inverse of [`split`]; none for a grid that there is not.
-pub(crate) fn join(counts: &[i64], rest: &[i64], number: u32, grids: &[Grid]) -> Option<Vec<f64>> {
-    let grid = match number {
-        0 => None,
-        number => Some(grids.get(number as usize - 1)?),
-    };
-    let base = |count: i64| grid.map_or(0, |grid| grid.value(count).to_bits().cast_signed());
-    let value =
-        |(count, rest): (&i64, &i64)| f64::from_bits(base(*count).wrapping_add(*rest).cast_unsigned());
-    Some(counts.iter().zip(rest).map(value).collect())
+/// The reading of a short number.
+pub(crate) fn snapped(short: f64, grid: &Grid) -> f64 {
+    if short.is_nan() { f64::NAN } else { grid.snap(short) }
 }
 
-/// Multiples of a resolution; what is not finite becomes [`NOT_FINITE`].
-pub(crate) fn round(values: &[f64], resolution: f64) -> Vec<i64> {
-    let count = |x: &f64| {
-        let count = (x / resolution).round();
-        if count.is_finite() { count as i64 } else { NOT_FINITE }
-    };
-    values.iter().map(count).collect()
+/// Short numbers for multiples of a resolution; what is not finite becomes NaN.
+pub(crate) fn round(values: &[f64], resolution: f64) -> Vec<f64> {
+    let grid = Grid::of(resolution);
+    values.iter().map(|x| if x.is_finite() { grid.shorten(*x) + 0.0 } else { f64::NAN }).collect()
 }
-
-/// The inverse of [`round`].
-pub(crate) fn unround(counts: &[i64], resolution: f64) -> Vec<f64> {
-    counts
-        .iter()
-        .map(|count| if *count == NOT_FINITE { f64::NAN } else { *count as f64 * resolution })
-        .collect()
-}
-
-/// Stands for a number that is not finite.
-const NOT_FINITE: i64 = i64::MIN;
 
 #[cfg(test)]
 mod tests {
@@ -142,18 +125,24 @@ mod tests {
             inner in prop_oneof![Just(0.0), 1e-9..1e-3_f64],
         ) {
             let grids = [Grid { offset: 0.1, inner, ..Grid::of(scale) }, Grid::of(scale)];
-            let (counts, rest, number) = split(&values, &grids);
-            let joined = join(&counts, &rest, number, &grids).expect("a grid of the list");
-            prop_assert!(values.iter().zip(&joined).all(|(a, b)| a.to_bits() == b.to_bits()));
+            let (short, number) = shorten(&values, &grids);
+            let back = |x: &f64| if number == 0 { *x } else { snapped(*x, &grids[number as usize - 1]) };
+            prop_assert!(values.iter().zip(&short).all(|(a, b)| a.to_bits() == back(b).to_bits()));
+            let multiples = round(&values, scale);
+            for (x, short) in values.iter().zip(&multiples).filter(|(x, _)| x.abs() < 1e6 * scale) {
+                prop_assert!((x - short).abs() <= 1.001 * scale);
+                let multiple = (x / scale).round() as i64 as f64 * scale;
+                prop_assert_eq!(snapped(*short, &Grid::of(scale)) + 0.0, multiple);
+            }
         }
     }
 
     #[test]
-    fn readings_on_a_grid_leave_few_units_of_the_last_place() {
+    fn readings_on_a_grid_have_short_numbers() {
         let grid = Grid { inner: 1000.0 / 8_388_608.0, ..Grid::of(0.05) };
-        let values: Vec<f64> = (0..500).map(|k| grid.value(k * 7 % 300)).collect();
-        let (_, rest, number) = split(&values, &[Grid::of(0.3), grid]);
+        let values: Vec<f64> = (0..500).map(|k| grid.value(k * 7 % 300)).chain([-0.0, f64::NAN]).collect();
+        let (short, number) = shorten(&values, &[Grid::of(0.3), grid]);
         assert_eq!(number, 2);
-        assert!(rest.iter().all(|rest| *rest == 0));
+        assert!(short.iter().all(|x| x.to_bits().trailing_zeros() > 32), "mantissas end in zeros");
     }
 }

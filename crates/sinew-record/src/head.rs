@@ -1,5 +1,6 @@
 //! What a recording says about itself, and its columns.
 
+use crate::fields::Fields;
 use crate::grid::Grid;
 use serde::{Deserialize, Serialize};
 use sinew::control::arm::{ArmStatus, Fault};
@@ -7,7 +8,7 @@ use sinew::machine::{self, Device, DeviceRole, DriveDevice, Machine};
 use sinew_session::signals::{Axis, Kind, Resolution, Signal, fault_of};
 
 /// Version of the format that this crate writes, and the newest that it reads.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 /// Cycles of a millisecond between two values of a slow column; see [`Head::cycles_of`].
 pub const STRIDE: u64 = 20;
 /// Cycles of a millisecond in a block, at most: what a recording loses at most where its writer is killed, with what is
@@ -144,6 +145,17 @@ impl Head {
         let first = columns.iter().position(|column| Some(&column.name) == names.first())?;
         let found = columns.get(first..first + names.len())?;
         found.iter().zip(&names).all(|(column, name)| column.name == *name).then_some(first)
+    }
+
+    /// The parts of a signal, and the paths of their numbers in the messages: `/sinew/cycle.position_in_m.biceps`.
+    #[must_use]
+    pub fn paths(&self, signal: Signal) -> Vec<(String, String)> {
+        let (topic, columns) =
+            if signal.row().slow { ("/sinew/slow", &self.slow) } else { ("/sinew/cycle", &self.fast) };
+        let first = self.place(signal).unwrap_or(columns.len());
+        let paths = Fields::new(columns).paths(columns.len());
+        let of = |path: &(String, String)| (path.0.clone(), format!("{topic}.{}", path.1));
+        paths.iter().skip(first).take(self.names(signal).len()).map(of).collect()
     }
 
     /// Cycles of so many milliseconds, at least one.

@@ -1,19 +1,19 @@
 //! Recordings of a control cycle: every cycle of a run in an MCAP file, and what comes back from it.
 //!
 //! ```text
-//! control cycle --> Recorder --ring--> thread --> blocks --> chunks of the file
-//! file --> Recording --> blocks --> tables, reports, the same controller again
+//! control cycle --> Recorder --ring--> thread --> a message per cycle --> chunks of the file
+//! file --> Recording --> blocks of cycles --> tables, reports, the same controller again
 //! ```
 //!
-//! Readings are kept to the bit, in few bits each; commands rounded, with a check of their bits; references as a
+//! Readings are kept to the bit, as short numbers; commands rounded, with a check of their bits; references as a
 //! check, because they follow from the motion. A file ends at any time with its last whole chunk: half a second is
 //! missing at most where its writer was killed.
 
-mod bits;
 mod block;
 mod channels;
-mod column;
 mod error;
+mod fields;
+mod format1;
 mod grid;
 mod head;
 mod messages;

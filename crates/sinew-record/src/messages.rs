@@ -4,7 +4,7 @@ use prost::Message;
 
 /// See `schemas/sinew/record.proto`.
 #[derive(Clone, PartialEq, Message)]
-pub(crate) struct Cycles {
+pub(crate) struct BlockMessage {
     #[prost(uint64, tag = "1")]
     pub(crate) first: u64,
     #[prost(uint32, tag = "2")]
@@ -25,6 +25,8 @@ pub(crate) struct Cycles {
     pub(crate) link: Vec<LinkInput>,
     #[prost(uint64, tag = "10")]
     pub(crate) dropped_link: u64,
+    #[prost(uint32, repeated, tag = "11")]
+    pub(crate) grids: Vec<u32>,
 }
 
 /// See `schemas/sinew/record.proto`.
@@ -45,39 +47,6 @@ pub(crate) struct Column {
     pub(crate) mode: u32,
     #[prost(bytes = "vec", tag = "3")]
     pub(crate) residuals: Vec<u8>,
-}
-
-/// See `schemas/sinew/record.proto`.
-#[derive(Clone, PartialEq, Message)]
-pub(crate) struct State {
-    #[prost(message, optional, tag = "1")]
-    pub(crate) timestamp: Option<Timestamp>,
-    #[prost(float, repeated, tag = "2")]
-    pub(crate) joint_reference: Vec<f32>,
-    #[prost(float, repeated, tag = "3")]
-    pub(crate) joint_measured: Vec<f32>,
-    #[prost(float, repeated, tag = "4")]
-    pub(crate) joint_estimated: Vec<f32>,
-    #[prost(float, repeated, tag = "5")]
-    pub(crate) joint_true: Vec<f32>,
-    #[prost(float, repeated, tag = "6")]
-    pub(crate) tension_desired_n: Vec<f32>,
-    #[prost(float, repeated, tag = "7")]
-    pub(crate) tension_estimated_n: Vec<f32>,
-    #[prost(float, repeated, tag = "8")]
-    pub(crate) tension_true_n: Vec<f32>,
-    #[prost(float, repeated, tag = "9")]
-    pub(crate) tension_measured_n: Vec<f32>,
-    #[prost(float, repeated, tag = "10")]
-    pub(crate) cable_position_m: Vec<f32>,
-    #[prost(float, repeated, tag = "11")]
-    pub(crate) command: Vec<f32>,
-    #[prost(uint32, tag = "12")]
-    pub(crate) status: u32,
-    #[prost(float, tag = "13")]
-    pub(crate) wake_up_us: f32,
-    #[prost(float, tag = "14")]
-    pub(crate) busy_us: f32,
 }
 
 /// `google.protobuf.Timestamp`.

@@ -1,12 +1,13 @@
 //! A recording as it stands in a file, whole, cut off or damaged.
 
 use crate::block::Block;
-use crate::channels::{CYCLES, File, HEAD};
+use crate::channels::{BLOCKS_1, File, HEAD, READ};
 use crate::error::Error;
 use crate::head::{FORMAT, Head};
-use crate::messages::Cycles;
+use crate::messages::BlockMessage;
 use mcap::records::op;
 use prost::Message;
+use std::borrow::Cow;
 
 /// Bytes of a file that are read one after the other; no access is out of bounds.
 #[derive(Debug, Clone, Copy)]
@@ -75,8 +76,8 @@ pub struct Recording<'a> {
     pub cut_off: u64,
     /// The whole file.
     bytes: &'a [u8],
-    /// Uncompressed chunks.
-    chunks: Vec<Bytes<'a>>,
+    /// Chunks with cycles.
+    chunks: Vec<BlockPlace>,
 }
 
 impl<'a> Recording<'a> {
@@ -111,6 +112,7 @@ impl<'a> Recording<'a> {
         }
         let head = head.ok_or_else(|| missing(HEAD, complete, rest.at))?;
         let cut_off = rest.rest.len() as u64;
+        let chunks = with_cycles(bytes, chunks, &head)?;
         Ok(Self { head, files, complete, cut_off, bytes, chunks })
     }
 
@@ -140,7 +142,7 @@ impl<'a> Recording<'a> {
     /// The blocks in the order of the file.
     #[must_use]
     pub fn blocks(&self) -> Blocks<'_> {
-        Blocks { recording: self, chunk: 0, rest: None, channel: None }
+        Blocks { recording: self, chunk: 0 }
     }
 }
 
@@ -149,8 +151,8 @@ fn missing(name: &'static str, complete: bool, end: u64) -> Error {
     if complete { Error::Missing { name } } else { Error::CutShort { at: end, name } }
 }
 
-/// Checks and opens a chunk: its records.
-fn chunk<'a>(body: &mut Bytes<'a>) -> Result<Bytes<'a>, Error> {
+/// A chunk, as its beginning says.
+fn chunk(body: &mut Bytes<'_>) -> Result<BlockPlace, Error> {
     let short = |body: &Bytes<'_>| body.damaged("a chunk");
     let head = (|| {
         let _times = (body.u64()?, body.u64()?);
@@ -158,18 +160,47 @@ fn chunk<'a>(body: &mut Bytes<'a>) -> Result<Bytes<'a>, Error> {
         Some((size, body.u32()?, body.text()?, body.u64()?))
     })();
     let (size, check, compression, length) = head.ok_or_else(|| short(body))?;
-    if !compression.is_empty() {
-        let got = format!("compression {compression}");
-        return Err(Error::Damaged { at: body.at, expected: "an uncompressed chunk", got });
-    }
     let at = body.at;
-    let records = body.take(length).filter(|_| size == length).ok_or_else(|| short(body))?;
-    let found = crc32fast::hash(records);
-    if check != 0 && check != found {
-        let got = format!("a checksum of {found:#010x} instead of {check:#010x}");
-        return Err(Error::Damaged { at, expected: "an undamaged chunk", got });
+    if !["", "zstd"].contains(&compression) || size > MAX_CHUNK {
+        let got = format!("compression {compression}, {size} bytes");
+        return Err(Error::Damaged { at, expected: "a chunk with zstd or none, 64 MB at most", got });
     }
-    Ok(Bytes { rest: records, at })
+    let compressed = !compression.is_empty();
+    body.take(length).filter(|_| compressed || size == length).ok_or_else(|| short(body))?;
+    let bytes = at as usize..(at + length) as usize;
+    Ok(BlockPlace { bytes, size: size as usize, check, compressed, channels: [None; 3] })
+}
+
+/// Longest chunk that is read, bytes: a hundred times that of a large machine.
+const MAX_CHUNK: u64 = 64 << 20;
+
+/// The chunks with the channels of their cycles; those before the first cycle, which name the channels, are left out.
+fn with_cycles(file: &[u8], mut chunks: Vec<BlockPlace>, head: &Head) -> Result<Vec<BlockPlace>, Error> {
+    let names = if head.format == 1 { [BLOCKS_1, "", ""] } else { READ };
+    let (mut channels, mut before) = ([None; 3], 0);
+    for place in &chunks {
+        let records = place.records(file)?;
+        let (mut records, mut found) = (Bytes { rest: &records, at: place.bytes.start as u64 }, false);
+        while let Some((opcode, mut body)) = records.record() {
+            if opcode == op::CHANNEL {
+                let (id, _schema) = (body.u16(), body.u16());
+                let name = body.text();
+                channels
+                    .iter_mut()
+                    .zip(names)
+                    .filter(|(_, of)| Some(*of) == name)
+                    .for_each(|(to, _)| *to = id);
+            }
+            found |= opcode == op::MESSAGE && channels[0].is_some() && body.u16() == channels[0];
+        }
+        if found {
+            break;
+        }
+        before += 1;
+    }
+    chunks.drain(..before);
+    chunks.iter_mut().for_each(|place| place.channels = channels);
+    Ok(chunks)
 }
 
 fn attachment(body: Bytes<'_>) -> Result<File, Error> {
@@ -208,10 +239,16 @@ fn read_head(file: &File) -> Result<Head, Error> {
     Ok(head)
 }
 
-/// Where a block stands in the bytes of a file, to decode it apart from the others.
+/// Where a block stands in the bytes of a file, to decode it apart from the others: a chunk.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BlockPlace {
     bytes: std::ops::Range<usize>,
+    /// Uncompressed, bytes.
+    size: usize,
+    check: u32,
+    compressed: bool,
+    /// Those of blocks, of cycles and of slow signals.
+    channels: [Option<u16>; 3],
 }
 
 impl BlockPlace {
@@ -220,17 +257,46 @@ impl BlockPlace {
     /// # Errors
     /// [`Error::Damaged`] where these are others than those that the place was found in.
     pub fn decode(&self, file: &[u8], head: &Head) -> Result<Block, Error> {
-        decode(file.get(self.bytes.clone()).unwrap_or_default(), head, self.bytes.start as u64)
+        let at = self.bytes.start as u64;
+        let records = self.records(file)?;
+        let mut records = Bytes { rest: &records, at };
+        let (mut block, mut rows) = (None, [Vec::new(), Vec::new()]);
+        while !records.rest.is_empty() {
+            let (opcode, mut body) =
+                records.record().ok_or_else(|| records.damaged("a record of a chunk"))?;
+            let channel = body.u16().filter(|_| opcode == op::MESSAGE);
+            let place = self.channels.iter().position(|known| channel.is_some() && *known == channel);
+            let header = body.u32().zip(body.u64()).zip(body.u64());
+            let (Some(place), Some(((_, time), _))) = (place, header) else { continue };
+            match place.checked_sub(1) {
+                Some(kind) => rows[kind].push((time, body.rest)),
+                None => block = Some(body.rest),
+            }
+        }
+        let expected = "a block of cycles";
+        let damaged = |got| Error::Damaged { at, expected, got };
+        let bytes = block.ok_or_else(|| damaged("a chunk without, perhaps of another program".to_owned()))?;
+        let message = BlockMessage::decode(bytes).map_err(|error| damaged(error.to_string()))?;
+        Block::decode(&message, rows.each_ref().map(|rows| &rows[..]), head, at)
     }
-}
 
-fn decode(bytes: &[u8], head: &Head, at: u64) -> Result<Block, Error> {
-    let message = Cycles::decode(bytes).map_err(|error| Error::Damaged {
-        at,
-        expected: "a block of cycles",
-        got: error.to_string(),
-    })?;
-    Block::decode(&message, head, at)
+    /// The checked records of the chunk.
+    fn records<'a>(&self, file: &'a [u8]) -> Result<Cow<'a, [u8]>, Error> {
+        let damaged =
+            |got| Error::Damaged { at: self.bytes.start as u64, expected: "an undamaged chunk", got };
+        let bytes = file.get(self.bytes.clone()).unwrap_or_default();
+        let records = if self.compressed {
+            let records = zstd::bulk::decompress(bytes, self.size);
+            Cow::Owned(records.map_err(|error| damaged(error.to_string()))?)
+        } else {
+            Cow::Borrowed(bytes)
+        };
+        let found = crc32fast::hash(&records);
+        if self.check != 0 && self.check != found {
+            return Err(damaged(format!("a checksum of {found:#010x} instead of {:#010x}", self.check)));
+        }
+        Ok(records)
+    }
 }
 
 /// The blocks of a recording, decoded one by one.
@@ -238,40 +304,14 @@ fn decode(bytes: &[u8], head: &Head, at: u64) -> Result<Block, Error> {
 pub struct Blocks<'a> {
     recording: &'a Recording<'a>,
     chunk: usize,
-    rest: Option<Bytes<'a>>,
-    /// That of the blocks.
-    channel: Option<u16>,
 }
 
 impl Blocks<'_> {
     /// Place of the next block.
-    pub fn next_place(&mut self) -> Option<Result<BlockPlace, Error>> {
-        loop {
-            let rest = match &mut self.rest {
-                Some(rest) if !rest.rest.is_empty() => rest,
-                _ => {
-                    let next = *self.recording.chunks.get(self.chunk)?;
-                    self.chunk += 1;
-                    self.rest.insert(next)
-                }
-            };
-            let Some((opcode, mut body)) = rest.record() else {
-                let error = rest.damaged("a record of a chunk");
-                *rest = Bytes { rest: &[], at: rest.at };
-                return Some(Err(error));
-            };
-            if opcode == op::CHANNEL {
-                let (id, _schema) = (body.u16(), body.u16());
-                if body.text() == Some(CYCLES) {
-                    self.channel = id;
-                }
-            }
-            if opcode == op::MESSAGE && self.channel.is_some() && body.u16() == self.channel {
-                let _header = (body.u32(), body.u64(), body.u64());
-                let start = body.at as usize;
-                return Some(Ok(BlockPlace { bytes: start..start + body.rest.len() }));
-            }
-        }
+    pub fn next_place(&mut self) -> Option<BlockPlace> {
+        let place = self.recording.chunks.get(self.chunk).cloned();
+        self.chunk += 1;
+        place
     }
 }
 
@@ -280,6 +320,6 @@ impl Iterator for Blocks<'_> {
 
     fn next(&mut self) -> Option<Self::Item> {
         let place = self.next_place()?;
-        Some(place.and_then(|place| place.decode(self.recording.bytes, &self.recording.head)))
+        Some(place.decode(self.recording.bytes, &self.recording.head))
     }
 }

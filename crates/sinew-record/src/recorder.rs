@@ -3,10 +3,11 @@
 use crate::block::BlockBuilder;
 use crate::channels::{Container, File, Topic};
 use crate::error::Error;
+use crate::fields::Fields;
 use crate::head::{BLOCK, Head};
 use crate::messages::{LinkInput, Log, Timestamp};
 use crate::sink::{SharedSink, Storage};
-use crate::view::{View, state};
+use crate::view::View;
 use rtrb::{Consumer, Producer, RingBuffer};
 use sinew::control::arm::ArmStatus;
 use sinew::machine::Machine;
@@ -23,8 +24,6 @@ use std::time::Duration;
 const RING: usize = 4096;
 /// Time after which the thread looks into an empty ring again.
 const PAUSE: Duration = Duration::from_millis(20);
-/// Milliseconds between two messages of signals: 10 per second.
-const STATE_EVERY: u64 = 100;
 /// Milliseconds between two messages of the bodies' frames: 5 per second.
 const FRAMES_EVERY: u64 = 200;
 /// Milliseconds between two messages of the muscles: 1 per second.
@@ -106,9 +105,11 @@ impl Recorder {
         let container = Container::new(SharedSink::new(storage), &head, files)?;
         let shared = Arc::new(Shared::default());
         let inputs = VecDeque::new();
+        let fields = [Fields::new(&head.fast), Fields::new(&head.slow)];
         let of_thread = (layout.clone(), shared.clone());
+        let (drained, told) = of_thread;
         let drain =
-            Drain { consumer, link, inputs, layout: of_thread.0, head, view, container, shared: of_thread.1 };
+            Drain { consumer, link, inputs, layout: drained, head, fields, view, container, shared: told };
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
             .spawn(move || drain.run(failed))
@@ -192,6 +193,8 @@ struct Drain {
     inputs: VecDeque<LinkInput>,
     layout: Arc<FrameLayout>,
     head: Head,
+    /// Of the messages of every cycle and of the slow ones.
+    fields: [Fields; 2],
     view: View,
     container: Container,
     shared: Arc<Shared>,
@@ -245,15 +248,25 @@ impl Drain {
 
     fn write_block(&mut self, block: &mut BlockBuilder) -> Result<(), Error> {
         let dropped = self.shared.dropped.load(Ordering::Relaxed);
-        let last = (block.last_deadline_us().max(0.0) * 1e3).round() as u64;
-        let end = block.end().saturating_mul(self.head.period_ns);
-        let mut message = block.take(&self.head, dropped);
+        let (first, end) = (block.first(), block.end());
+        let (mut message, [fast, slow]) = block.take(&self.head, dropped);
+        let since = |row: usize| fast.first().map_or(0, |us| (us[row].max(0.0) * 1e3).round() as u64);
         // What a cycle took is on the tape before its sample is in the ring.
         self.read_link();
-        let taken = self.inputs.iter().take_while(|input| input.at_ns < end).count();
+        let until = end.saturating_mul(self.head.period_ns);
+        let taken = self.inputs.iter().take_while(|input| input.at_ns < until).count();
         message.link = self.inputs.drain(..taken).collect();
         message.dropped_link = self.link.as_ref().map_or(0, TapeReader::dropped);
-        self.container.put(Topic::Cycles, last, &message)?;
+        self.container.put(Topic::Block, since(0), &message)?;
+        let rows = (end - first) as usize;
+        for row in 0..rows {
+            self.container.put_bytes(Topic::Cycle, since(row), &self.fields[0].encode(&fast, row))?;
+        }
+        // Behind the cycles, which are found as repeats of each other.
+        let slow_rows = (0..rows).filter(|row| (first + *row as u64).is_multiple_of(self.head.stride));
+        for (k, row) in slow_rows.enumerate() {
+            self.container.put_bytes(Topic::Slow, since(row), &self.fields[1].encode(&slow, k))?;
+        }
         self.container.commit()
     }
 
@@ -273,9 +286,6 @@ impl Drain {
         let time = self.head.start_ns + since;
         let first = status.is_none();
         let due = |milliseconds| index.is_multiple_of(self.head.cycles_of(milliseconds));
-        if first || due(STATE_EVERY) {
-            self.container.put(Topic::State, since, &state(frame, &layout, time))?;
-        }
         let [q, tension] =
             [Signal::JointEstimated, Signal::TensionOutEstimated].map(|signal| layout.of(signal, frame));
         if q.iter().all(|q| q.is_finite()) {

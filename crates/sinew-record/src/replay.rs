@@ -189,19 +189,7 @@ impl<'a> Replay<'a> {
         let mut blocks = recording.blocks();
         let first = blocks.next().transpose()?;
         let empty = first.is_none();
-        let none = Block {
-            first: 0,
-            count: 0,
-            fast: Vec::new(),
-            slow: Vec::new(),
-            cycle_checks: Vec::new(),
-            command_checks: Vec::new(),
-            reference_checks: Vec::new(),
-            dropped: 0,
-            link: Vec::new(),
-            dropped_link: 0,
-        };
-        let mut block = first.unwrap_or(none);
+        let mut block = first.unwrap_or_default();
         let gap = (block.first > 0 || block.dropped_link > 0).then_some(0);
         let link = std::mem::take(&mut block.link);
         supply(&mut motion, link);

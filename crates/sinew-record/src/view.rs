@@ -1,14 +1,13 @@
-//! What Foxglove shows: the signals, the bodies and the muscles at reduced rates.
+//! What Foxglove shows: the bodies and the muscles at reduced rates.
 
 use crate::messages::{
-    Color, FrameTransform, FrameTransforms, LinePrimitive, Quaternion, SceneEntity, SceneUpdate, State,
-    Timestamp, Vector3,
+    Color, FrameTransform, FrameTransforms, LinePrimitive, Quaternion, SceneEntity, SceneUpdate, Timestamp,
+    Vector3,
 };
 use sinew::Error;
 use sinew::body::{PathElement, Pose, Poses, TendonPath};
 use sinew::machine::Machine;
 use sinew::muscle::{Geometry, MuscleDynamics, Muscles};
-use sinew_session::signals::{FrameLayout, Signal};
 
 /// Angle between two points of an arc, rad.
 const ARC_STEP: f64 = 0.5;
@@ -201,28 +200,6 @@ fn quaternion(at: impl Fn(usize, usize) -> f64) -> [f64; 4] {
     found[1 + j] = (at(j, i) + at(i, j)) / s;
     found[1 + k] = (at(k, i) + at(i, k)) / s;
     found
-}
-
-/// The signals of a frame.
-pub(crate) fn state(frame: &[f64], layout: &FrameLayout, time: u64) -> State {
-    let all = |signal| layout.of(signal, frame).iter().map(|x| *x as f32).collect();
-    let one = |signal| layout.of(signal, frame).first().copied().unwrap_or(0.0);
-    State {
-        timestamp: Some(Timestamp::of(time)),
-        joint_reference: all(Signal::JointReference),
-        joint_measured: all(Signal::Joint),
-        joint_estimated: all(Signal::JointEstimated),
-        joint_true: all(Signal::JointTrue),
-        tension_desired_n: all(Signal::TensionOutDesired),
-        tension_estimated_n: all(Signal::TensionOutEstimated),
-        tension_true_n: all(Signal::TensionOut),
-        tension_measured_n: all(Signal::TensionIn),
-        cable_position_m: all(Signal::PositionIn),
-        command: all(Signal::Command),
-        status: one(Signal::Status) as u32,
-        wake_up_us: one(Signal::WakeUp) as f32,
-        busy_us: (one(Signal::Read) + one(Signal::Control) + one(Signal::Write)) as f32,
-    }
 }
 
 #[cfg(test)]

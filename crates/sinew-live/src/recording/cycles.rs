@@ -34,7 +34,6 @@ impl Cycles {
         let (mut index, mut list) = (Vec::new(), EventList::new(&recording.head));
         let mut blocks = recording.blocks();
         while let Some(place) = blocks.next_place() {
-            let place = place?;
             let block = place.decode(&bytes, &recording.head)?;
             list.add(&block);
             progress((index.len() + 1) as f64 / recording.chunks().max(1) as f64);

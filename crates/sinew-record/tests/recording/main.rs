@@ -8,5 +8,6 @@ mod damaged;
 mod disk;
 mod full_ring;
 mod killed;
+mod old_format;
 mod replayed;
 mod whole;

@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
 use crate::verbs::recording::{read_bytes, recording};
 use serde_json::{Value, json};
-use sinew_record::Head;
+use sinew_record::{Head, Signal};
 
 pub(super) fn run(arguments: &LogLayoutArguments, general: &General) -> Result<Answer, Error> {
     let LogLayoutArguments { file, out } = arguments;
@@ -25,9 +25,8 @@ pub(super) fn run(arguments: &LogLayoutArguments, general: &General) -> Result<A
 
 /// Machine on the left; joints, tensions and commands above each other in the middle; states and times on the right.
 fn layout(head: &Head) -> Value {
-    let joints: Vec<&str> = head.joints.iter().map(|joint| joint.name.as_str()).collect();
-    let muscles: Vec<&str> = head.muscles.iter().map(String::as_str).collect();
-    let measured = if head.simulated { "tension_true_n" } else { "tension_estimated_n" };
+    let found = if head.simulated { Signal::TensionOut } else { Signal::TensionOutEstimated };
+    let plot = |title: &str, signals: &[(&str, Signal)]| plot(head, title, signals);
     json!({
         "configById": {
             "3D!machine": {
@@ -37,19 +36,16 @@ fn layout(head: &Head) -> Value {
                 "cameraState": {"perspective": true, "distance": 2.0, "phi": 60, "thetaOffset": 45},
             },
             "Plot!joints": plot("Joints, rad or m", &[
-                ("reference", "joint_reference", &joints), ("measured", "joint_measured", &joints),
+                ("reference", Signal::JointReference), ("measured", Signal::Joint),
             ]),
             "Plot!tensions": plot("Tensions at the anchors, N", &[
-                ("desired", "tension_desired_n", &muscles), ("found", measured, &muscles),
+                ("desired", Signal::TensionOutDesired), ("found", found),
             ]),
-            "Plot!commands": plot("Commands of the drives, m/s or N", &[("", "command", &muscles)]),
-            "Plot!times": {
-                "title": "Cycle, us", "showLegend": true, "isSynced": true, "xAxisVal": "timestamp",
-                "paths": [series("wake-up", "wake_up_us"), series("busy", "busy_us")],
-            },
+            "Plot!commands": plot("Commands of the drives, m/s or N", &[("", Signal::Command)]),
+            "Plot!times": plot("Cycle, us", &[("wake-up", Signal::WakeUp), ("control", Signal::Control)]),
             "StateTransitions!status": {
                 "isSynced": true,
-                "paths": [{"value": "/sinew/state.status", "label": "status", "timestampMethod": "receiveTime"}],
+                "paths": [{"value": "/sinew/cycle.status", "label": "status", "timestampMethod": "receiveTime"}],
             },
             "RosOut!log": {"topicToRender": "/sinew/log", "searchTerms": [], "minLogLevel": 1},
         },
@@ -71,22 +67,18 @@ fn layout(head: &Head) -> Value {
     })
 }
 
-/// A plot of arrays of `/sinew/state`, with the names of their parts.
-fn plot(title: &str, arrays: &[(&str, &str, &Vec<&str>)]) -> Value {
-    let paths = arrays.iter().flat_map(|(what, array, names)| {
-        names
-            .iter()
-            .enumerate()
-            .map(move |(k, name)| series(format!("{name} {what}").trim(), &format!("{array}[{k}]")))
+/// A plot of the columns of signals, by the fields that they are in the messages.
+fn plot(head: &Head, title: &str, signals: &[(&str, Signal)]) -> Value {
+    let paths = signals.iter().flat_map(|(what, signal)| {
+        head.paths(*signal).into_iter().map(move |(part, path)| {
+            json!({
+                "value": path, "label": format!("{part} {what}").trim(), "enabled": true,
+                "timestampMethod": "receiveTime",
+            })
+        })
     });
     json!({
         "title": title, "showLegend": true, "isSynced": true, "xAxisVal": "timestamp",
         "paths": paths.collect::<Value>(),
-    })
-}
-
-fn series(label: &str, path: &str) -> Value {
-    json!({
-        "value": format!("/sinew/state.{path}"), "label": label, "enabled": true, "timestampMethod": "receiveTime",
     })
 }
