@@ -21,6 +21,12 @@ const CONTRADICTS: f64 = 0.7;
 /// judges no other.
 const WORSE: f64 = 3.0;
 
+/// `o_k` of every log.
+fn own_errors(recipe: &Recipe, logs: &ConditionedLogs) -> Vec<f64> {
+    let count = logs.data.logs.len();
+    (0..count).into_par_iter().map(|k| own_error(recipe, &of_log(&logs.runs, k))).collect()
+}
+
 /// Error of one half of a log by a model of its other half, over the standard deviation of its far side,
 /// below which it foretells itself.
 const FORETELLS: f64 = 0.5;
@@ -50,7 +56,8 @@ pub(crate) enum Verdict {
 ///
 /// ```text
 /// d_ij = sqrt(e_ij e_ji),   e_ij = RMSE on log j of a model fitted to log i / standard deviation of the far side of j
-/// contradicts:  d_ij > 0.7 and > 3 sqrt(o_i o_j),   o_i = the same of half of log i by a model of its other half < 0.5
+/// contradicts:  d_ij > 0.7 and > 3 sqrt(o_i o_j),   o_i = the same of half of log i by a model of its other half < 0.5,
+///               for the second model by the better of both
 /// odd k:        both pairs with k contradict, and d_ki > 2.5 d_ij of the other two
 /// undecidable:  otherwise the pair of the largest d_ij, where it contradicts
 /// ```
@@ -58,11 +65,15 @@ pub(crate) fn judge(logs: &ConditionedLogs) -> Verdict {
     if !(2..=3).contains(&logs.data.logs.len()) {
         return Verdict::Agree;
     }
-    let first = judge_by(logs, &comparison_recipe(logs));
+    let recipes = [comparison_recipe(logs), influence_recipe(logs)];
+    let own = own_errors(&recipes[0], logs);
+    let first = judge_by(logs, &recipes[0], &own);
     if first == Verdict::Agree {
         return first;
     }
-    match (first, judge_by(logs, &influence_recipe(logs))) {
+    // Half a log may be too little for one of the recipes.
+    let own: Vec<f64> = own.into_iter().zip(own_errors(&recipes[1], logs)).map(|(a, b)| a.min(b)).collect();
+    match (first, judge_by(logs, &recipes[1], &own)) {
         (Verdict::Odd(a, ratio), Verdict::Odd(b, other)) if a == b => Verdict::Odd(a, ratio.min(other)),
         (_, Verdict::Agree) => Verdict::Agree,
         (Verdict::Undecidable(i, j), _) | (_, Verdict::Undecidable(i, j)) => Verdict::Undecidable(i, j),
@@ -71,7 +82,7 @@ pub(crate) fn judge(logs: &ConditionedLogs) -> Verdict {
     }
 }
 
-fn judge_by(logs: &ConditionedLogs, recipe: &Recipe) -> Verdict {
+fn judge_by(logs: &ConditionedLogs, recipe: &Recipe, own: &[f64]) -> Verdict {
     let count = logs.data.logs.len();
     let errors: Vec<Option<Vec<f64>>> = (0..count)
         .into_par_iter()
@@ -83,9 +94,6 @@ fn judge_by(logs: &ConditionedLogs, recipe: &Recipe) -> Verdict {
             Some((0..count).map(on).collect())
         })
         .collect();
-    let own: Vec<f64> =
-        (0..count).into_par_iter().map(|k| own_error(recipe, &of_log(&logs.runs, k))).collect();
-    std::eprintln!("OWN {own:?} ERR {errors:?}");
     let error = |i: usize, j: usize| errors[i].as_ref().map_or(0.0, |of_model| of_model[j]);
     let distance = |i: usize, j: usize| (error(i, j) * error(j, i)).sqrt();
     // A log of which one half does not foretell the other contradicts nothing.
@@ -107,6 +115,12 @@ fn judge_by(logs: &ConditionedLogs, recipe: &Recipe) -> Verdict {
         Some(&(i, j)) => Verdict::Undecidable(i, j),
         None => Verdict::Agree,
     }
+}
+
+/// `o_k` of every log.
+fn own_errors(recipe: &Recipe, logs: &ConditionedLogs) -> Vec<f64> {
+    let count = logs.data.logs.len();
+    (0..count).into_par_iter().map(|k| own_error(recipe, &of_log(&logs.runs, k))).collect()
 }
 
 /// Error of one half of a log by a model of its other half, over the standard deviation of its far side;

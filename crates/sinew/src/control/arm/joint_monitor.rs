@@ -638,10 +638,10 @@ mod tests {
         let small = JointGains { implied: 0.02, ..gains };
         let (cycles, _) = rejected_after(0.3, small, far).unwrap();
         assert_eq!(cycles, 7 + LATER, "2 mrad at 0.3 mrad per cycle");
-        let light = JointGains { jump: 9e-3, ..small };
-        for (dead_band, expected) in [(0.15, 31), (0.004, 17), (0.0, 7)] {
+        let light = JointGains { jump: 0.0125, ..small };
+        for (dead_band, expected) in [(0.15, 42), (0.004, 17), (0.0, 7)] {
             let (cycles, _) = rejected_after(0.3, JointGains { dead_band, ..light }, far).unwrap();
-            assert_eq!(cycles, expected + LATER, "9, 5 and 2 mrad at 0.3 mrad per cycle");
+            assert_eq!(cycles, expected + LATER, "12.5, 5 and 2 mrad at 0.3 mrad per cycle");
         }
         // Twice the tolerance is twice the way.
         let mut wide = following(2.0, 1.0, &gains);
