@@ -1,5 +1,5 @@
-//! What the fuzz targets do with any bytes, as functions of the workspace, so that every check and test sees them. Each
-//! panics where a promise of a reader is broken.
+//! What the fuzz targets do with any bytes, as functions of the workspace, so that every check and test sees
+//! them. Each panics where a promise of a reader is broken.
 
 mod logs;
 mod models;
@@ -15,8 +15,8 @@ pub use wire::{play_link, play_segment, read_device, read_page_command};
 
 use std::process::ExitCode;
 
-/// A fuzz target: the fuzzer's entry where the build is instrumented (`--cfg fuzzing`), elsewhere a program that runs the
-/// files it is given, such as a finding.
+/// A fuzz target: the fuzzer's entry where the build is instrumented (`--cfg fuzzing`), elsewhere a program
+/// that runs the files it is given, such as a finding.
 #[macro_export]
 macro_rules! target {
     ($run:path $(, init: $init:expr)?) => {

@@ -1,7 +1,8 @@
 //! Any text as a model file: alone, and as the inside of a file whose head is in order.
 //!
-//! A checksum stops nearly every change of a file, so the second way computes it anew: what it guards, the checks
-//! of [`Model::validate`], is reached. A model that is accepted must answer wild samples with finite numbers.
+//! A checksum stops nearly every change of a file, so the second way computes it anew: what it guards, the
+//! checks of [`Model::validate`], is reached. A model that is accepted must answer wild samples with finite
+//! numbers.
 use sinew::predictor::{Model, Predictor, Sample};
 
 /// Reads `bytes` as a model file in both ways.

@@ -40,7 +40,8 @@ fn compare(first: &Parts, again: &Parts) {
     assert_eq!(first.tendons.len(), again.tendons.len());
 }
 
-/// Machine files. What a file names is the file itself, so that the formats of bodies and models are reached, too.
+/// Machine files. What a file names is the file itself, so that the formats of bodies and models are reached,
+/// too.
 pub fn read_machine(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
     // The body begins with the first line that begins with `<`.

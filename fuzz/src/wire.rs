@@ -30,8 +30,8 @@ pub fn play_segment(octets: &[u8]) {
     fuzzing::play(octets);
 }
 
-/// Packets of every kind and damage at the host of a link, each rejected for the reason for which it was made; the bytes
-/// themselves as a datagram at both ends, which nothing but a tag makes a command or state.
+/// Packets of every kind and damage at the host of a link, each rejected for the reason for which it was
+/// made; the bytes themselves as a datagram at both ends, which nothing but a tag makes a command or state.
 pub fn play_link(octets: &[u8]) {
     let played = adversary::play(&mut adversary::Bytes(octets));
     assert_eq!(played.counters.accepted, played.expected_accepted);

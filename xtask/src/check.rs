@@ -45,7 +45,8 @@ pub(crate) fn list() -> String {
     STEPS.iter().map(|step| format!("{:<12}{}", step.name, step.purpose)).collect::<Vec<_>>().join("\n")
 }
 
-/// Runs the named steps, or those by default, in the order of [`STEPS`] up to the first that fails, and prints how long each took.
+/// Runs the named steps, or those by default, in the order of [`STEPS`] up to the first that fails, and
+/// prints how long each took.
 ///
 /// # Errors
 /// For a name that is none of a step.
@@ -97,7 +98,8 @@ fn test(root: &Path) -> Result<(), String> {
     succeed(&mut cargo(root, &kinds))
 }
 
-/// What is built without optional features: the program as it is installed, the core as a microcontroller takes it.
+/// What is built without optional features: the program as it is installed, the core as a microcontroller
+/// takes it.
 fn features(root: &Path) -> Result<(), String> {
     succeed(cargo(root, &["clippy", "--workspace"]).args(LINTS))?;
     succeed(cargo(root, &["clippy", "--package", "sinew", "--no-default-features"]).args(LINTS))
@@ -112,8 +114,8 @@ fn doc(root: &Path) -> Result<(), String> {
     succeed(command.env("RUSTDOCFLAGS", "-Dwarnings"))
 }
 
-/// Every example that ends by itself. Built with the whole workspace, because a package alone has other features and is compiled
-/// anew.
+/// Every example that ends by itself. Built with the whole workspace, because a package alone has other
+/// features and is compiled anew.
 fn examples(root: &Path) -> Result<(), String> {
     succeed(&mut cargo(root, &["build", "--quiet", "--workspace", "--all-features", "--examples"]))?;
     for package in ["sinew", "sinew-lab"] {

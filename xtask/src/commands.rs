@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A check from nothing gains nothing from incremental compilation, and messages of panics name file and line without debugging
-/// information.
+/// A check from nothing gains nothing from incremental compilation, and messages of panics name file and line
+/// without debugging information.
 const SETTINGS: [(&str, &str); 2] = [("CARGO_INCREMENTAL", "0"), ("CARGO_PROFILE_DEV_DEBUG", "0")];
 
 /// The cargo that runs this program, in the root of the workspace.

@@ -27,7 +27,8 @@ sinew-cli: sinew sinew-identify sinew-lab sinew-report sinew-segment sinew-link 
 sinew-py: sinew sinew-identify sinew-lab sinew-report sinew-runtime sinew-mujoco sinew-gym
 ";
 
-/// What each room of `sinew` may import. `twin` and `control` never meet, so that plant and controller cannot share a secret.
+/// What each room of `sinew` may import. `twin` and `control` never meet, so that plant and controller cannot
+/// share a secret.
 const ROOMS: &str = "
 dispatch:
 error:

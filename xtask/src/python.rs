@@ -7,8 +7,8 @@ use std::process::{Command, Stdio};
 /// What builds the package, and what its tests cannot do without.
 const PACKAGES: [&str; 5] = ["hypothesis", "maturin>=1.9,<2", "mypy", "numpy>=1.26", "pytest"];
 
-/// What parts of the package work with; tests of those that cannot be installed are skipped with a message. Not among them:
-/// stable-baselines3, which brings gigabytes of PyTorch; where it is installed, it is tested.
+/// What parts of the package work with; tests of those that cannot be installed are skipped with a message.
+/// Not among them: stable-baselines3, which brings gigabytes of PyTorch; where it is installed, it is tested.
 const OPTIONAL: [&str; 10] = [
     "gymnasium>=1.1",
     "cmaes",
@@ -22,7 +22,8 @@ const OPTIONAL: [&str; 10] = [
     "ray>=2.40",
 ];
 
-/// Older versions of MuJoCo with which `sinew.mujoco` is tested: the oldest whose `MjSpec` configures plugins, one in the middle.
+/// Older versions of MuJoCo with which `sinew.mujoco` is tested: the oldest whose `MjSpec` configures
+/// plugins, one in the middle.
 const OLDER_MUJOCO: [&str; 2] = ["3.3.3", "3.17.0"];
 
 /// Builds the native part, then runs the tests; skipped with a message where there is no Python.

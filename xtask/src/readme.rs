@@ -1,5 +1,5 @@
-//! The README cannot go stale: its `sh` blocks run, its links lead somewhere, and its pictures are what the program
-//! draws; the list of commands names the program's verbs and flags.
+//! The README cannot go stale: its `sh` blocks run, its links lead somewhere, and its pictures are what the
+//! program draws; the list of commands names the program's verbs and flags.
 
 use crate::commands::{cargo, succeed, target};
 use crate::pictures;
@@ -16,9 +16,9 @@ const COMMANDS: &str = "docs/commands.md";
 /// Verbs that `--help` mentions in a sentence.
 const HIDDEN: [&str; 2] = ["completions", "man"];
 
-/// What stands before every block. `cargo run` of the program becomes the program that was just built, because a
-/// release build would double the time; the test command is not started from inside itself; any other cargo
-/// command fails, so that nothing in the README is skipped unnoticed.
+/// What stands before every block. `cargo run` of the program becomes the program that was just built,
+/// because a release build would double the time; the test command is not started from inside itself; any
+/// other cargo command fails, so that nothing in the README is skipped unnoticed.
 const PRELUDE: &str = r#"
 cargo() {
   case "$*" in
@@ -137,8 +137,8 @@ fn blocks(text: &str) -> Vec<Block<'_>> {
     found
 }
 
-/// Verb, or verb and verb below it, and flags of every `sinew verb ...` of a usage text; an indented line goes on with the one
-/// before.
+/// Verb, or verb and verb below it, and flags of every `sinew verb ...` of a usage text; an indented line
+/// goes on with the one before.
 fn usages(text: &str) -> Vec<(String, BTreeSet<String>)> {
     let mut found: Vec<(String, BTreeSet<String>)> = Vec::new();
     for line in text.lines() {

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The root of the workspace: what cargo says that runs this program, for a copied folder of builds holds programs of another checkout.
+/// The root of the workspace: what cargo says that runs this program, for a copied folder of builds holds
+/// programs of another checkout.
 pub(crate) fn root() -> PathBuf {
     let here = std::env::var_os("CARGO_MANIFEST_DIR")
         .map_or_else(|| env!("CARGO_MANIFEST_DIR").into(), PathBuf::from);

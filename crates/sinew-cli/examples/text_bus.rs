@@ -1,5 +1,5 @@
-//! A bus of one's own, lines of text over UDP: `text_bus devices 127.0.0.1:7400` are the drives and sensors of
-//! `planar_leg`, simulated; `text_bus run 127.0.0.1:7400`, another process, moves it. See docs/bus.md.
+//! A bus of one's own, lines of text over UDP: `text_bus devices 127.0.0.1:7400` are the drives and sensors
+//! of `planar_leg`, simulated; `text_bus run 127.0.0.1:7400`, another process, moves it. See docs/bus.md.
 
 #![allow(clippy::print_stdout, reason = "an example prints")]
 

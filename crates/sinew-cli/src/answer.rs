@@ -1,4 +1,5 @@
-//! What a verb hands back, and how it is printed: as text, or as one JSON document with the same head for all verbs.
+//! What a verb hands back, and how it is printed: as text, or as one JSON document with the same head for all
+//! verbs.
 
 use crate::error::Error;
 use crate::output::{Written, print};

@@ -342,7 +342,8 @@ impl Error {
     /// Exit code where the input is good and the result is not what was asked for.
     pub(crate) const NOT_AS_ASKED: u8 = 3;
 
-    /// 1 where the system is the cause, 2 where the input is, 3 for a motion that cannot or would not be tracked.
+    /// 1 where the system is the cause, 2 where the input is, 3 for a motion that cannot or would not be
+    /// tracked.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Unwritable { .. }

@@ -10,7 +10,8 @@ static COUNT: AtomicU8 = AtomicU8::new(0);
 static FIRST: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 static SECOND: AtomicBool = AtomicBool::new(false);
 
-/// From here on the first Ctrl-C sets the returned flag instead of ending the program; the caller ends when it is set.
+/// From here on the first Ctrl-C sets the returned flag instead of ending the program; the caller ends when
+/// it is set.
 pub(crate) fn answer() -> &'static AtomicBool {
     ANSWERED.fetch_max(1, Ordering::SeqCst);
     &FIRST

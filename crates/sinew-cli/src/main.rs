@@ -63,8 +63,8 @@ fn run(verb: &Verb, general: &General) -> Result<Answer, Error> {
     }
 }
 
-/// The command line and the name of its verb. A negative number is a value, not a flag, so that the flag's own
-/// parser refuses it.
+/// The command line and the name of its verb. A negative number is a value, not a flag, so that the flag's
+/// own parser refuses it.
 fn parse_arguments() -> Result<(Arguments, String), clap::Error> {
     fn negative_numbers(command: Command) -> Command {
         command.allow_negative_numbers(true).mut_subcommands(negative_numbers)

@@ -71,8 +71,8 @@ impl Drop for Folder {
     }
 }
 
-/// Refuses, before any work, outputs that would replace an input or one another, places that cannot be written,
-/// and with `no_clobber` those of files that exist.
+/// Refuses, before any work, outputs that would replace an input or one another, places that cannot be
+/// written, and with `no_clobber` those of files that exist.
 pub(crate) fn refuse_overwrite<'a>(
     inputs: impl IntoIterator<Item = &'a PathBuf>,
     outputs: &[PathBuf],

@@ -36,8 +36,8 @@ pub struct Outcomes<'a> {
     pub truncated: &'a mut [bool],
     /// `[environments]`; see [`Outcome::error`](crate::Outcome::error).
     pub errors: &'a mut [f64],
-    /// Last observations of episodes that ended in this step and were reset in it: `[environments x observations]`, other
-    /// rows unchanged.
+    /// Last observations of episodes that ended in this step and were reset in it:
+    /// `[environments x observations]`, other rows unchanged.
     pub last_observations: &'a mut [f32],
     /// Errors at the ends of those episodes: `[environments]`, other entries unchanged.
     pub last_errors: &'a mut [f64],
@@ -59,8 +59,8 @@ impl EnvironmentBatch {
     /// One environment for each seed, stepped by `threads` threads, the calling one among them.
     ///
     /// # Errors
-    /// As [`Environment::new`]; [`Error::OutOfDomain`] for the number of seeds or threads, or where the operating system
-    /// gives no threads.
+    /// As [`Environment::new`]; [`Error::OutOfDomain`] for the number of seeds or threads, or where the
+    /// operating system gives no threads.
     pub fn new(
         design: &Arc<EnvironmentDesign>,
         seeds: &[u64],
@@ -86,8 +86,8 @@ impl EnvironmentBatch {
         &self.environments
     }
 
-    /// Begins another episode in the environments that `mask` names, all without one; with seeds, the first of each seed.
-    /// Writes the observations and errors of all.
+    /// Begins another episode in the environments that `mask` names, all without one; with seeds, the first
+    /// of each seed. Writes the observations and errors of all.
     ///
     /// # Shapes
     /// `seeds`, `mask` and `errors: [environments]`, `observations: [environments x observations]`.
@@ -124,8 +124,8 @@ impl EnvironmentBatch {
     /// `actions: [environments x actions]`.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] and [`Error::EntryOutOfDomain`] for actions, and for an environment that has to be reset first:
-    /// nothing has then changed. As [`Environment::reset`] where episodes begin.
+    /// [`Error::WrongLength`] and [`Error::EntryOutOfDomain`] for actions, and for an environment that has to
+    /// be reset first: nothing has then changed. As [`Environment::reset`] where episodes begin.
     pub fn step(&mut self, actions: &[f32], out: &mut Outcomes<'_>) -> Result<(), Error> {
         let (count, width, mode) = (self.environments.len(), self.width(), self.mode);
         let acts = self.environments[0].design().actions();

@@ -192,8 +192,8 @@ impl EnvironmentDesign {
         Ok((sum / poses.len() as f64).max(1e-6))
     }
 
-    /// Distance between the end point and the one that is wanted, along the axes that are tracked, m; without an end point the
-    /// root-mean-square error of the joints as a share of their ranges, 1.
+    /// Distance between the end point and the one that is wanted, along the axes that are tracked, m; without
+    /// an end point the root-mean-square error of the joints as a share of their ranges, 1.
     pub(crate) fn error(&self, q: &[f64], point: [f64; 3], target: &[f64], wanted: [f64; 3]) -> f64 {
         let squares: f64 = match self.machine.task {
             Space::EndPoint { axes, .. } => {

@@ -47,8 +47,8 @@ struct Readings {
 /// What follows from an action.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
-    /// `1/(1 + (e/e_h)^2) - w mean(a^2)`: `e` the error, `e_h` that at which the first part is a half, `w` the weight of the
-    /// action `a`; 0 in a step in which the machine failed.
+    /// `1/(1 + (e/e_h)^2) - w mean(a^2)`: `e` the error, `e_h` that at which the first part is a half, `w`
+    /// the weight of the action `a`; 0 in a step in which the machine failed.
     pub reward: f64,
     /// Whether the machine failed: a cable broke, a drive stopped, or the plant could not go on.
     pub terminated: bool,
@@ -142,8 +142,8 @@ impl Environment {
     /// `action: [actions]`; entries beyond -1 and 1 count as those.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], [`Error::EntryOutOfDomain`] for an entry that is not a number, [`Error::OutOfDomain`] after the
-    /// end of the episode; nothing has then changed.
+    /// [`Error::WrongLength`], [`Error::EntryOutOfDomain`] for an entry that is not a number,
+    /// [`Error::OutOfDomain`] after the end of the episode; nothing has then changed.
     pub fn step(&mut self, action: &[f32]) -> Result<Outcome, Error> {
         check_actions(action, self.action.len())?;
         if self.ended {

@@ -1,7 +1,7 @@
 //! Environments for reinforcement learning on simulated machines whose motors pull cables through sheaths.
 //!
-//! An agent is told what a robot's sensors tell and commands its drives; every episode begins in another pose, with another
-//! specimen of the machine. No controller of this project takes part.
+//! An agent is told what a robot's sensors tell and commands its drives; every episode begins in another
+//! pose, with another specimen of the machine. No controller of this project takes part.
 //!
 //! | module          | content                                                                       |
 //! |-----------------|-------------------------------------------------------------------------------|
@@ -15,8 +15,8 @@
 //! | `batch`         | many of them, with resets of ended episodes                                    |
 //! | `threads`       | how threads share them                                                         |
 //!
-//! Every environment has its own random numbers: what it does depends on its seed and its actions alone, to the bit, whatever
-//! the number of environments and threads. Everything is simulated.
+//! Every environment has its own random numbers: what it does depends on its seed and its actions alone, to
+//! the bit, whatever the number of environments and threads. Everything is simulated.
 
 mod batch;
 mod design;

@@ -85,7 +85,8 @@ impl Layout {
             }
             rest = behind;
         }
-        // A pass of its own, in SIMD lanes. A reading that is not a number, which no sensor here gives, would be the lower bound.
+        // A pass of its own, in SIMD lanes. A reading that is not a number, which no sensor here gives, would
+        // be the lower bound.
         for (out, [low, high]) in out.iter_mut().zip(&self.bounds) {
             *out = out.max(*low).min(*high);
         }

@@ -6,13 +6,14 @@ use sinew::random::Random;
 use sinew::transmission::cable::{CablePath, Segment};
 use sinew::twin::arm::ArmSpecimen;
 
-/// How the machine of an episode differs from the design. Each is drawn evenly between two bounds, once for the whole machine.
+/// How the machine of an episode differs from the design. Each is drawn evenly between two bounds, once for
+/// the whole machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Randomisation {
     /// Whether every part is also drawn within the machine's own tolerances, part by part.
     pub tolerances: bool,
-    /// Factor on the coefficient of friction of all cables, >= 0; 0 and 0: cables without friction, whose drag, loss at the
-    /// first node and friction at creeping speed are left out as well.
+    /// Factor on the coefficient of friction of all cables, >= 0; 0 and 0: cables without friction, whose
+    /// drag, loss at the first node and friction at creeping speed are left out as well.
     pub friction: [f64; 2],
     /// Factor on the bend of all sheaths, >= 0.
     pub bend: [f64; 2],

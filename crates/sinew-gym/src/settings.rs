@@ -4,10 +4,11 @@ use sinew::twin::cable::Resolution;
 /// What an action commands of every drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Actuation {
-    /// Speed of the cable at the winch: -1 and 1 are the speed at which the drive takes up cable at half of its working
-    /// tension, away from and toward the motor.
+    /// Speed of the cable at the winch: -1 and 1 are the speed at which the drive takes up cable at half of
+    /// its working tension, away from and toward the motor.
     Speed,
-    /// Tension at the drive's outlet: -1 is the least that keeps the cable from going slack, 1 the drive's working tension.
+    /// Tension at the drive's outlet: -1 is the least that keeps the cable from going slack, 1 the drive's
+    /// working tension.
     Tension,
     /// Torque of the motor: -1 and 1 are the torque that it can give continuously.
     Torque,
@@ -24,16 +25,17 @@ pub struct Settings {
     pub steps: u32,
     /// Cells of the cables, and least substeps of a millisecond; more are taken where the machine needs them.
     pub resolution: Resolution,
-    /// Largest distance of the initial pose, and of the pose to be reached, from the machine's start, as a share of the way
-    /// to the ends of the joints' ranges, 0 to 1.
+    /// Largest distance of the initial pose, and of the pose to be reached, from the machine's start, as a
+    /// share of the way to the ends of the joints' ranges, 0 to 1.
     pub spread: f64,
     /// Weight of the mean square action in the reward, >= 0.
     pub effort: f64,
 }
 
 impl Default for Settings {
-    /// Speeds every 10 ms for 5 s; half of the ranges. Twelve cells, whose end tensions differ from those of a fine cable by less than
-    /// specimens do (`sinew::transmission::cable`), and as few substeps as the machine allows.
+    /// Speeds every 10 ms for 5 s; half of the ranges. Twelve cells, whose end tensions differ from those of
+    /// a fine cable by less than specimens do (`sinew::transmission::cable`), and as few substeps as the
+    /// machine allows.
     fn default() -> Self {
         Self {
             actuation: Actuation::Speed,

@@ -12,8 +12,8 @@ pub enum Task {
     Track(Arc<Trajectory>),
     /// The initial pose, while something pushes the joints now and then.
     Hold {
-        /// Largest push, as a share of the torque or force that the strongest muscle of a joint can exert on it in the
-        /// machine's start, 0 to 1.
+        /// Largest push, as a share of the torque or force that the strongest muscle of a joint can exert on
+        /// it in the machine's start, 0 to 1.
         push: f64,
     },
 }

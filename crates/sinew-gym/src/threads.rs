@@ -28,8 +28,8 @@ impl Threads {
         Ok(Self { others })
     }
 
-    /// Does `work` on every item. Each thread takes the next one when it is free, so that a thread that begins late, or an item that lasts
-    /// longer, delays no other.
+    /// Does `work` on every item. Each thread takes the next one when it is free, so that a thread that
+    /// begins late, or an item that lasts longer, delays no other.
     ///
     /// # Errors
     /// That of the first item that fails; which of the later ones were worked on is not defined then.

@@ -1,5 +1,5 @@
-//! Environments of every machine of this repository: what they tell, what ends them, and that nothing but seed and actions
-//! decides what they do.
+//! Environments of every machine of this repository: what they tell, what ends them, and that nothing but
+//! seed and actions decides what they do.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot start may panic")]
 #![allow(clippy::float_cmp, reason = "equality to the bit is what is tested")]

@@ -52,9 +52,8 @@ pub fn check_options(data: &Dataset, options: &Options) -> Result<(), Error> {
 /// Identifies the transmission that made a dataset.
 ///
 /// # Errors
-/// [`Error::UnknownModel`] where no candidate has a wanted name, [`Error::UnknownLog`] where no log has the name of one
-/// to keep, [`Error::NothingFitted`] where no candidate could be
-/// fitted.
+/// [`Error::UnknownModel`] where no candidate has a wanted name, [`Error::UnknownLog`] where no log has the
+/// name of one to keep, [`Error::NothingFitted`] where no candidate could be fitted.
 pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> Result<Identification, Error> {
     // 1. Read: conditioned as the predictor conditions its samples.
     let logs = ConditionedLogs::new(data.clone());

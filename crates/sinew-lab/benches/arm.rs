@@ -1,7 +1,8 @@
-//! Cost of a millisecond of the arm's twin: 15 muscles, 7 joints, all effects; of its controller and of those of other
-//! machines; and of a sample of its trajectory.
+//! Cost of a millisecond of the arm's twin: 15 muscles, 7 joints, all effects; of its controller and of those
+//! of other machines; and of a sample of its trajectory.
 //!
-//! `SINEW_MYOARM` may name the file of the MyoSuite arm (`myoarm.xml`), whose controller is then measured, too.
+//! `SINEW_MYOARM` may name the file of the MyoSuite arm (`myoarm.xml`), whose controller is then measured,
+//! too.
 
 #![allow(clippy::unwrap_used, reason = "a bench that cannot start may panic")]
 #![allow(clippy::print_stdout, reason = "a bench prints")]
@@ -126,8 +127,8 @@ impl Moment {
     }
 }
 
-/// A controller in the middle of a motion, with the inputs of the next milliseconds: the arm's fast sine, a tour of
-/// other machines.
+/// A controller in the middle of a motion, with the inputs of the next milliseconds: the arm's fast sine, a
+/// tour of other machines.
 fn controller_in_motion(name: &str) -> (ArmController, Vec<Moment>) {
     let machine = machine(name);
     let trajectory = if name == "lm_arm" {

@@ -1,5 +1,5 @@
-//! Calibrates the cables of the arm `models/lm_arm.toml` on the twin, tracks two turns of a closed path of its
-//! end point, and prints the end point's error over time.
+//! Calibrates the cables of the arm `models/lm_arm.toml` on the twin, tracks two turns of a closed path of
+//! its end point, and prints the end point's error over time.
 
 #![allow(clippy::print_stdout, reason = "an example prints")]
 

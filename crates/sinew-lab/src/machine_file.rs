@@ -37,8 +37,8 @@ pub struct LoadedRobot {
     pub warnings: Vec<Warning>,
 }
 
-/// Reads and validates a machine: a machine file, or a robot file with defaults for everything but the body. A
-/// file takes precedence over a built-in machine of the same name; `muscles` is as in [`load_robot`]. What
+/// Reads and validates a machine: a machine file, or a robot file with defaults for everything but the body.
+/// A file takes precedence over a built-in machine of the same name; `muscles` is as in [`load_robot`]. What
 /// identifies its devices on their bus is left out: see [`load_machine_on`].
 ///
 /// # Errors

@@ -15,7 +15,8 @@
 //! | [`Playout`] | interpolation of set-points over jitter |
 //! | [`Key`] | the pre-shared key and its file |
 //!
-//! The crate knows neither robots nor controllers: numbers have the order of the machine that the host serves.
+//! The crate knows neither robots nor controllers: numbers have the order of the machine that the host
+//! serves.
 
 pub mod client;
 mod codes;

@@ -18,7 +18,8 @@ pub struct Peer {
     round_trip: RoundTrip,
 }
 
-/// Times from the sending of a packet to the arrival of one that reflects it, less the time for which the other side held it.
+/// Times from the sending of a packet to the arrival of one that reflects it, less the time for which the
+/// other side held it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RoundTrip {
     /// Number of measurements.

@@ -16,9 +16,10 @@
 /// | h_1, h_2   | their durations                                          | s    |
 /// | B          | time in which a motion without next point comes to rest  | s    |
 ///
-/// Where the point after the next is not yet there, `v_k+1 = d_1`. A piece begins with the position and velocity in which the
-/// one before ended, so that neither jumps whatever arrives; between points the reference does not overshoot
-/// where the slopes are not carried over from an interruption. Limits of speed and acceleration are the receiver's.
+/// Where the point after the next is not yet there, `v_k+1 = d_1`. A piece begins with the position and
+/// velocity in which the one before ended, so that neither jumps whatever arrives; between points the
+/// reference does not overshoot where the slopes are not carried over from an interruption. Limits of speed
+/// and acceleration are the receiver's.
 ///
 /// # Source
 /// `fritsch1980` for the slopes; the delay as in playout buffers for speech, RFC 3550.
@@ -79,7 +80,8 @@ pub enum Playing {
 }
 
 impl Playout {
-    /// At rest at zero; memory for `capacity` points of up to `max_values` numbers. `delay` and `brake` are in ns.
+    /// At rest at zero; memory for `capacity` points of up to `max_values` numbers. `delay` and `brake` are
+    /// in ns.
     #[must_use]
     pub fn new(max_values: usize, capacity: usize, delay: u64, brake: u64) -> Self {
         let zeros = || vec![0.0; max_values].into_boxed_slice();
@@ -101,7 +103,8 @@ impl Playout {
         }
     }
 
-    /// Forgets all points and rests at a position of as many numbers as the points to come have, up to the most.
+    /// Forgets all points and rests at a position of as many numbers as the points to come have, up to the
+    /// most.
     pub fn reset(&mut self, now: u64, position: &[f64]) {
         self.values = position.len().min(self.x.len());
         self.queued = 0;
@@ -276,7 +279,8 @@ impl Playout {
     }
 }
 
-/// Slope at a point between two chords: of the parabola through the three points, as far as it leaves both chords monotone.
+/// Slope at a point between two chords: of the parabola through the three points, as far as it leaves both
+/// chords monotone.
 fn slope(d1: f64, d2: f64, h1: f64, h2: f64) -> f64 {
     let parabola = (h2 * d1 + h1 * d2) / (h1 + h2);
     let most = 3.0 * d1.abs().min(d2.abs());

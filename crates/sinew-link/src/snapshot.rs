@@ -105,7 +105,8 @@ impl Snapshot {
         [joint + joints, muscle + muscles.min(self.muscles - muscle)]
     }
 
-    /// Writes the part that begins at a joint and muscle; returns where the next one begins, none after the last.
+    /// Writes the part that begins at a joint and muscle; returns where the next one begins, none after the
+    /// last.
     pub(crate) fn write(
         &self,
         from: [usize; 2],

@@ -4,7 +4,8 @@ use axum::http::HeaderMap;
 use axum::http::header::{AUTHORIZATION, HOST, ORIGIN, SEC_WEBSOCKET_PROTOCOL};
 use std::net::SocketAddr;
 
-/// Protocol of the stream, and the beginning of the one that carries a token: browsers cannot set headers of a WebSocket.
+/// Protocol of the stream, and the beginning of the one that carries a token: browsers cannot set headers of
+/// a WebSocket.
 pub(crate) const PROTOCOL: &str = "sinew.live.1";
 const TOKEN_PROTOCOL: &str = "token.";
 
@@ -33,7 +34,8 @@ impl Access {
         self.token.as_deref()
     }
 
-    /// Whether a request names this server and comes from no other page: names of others point here by DNS rebinding.
+    /// Whether a request names this server and comes from no other page: names of others point here by DNS
+    /// rebinding.
     pub(crate) fn is_own(&self, headers: &HeaderMap) -> bool {
         let Some(host) = headers.get(HOST).and_then(|host| host.to_str().ok()) else { return false };
         let named = self.is_named(host);
@@ -44,7 +46,8 @@ impl Access {
         named && origin
     }
 
-    /// Whether a `Host` is this server: its address, or the loopback's name; bound to all addresses, any number.
+    /// Whether a `Host` is this server: its address, or the loopback's name; bound to all addresses, any
+    /// number.
     fn is_named(&self, host: &str) -> bool {
         let port = self.address.port();
         let (name, given) = match host.rsplit_once(':') {
@@ -58,7 +61,8 @@ impl Access {
         given == Some(port) && (own || loopback)
     }
 
-    /// Whether a request may see and command: on loopback any, else one with the token in a header or a protocol.
+    /// Whether a request may see and command: on loopback any, else one with the token in a header or a
+    /// protocol.
     pub(crate) fn is_authorized(&self, headers: &HeaderMap) -> bool {
         let Some(token) = &self.token else { return true };
         let text = |name| headers.get(name).and_then(|value| value.to_str().ok()).unwrap_or_default();

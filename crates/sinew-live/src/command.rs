@@ -63,8 +63,8 @@ const LATEST: f64 = 1e9;
 const FAR: f64 = 1e3;
 
 impl Command {
-    /// The command of a message, with its number, which is that of the answer; the error names the field, its value and what was
-    /// expected.
+    /// The command of a message, with its number, which is that of the answer; the error names the field, its
+    /// value and what was expected.
     ///
     /// # Errors
     /// The number, if there was one, and the reason in words.

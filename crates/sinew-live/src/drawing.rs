@@ -1,4 +1,5 @@
-//! Where bodies and cables are: poses, and every cable from its winch through the sheath's curve to the anchor.
+//! Where bodies and cables are: poses, and every cable from its winch through the sheath's curve to the
+//! anchor.
 
 use sinew::Error;
 use sinew::body::Poses;

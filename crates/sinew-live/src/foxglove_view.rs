@@ -1,4 +1,5 @@
-//! The same machine in Foxglove: bodies, cables with their tension, all signals. It is watched there, not commanded.
+//! The same machine in Foxglove: bodies, cables with their tension, all signals. It is watched there, not
+//! commanded.
 
 use crate::error::LiveError;
 use crate::layout::unpack;

@@ -20,8 +20,8 @@ pub(crate) struct Along {
 }
 
 impl Along {
-    /// Between the two ends, where no more is known: from the near tension to the far tension without the pretension, which acts
-    /// behind the sheath, in proportion to itself as in capstan friction.
+    /// Between the two ends, where no more is known: from the near tension to the far tension without the
+    /// pretension, which acts behind the sheath, in proportion to itself as in capstan friction.
     pub(crate) fn between_ends(machine: &Machine, now: &Signals) -> Self {
         let mut tension = Vec::with_capacity(machine.muscles.len() * POINTS);
         for (k, muscle) in machine.muscles.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! A machine that is moved along a motion without forces: what is shown of one that cannot make it by its muscles.
+//! A machine that is moved along a motion without forces: what is shown of one that cannot make it by its
+//! muscles.
 
 use crate::choices::Choices;
 use crate::command::Command;

@@ -10,8 +10,8 @@
 //!
 //! With the feature `foxglove` the same thread shows the source in Foxglove as well.
 //!
-//! That thread puts the newest state into one place, from which every viewer takes it: a slow viewer misses states and
-//! delays nobody. What is simulated is labelled so.
+//! That thread puts the newest state into one place, from which every viewer takes it: a slow viewer misses
+//! states and delays nobody. What is simulated is labelled so.
 
 mod access;
 mod beside;

@@ -89,7 +89,8 @@ impl PageMotion {
 
     /// The end point is dragged; a machine that moves along its path comes to rest first.
     ///
-    /// Only where running or holding is asked for: a stop of the same picture, from this page or another, must stand.
+    /// Only where running or holding is asked for: a stop of the same picture, from this page or another,
+    /// must stand.
     pub(crate) fn drag(&mut self, target: [f64; 3]) {
         if !matches!(self.request, Request::Run | Request::Hold) {
             return;

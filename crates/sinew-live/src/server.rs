@@ -44,8 +44,9 @@ impl Server {
     /// Begins to listen and to show.
     ///
     /// # Errors
-    /// [`LiveError::Address`] for an address that cannot be listened on; [`LiveError::Foxglove`]; [`LiveError::System`] where the
-    /// system refuses a thread, a runtime or random numbers; those of [`Source::scene`] and [`Source::state`].
+    /// [`LiveError::Address`] for an address that cannot be listened on; [`LiveError::Foxglove`];
+    /// [`LiveError::System`] where the system refuses a thread, a runtime or random numbers; those of
+    /// [`Source::scene`] and [`Source::state`].
     pub fn start(settings: ServerSettings) -> Result<Self, LiveError> {
         let ServerSettings { address, mut source, foxglove } = settings;
         let mut beside = Beside::start(foxglove)?;
@@ -92,8 +93,9 @@ impl Server {
         self.foxglove
     }
 
-    /// Address of the page; off loopback with the token in its fragment, which browsers do not transmit. For a server bound to
-    /// all addresses it names the loopback address; other hosts use any address of this computer.
+    /// Address of the page; off loopback with the token in its fragment, which browsers do not transmit. For
+    /// a server bound to all addresses it names the loopback address; other hosts use any address of this
+    /// computer.
     #[must_use]
     pub fn url(&self) -> String {
         let fragment = self.token.as_ref().map_or(String::new(), |token| format!("#token={token}"));

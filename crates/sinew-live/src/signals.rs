@@ -18,7 +18,8 @@ impl Signals {
         Self { time: 0.0, frame: Frame::new(Arc::new(FrameLayout::new(sizes, simulated))) }
     }
 
-    /// The pose that is drawn: the true one where it is known, otherwise the estimated one, otherwise the reference.
+    /// The pose that is drawn: the true one where it is known, otherwise the estimated one, otherwise the
+    /// reference.
     pub(crate) fn pose(&self) -> Option<&[f64]> {
         let all = [Signal::JointTrue, Signal::JointEstimated, Signal::JointReference];
         let known = |q: &&[f64]| !q.is_empty() && q.iter().all(|q| q.is_finite());

@@ -130,7 +130,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Lets the period after the last commands pass, once: what is shown is the cycle and the plant as it found it.
+    /// Lets the period after the last commands pass, once: what is shown is the cycle and the plant as it
+    /// found it.
     fn pass(&mut self) {
         let Self { session, cables, .. } = self;
         let before = session.plant().arm().truth().time;
@@ -195,7 +196,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Pushes a point of a body, m in its frame, with a force, N in the world, for a time, s; how many joints feel it.
+    /// Pushes a point of a body, m in its frame, with a force, N in the world, for a time, s; how many joints
+    /// feel it.
     ///
     /// # Errors
     /// As [`inject`](Self::inject).

@@ -1,4 +1,5 @@
-//! From the control cycle of a run to the page: a ring that never blocks the cycle, and a request to stop on the way back.
+//! From the control cycle of a run to the page: a ring that never blocks the cycle, and a request to stop on
+//! the way back.
 
 use crate::choices::Choices;
 use crate::command::Command;
@@ -109,8 +110,8 @@ pub fn tap(parts: RunParts) -> Result<(Tap, Run), Error> {
 }
 
 impl Tap {
-    /// Offers a cycle to the page, which takes one of some; where the page is slow, it misses it. Allocates nothing, takes no lock
-    /// and makes no system call.
+    /// Offers a cycle to the page, which takes one of some; where the page is slow, it misses it. Allocates
+    /// nothing, takes no lock and makes no system call.
     pub fn show<P: Plant>(&mut self, record: &CycleRecord<'_, P>) {
         let due = self.count.is_multiple_of(self.every);
         self.count += 1;

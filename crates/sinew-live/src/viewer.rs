@@ -20,7 +20,8 @@ pub(crate) const WAITING: usize = 64;
 const VIEWERS: usize = 32;
 /// Time in which a viewer takes a message; one that does not is gone.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// Silence after which a viewer gets the last state again, while another motion is prepared or many cycles are stepped.
+/// Silence after which a viewer gets the last state again, while another motion is prepared or many cycles
+/// are stepped.
 const SILENCE: Duration = Duration::from_millis(400);
 
 /// What requests share.

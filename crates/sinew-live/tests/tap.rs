@@ -1,4 +1,5 @@
-//! A run on the page: its results do not depend on who looks, its cycle allocates nothing for them, the page can stop it.
+//! A run on the page: its results do not depend on who looks, its cycle allocates nothing for them, the page
+//! can stop it.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 #![allow(dead_code, reason = "the machines are those of another crate's tests")]

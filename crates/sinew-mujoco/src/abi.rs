@@ -2,11 +2,12 @@
 //!
 //! # Safety
 //! What all blocks rely on:
-//! - The loader gave addresses of functions of MuJoCo with the signatures that [`Connect`] states, and offsets that it compared
-//!   with the addresses of MuJoCo's own arrays; callbacks run only after a registration with them.
-//! - MuJoCo calls with a valid `mjModel` and, where there is one, an `mjData` made for it, of which no other thread writes the
-//!   same arrays. The arrays have the lengths that the comments of `mjmodel.h` and `mjdata.h` state; arrays of `mjModel` and
-//!   `mjData`, and of the latter among each other, do not overlap.
+//! - The loader gave addresses of functions of MuJoCo with the signatures that [`Connect`] states, and
+//!   offsets that it compared with the addresses of MuJoCo's own arrays; callbacks run only after a
+//!   registration with them.
+//! - MuJoCo calls with a valid `mjModel` and, where there is one, an `mjData` made for it, of which no other
+//!   thread writes the same arrays. The arrays have the lengths that the comments of `mjmodel.h` and
+//!   `mjdata.h` state; arrays of `mjModel` and `mjData`, and of the latter among each other, do not overlap.
 //! - No panic leaves a callback.
 #![allow(unsafe_code, reason = "a foreign interface: pointers in, slices out")]
 
@@ -55,9 +56,9 @@ static CONNECTION: OnceLock<Connection> = OnceLock::new();
 /// struct Connect { mjp_registerPlugin, mj_getPluginConfig, mju_warning, int64_t places[count][2], size_t count }
 /// ```
 ///
-/// Registers both plugins with the MuJoCo that is loaded; returns 0, or -1 with the reason in `message`. A place is the offset of a
-/// field of [`fields`](crate::fields) in bytes, -1 where it does not exist, and the width of its number, negative for
-/// `double`; 8 for addresses. A second call of a process does nothing.
+/// Registers both plugins with the MuJoCo that is loaded; returns 0, or -1 with the reason in `message`. A
+/// place is the offset of a field of [`fields`](crate::fields) in bytes, -1 where it does not exist, and the
+/// width of its number, negative for `double`; 8 for addresses. A second call of a process does nothing.
 #[must_use]
 pub fn connect_address() -> usize {
     connect as *const () as usize

@@ -110,8 +110,8 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// Places as the loader has them: offset, negative where the field does not exist, and width of the number in bytes,
-    /// negative for a `double`.
+    /// Places as the loader has them: offset, negative where the field does not exist, and width of the
+    /// number in bytes, negative for a `double`.
     pub(crate) fn new(given: &[[i64; 2]]) -> Result<Self, String> {
         if given.len() != FIELDS.len() {
             return Err(format!("{} fields have places, expected {}", given.len(), FIELDS.len()));

@@ -5,10 +5,11 @@
 //! | `sinew.sheath` | friction that grows with tension, with exact sticking, on tendons as they are    | none  |
 //! | `sinew.cable`  | a winch and an elastic cable in its sheath, in the place of a tendon's actuator   | `2 cells + 5` numbers a cable |
 //!
-//! Neither a header nor a library of MuJoCo is needed to build this crate. A loader hands over the addresses of three
-//! functions of MuJoCo and the offsets of the fields of its structures ([`fields`]), which differ from version to version, and
-//! calls the function at [`connect_address`]. The loader of this project is the Python module `sinew.mujoco`, which
-//! takes the offsets from MuJoCo's own description of its structures and compares them with the addresses of MuJoCo's arrays.
+//! Neither a header nor a library of MuJoCo is needed to build this crate. A loader hands over the addresses
+//! of three functions of MuJoCo and the offsets of the fields of its structures ([`fields`]), which differ
+//! from version to version, and calls the function at [`connect_address`]. The loader of this project is the
+//! Python module `sinew.mujoco`, which takes the offsets from MuJoCo's own description of its structures and
+//! compares them with the addresses of MuJoCo's arrays.
 //!
 //! | file           | what it holds                                                                  |
 //! |----------------|--------------------------------------------------------------------------------|

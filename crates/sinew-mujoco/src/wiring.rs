@@ -1,7 +1,8 @@
 //! What a plugin derives from a model: kept per thread, found by the hash of all that it is derived from.
 //!
-//! `mjData` may be copied, pickled and stepped on any thread, and its `plugin_data` is copied as a number. So nothing is
-//! owned by an `mjData`: `plugin_data` holds a hash, and a thread that does not know it derives the wiring again from the model.
+//! `mjData` may be copied, pickled and stepped on any thread, and its `plugin_data` is copied as a number. So
+//! nothing is owned by an `mjData`: `plugin_data` holds a hash, and a thread that does not know it derives
+//! the wiring again from the model.
 
 use crate::text::Config;
 use crate::view::Model;
@@ -39,8 +40,8 @@ impl<T> Wirings<T> {
     }
 }
 
-/// The hash of an instance, of the configurations up to it, and of the actuators and tendons of the model; never zero, which
-/// marks an `mjData` without hash.
+/// The hash of an instance, of the configurations up to it, and of the actuators and tendons of the model;
+/// never zero, which marks an `mjData` without hash.
 ///
 /// All else that a plugin needs of the model is read from it in every step, because users change it.
 pub(crate) fn hash_of(model: &Model<'_>, instance: usize, configs: &[Config]) -> u64 {

@@ -74,7 +74,8 @@ impl Cable {
 
     /// Advances the cable by `interval_s` seconds, 1e-7 to 0.02, while its ends move.
     ///
-    /// `motor_m`, `anchor_m`: displacements of winch and anchor in this step, m, positive toward the motor, at most 0.1.
+    /// `motor_m`, `anchor_m`: displacements of winch and anchor in this step, m, positive toward the motor,
+    /// at most 0.1.
     #[pyo3(signature = (interval_s, motor_m, anchor_m=0.0))]
     fn step(&mut self, interval_s: f64, motor_m: f64, anchor_m: f64) -> PyResult<CableEnds> {
         let motion = EndMotion { motor: motor_m, anchor: anchor_m };
@@ -83,9 +84,9 @@ impl Cable {
 
     /// Many steps, one after the other.
     ///
-    /// `motor_m`, `anchor_m`: displacements in every step, m, shapes `(n,)`; without `anchor_m` the anchor stands still.
-    /// Returns a dictionary of arrays of shape `(n,)`: `tension_in`, N, `tension_out`, N, `dissipated`, J, and
-    /// `stretch`, m. After an error the cable is where its last good step left it.
+    /// `motor_m`, `anchor_m`: displacements in every step, m, shapes `(n,)`; without `anchor_m` the anchor
+    /// stands still. Returns a dictionary of arrays of shape `(n,)`: `tension_in`, N, `tension_out`, N,
+    /// `dissipated`, J, and `stretch`, m. After an error the cable is where its last good step left it.
     #[pyo3(signature = (interval_s, motor_m, anchor_m=None))]
     fn run<'py>(
         &mut self,
@@ -118,7 +119,8 @@ impl Cable {
         Ok(result)
     }
 
-    /// Sets the profile of steady sliding with this tension at the anchor, N; `toward_motor` is the direction of sliding.
+    /// Sets the profile of steady sliding with this tension at the anchor, N; `toward_motor` is the direction
+    /// of sliding.
     #[pyo3(signature = (tension_out_n, *, toward_motor=true))]
     fn settle(&mut self, tension_out_n: f64, toward_motor: bool) -> PyResult<CableEnds> {
         let sliding = if toward_motor { Sliding::TowardMotor } else { Sliding::AwayFromMotor };

@@ -138,12 +138,13 @@ fn set(to: &mut Reference, q: &Bound<'_, PyAny>, rates: [Option<&Bound<'_, PyAny
 
 #[pymethods]
 impl Controller {
-    /// One control cycle: the commands for the `interval_s` seconds to come, by default a period of the machine.
+    /// One control cycle: the commands for the `interval_s` seconds to come, by default a period of the
+    /// machine.
     ///
-    /// Measured: `motor`, positions of the cables at the motors, m, and `tension` at the drives, N, shapes `(muscles,)`;
-    /// `joint`, the joints' encoders, rad or m, shape `(joints,)`, not read where a joint has none. Reference: `q`, and `v`
-    /// and `a`, zero by default, shapes `(joints,)`, rad or m, per s, per s^2; `previewed`, the same as a tuple
-    /// `(q, v, a)` 0.12 s ahead, by default the present one.
+    /// Measured: `motor`, positions of the cables at the motors, m, and `tension` at the drives, N, shapes
+    /// `(muscles,)`; `joint`, the joints' encoders, rad or m, shape `(joints,)`, not read where a joint has
+    /// none. Reference: `q`, and `v` and `a`, zero by default, shapes `(joints,)`, rad or m, per s, per s^2;
+    /// `previewed`, the same as a tuple `(q, v, a)` 0.12 s ahead, by default the present one.
     #[pyo3(signature = (motor, tension, joint, q, v=None, a=None, *, previewed=None, interval_s=None))]
     #[expect(clippy::too_many_arguments, reason = "one per sensor and reference")]
     #[expect(clippy::needless_pass_by_value, reason = "a tuple is extracted, not borrowed")]

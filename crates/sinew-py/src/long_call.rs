@@ -80,9 +80,9 @@ impl Progress {
 
 /// Runs `work` on a thread of its own and waits for it without the interpreter's lock.
 ///
-/// Ctrl-C raises `KeyboardInterrupt` at once; the thread ends when its work next tells of its progress. `progress` is
-/// called as `progress(stage, share)`, on the thread that waits. `threads` bounds those of the work, which are otherwise
-/// shared by all calls.
+/// Ctrl-C raises `KeyboardInterrupt` at once; the thread ends when its work next tells of its progress.
+/// `progress` is called as `progress(stage, share)`, on the thread that waits. `threads` bounds those of the
+/// work, which are otherwise shared by all calls.
 pub(crate) fn run<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,

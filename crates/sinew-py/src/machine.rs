@@ -244,7 +244,8 @@ impl Machine {
         array(py, ranges.concat(), &[ranges.len()], &[2])
     }
 
-    /// Least and largest tension at every anchor, N, of the design or of cable and drive, shape `(muscles, 2)`.
+    /// Least and largest tension at every anchor, N, of the design or of cable and drive, shape
+    /// `(muscles, 2)`.
     #[getter]
     fn tension_limits<'py>(&self, py: Python<'py>) -> Array<'py> {
         let laws = self.machine.laws(CELLS).map_err(Failure::from)?;
@@ -288,8 +289,9 @@ impl Machine {
         })
     }
 
-    /// Tensions at the drives, N, with which the cables begin to slide toward them under tensions at the anchors, shape
-    /// `(..., muscles)`: the law of every cable as designed, with the bend of its sheath and its wrap in the pose.
+    /// Tensions at the drives, N, with which the cables begin to slide toward them under tensions at the
+    /// anchors, shape `(..., muscles)`: the law of every cable as designed, with the bend of its sheath and
+    /// its wrap in the pose.
     ///
     /// `q`: shape `(..., joints)`, rad or m. `tension`: at the anchors, N, shape `(..., muscles)`.
     fn drive_tensions<'py>(&self, q: &Bound<'py, PyAny>, tension: &Bound<'py, PyAny>) -> Array<'py> {
@@ -312,11 +314,11 @@ impl Machine {
         self.in_poses(q, &[self.joints(), self.joints()], MuscleDynamics::mass_matrix)
     }
 
-    /// Torque that the muscles have to give, `M a + c + g` without the springs and dampers of the joints, N m or N, shape
-    /// `(..., joints)`.
+    /// Torque that the muscles have to give, `M a + c + g` without the springs and dampers of the joints, N m
+    /// or N, shape `(..., joints)`.
     ///
-    /// `q`, `v`, `a`: coordinates, velocities and accelerations of the independent joints, rad or m, per s, per s^2,
-    /// shapes `(..., joints)`; one of shape `(joints,)` holds for all rows of the others.
+    /// `q`, `v`, `a`: coordinates, velocities and accelerations of the independent joints, rad or m, per s,
+    /// per s^2, shapes `(..., joints)`; one of shape `(joints,)` holds for all rows of the others.
     fn inverse_dynamics<'py>(
         &self,
         q: &Bound<'py, PyAny>,
@@ -366,8 +368,8 @@ impl Machine {
         })
     }
 
-    /// Jacobian of a site, shape `(..., 6, joints)`: its velocity in the world, m/s, above its angular velocity, rad/s, per
-    /// velocity of every independent joint.
+    /// Jacobian of a site, shape `(..., 6, joints)`: its velocity in the world, m/s, above its angular
+    /// velocity, rad/s, per velocity of every independent joint.
     ///
     /// `q`: shape `(..., joints)`, rad or m. `site`: its name, by default the end point.
     #[pyo3(signature = (q, *, site=None))]
@@ -390,9 +392,9 @@ impl Machine {
 
     /// A controller in its initial state.
     ///
-    /// `seed`: its cables are identified on the bench of the specimen that `Twin(machine, seed)` is; without a seed they
-    /// have the designed parameters. `poses`: the gains hold in these, shape `(n, joints)`, rad or m, by default in the whole
-    /// range of the joints.
+    /// `seed`: its cables are identified on the bench of the specimen that `Twin(machine, seed)` is; without
+    /// a seed they have the designed parameters. `poses`: the gains hold in these, shape `(n, joints)`, rad
+    /// or m, by default in the whole range of the joints.
     #[pyo3(signature = (seed=None, *, poses=None))]
     fn controller(
         &self,

@@ -14,7 +14,8 @@ use sinew_identify::log::{Dataset, RequestedRoles};
 use sinew_identify::report::IdentificationReport;
 use std::sync::Arc;
 
-/// A model of one transmission, with the report of its identification where it was identified in this process.
+/// A model of one transmission, with the report of its identification where it was identified in this
+/// process.
 #[pyclass(frozen, module = "sinew._sinew")]
 pub(crate) struct Model {
     model: Arc<sinew::predictor::Model>,

@@ -25,8 +25,8 @@ pub(crate) fn mujoco_fields() -> Vec<(&'static str, bool, bool)> {
     sinew_mujoco::fields().iter().map(row).collect()
 }
 
-/// A machine as MJCF with its payload, and as JSON what MJCF does not say: the coordinates of its start and, of every
-/// muscle, name, path and parameters of the cable at the start, and the limits of its tension.
+/// A machine as MJCF with its payload, and as JSON what MJCF does not say: the coordinates of its start and,
+/// of every muscle, name, path and parameters of the cable at the start, and the limits of its tension.
 #[pyfunction]
 pub(crate) fn mujoco_machine(machine: &Bound<'_, Machine>) -> PyResult<(String, String)> {
     let machine = &machine.get().machine;

@@ -125,7 +125,8 @@ impl Columns {
 
 /// Predicts the far end of one transmission from its near side, sample by sample and causally.
 ///
-/// Made by `Model.predictor`. Missing (NaN) and implausible inputs are replaced by the last accepted value and flagged.
+/// Made by `Model.predictor`. Missing (NaN) and implausible inputs are replaced by the last accepted value
+/// and flagged.
 #[pyclass(module = "sinew")]
 pub(crate) struct Predictor {
     inner: sinew::predictor::Predictor,
@@ -141,8 +142,8 @@ impl Predictor {
 impl Predictor {
     /// Predicts the far end at one sample.
     ///
-    /// `time_s`: time, s, any origin. `inputs`: one number per column of `Model.inputs`, in that order and in the units
-    /// of the training logs, shape `(inputs,)`; NaN for missing.
+    /// `time_s`: time, s, any origin. `inputs`: one number per column of `Model.inputs`, in that order and in
+    /// the units of the training logs, shape `(inputs,)`; NaN for missing.
     fn step(&mut self, time_s: f64, inputs: &Bound<'_, PyAny>) -> PyResult<Prediction> {
         let inputs = Numbers::of(inputs, "inputs")?;
         let inputs = inputs.row("inputs", self.inner.model().inputs.len())?;
@@ -151,8 +152,8 @@ impl Predictor {
 
     /// Predicts the far end at many samples, one after the other.
     ///
-    /// `time_s`: shape `(n,)`, s. `inputs`: shape `(n, inputs)`. Returns a dictionary of arrays of shape `(n,)`: `mean`,
-    /// `standard_deviation`, `half_width`, `gate`, and the flags as booleans.
+    /// `time_s`: shape `(n,)`, s. `inputs`: shape `(n, inputs)`. Returns a dictionary of arrays of shape
+    /// `(n,)`: `mean`, `standard_deviation`, `half_width`, `gate`, and the flags as booleans.
     fn run<'py>(
         &mut self,
         py: Python<'py>,

@@ -159,7 +159,8 @@ pub(crate) struct Conditions {
     trace_interval_s: f64,
 }
 
-/// Rules with which drawn machines track a motion, as JSON, and a warning where they do so inaccurately; see `sinew.verify`.
+/// Rules with which drawn machines track a motion, as JSON, and a warning where they do so inaccurately; see
+/// `sinew.verify`.
 #[pyfunction]
 pub(crate) fn verify(
     py: Python<'_>,

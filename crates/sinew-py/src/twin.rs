@@ -14,10 +14,10 @@ type Vector<'py> = Bound<'py, PyArray1<f64>>;
 
 /// A simulated machine: bodies, elastic cables with friction and effects that no model has, drives, sensors.
 ///
-/// `seed` draws a specimen within the machine's tolerances; without it the machine is as designed, and `seed` 0 that of
-/// the sensor noise. It starts at rest in the pose `q`, rad or m, shape `(joints,)`, by default the machine's start, with
-/// `tension_n` at the anchors, N, shape `(muscles,)`, by default such that gravity is in equilibrium. Everything is
-/// simulated.
+/// `seed` draws a specimen within the machine's tolerances; without it the machine is as designed, and `seed`
+/// 0 that of the sensor noise. It starts at rest in the pose `q`, rad or m, shape `(joints,)`, by default the
+/// machine's start, with `tension_n` at the anchors, N, shape `(muscles,)`, by default such that gravity is
+/// in equilibrium. Everything is simulated.
 #[pyclass(module = "sinew")]
 pub(crate) struct Twin {
     inner: ArmTwin,
@@ -73,11 +73,12 @@ impl Twin {
         Ok(Self { commands: vec![DriveCommand::Off; machine.muscles()], inner })
     }
 
-    /// All drives execute their commands for `interval_s` seconds, 1e-5 to 0.02; by default for a period of the machine.
+    /// All drives execute their commands for `interval_s` seconds, 1e-5 to 0.02; by default for a period of
+    /// the machine.
     ///
-    /// `command`: shape `(muscles,)`; NaN switches a drive off. `kind`: `"speed"` for the speed of the cable at the winch,
-    /// m/s, positive toward the motor, `"tension"` for the tension at the drive's outlet, N, `"current"` for that of the
-    /// motor, A.
+    /// `command`: shape `(muscles,)`; NaN switches a drive off. `kind`: `"speed"` for the speed of the cable
+    /// at the winch, m/s, positive toward the motor, `"tension"` for the tension at the drive's outlet, N,
+    /// `"current"` for that of the motor, A.
     #[pyo3(signature = (command, interval_s=None, *, kind="speed"))]
     fn step(
         &mut self,
@@ -159,7 +160,8 @@ impl Twin {
         vector(py, &self.inner.truth().cables.iter().map(|cable| cable.stretch).collect::<Vec<_>>())
     }
 
-    /// Measured positions of the cables by the motors' encoders, m, positive toward the motor, shape `(muscles,)`.
+    /// Measured positions of the cables by the motors' encoders, m, positive toward the motor, shape
+    /// `(muscles,)`.
     #[getter]
     fn measured_motor<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, &self.inner.reading().motor)

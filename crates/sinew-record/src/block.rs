@@ -132,7 +132,8 @@ pub(crate) fn cycle_check<'a>(commands: impl IntoIterator<Item = &'a f64>) -> u8
     hasher.finalize() as u8
 }
 
-/// Adds numbers to the checks of their muscles or joints; there are several numbers of each: `[numbers x checks]`.
+/// Adds numbers to the checks of their muscles or joints; there are several numbers of each:
+/// `[numbers x checks]`.
 pub(crate) fn add_checks(checks: &mut [Hasher], numbers: &[f64]) {
     for row in numbers.chunks_exact(checks.len().max(1)) {
         checks.iter_mut().zip(row).for_each(|(check, x)| check.update(&x.to_bits().to_le_bytes()));
@@ -170,8 +171,8 @@ pub struct Block {
 }
 
 impl Block {
-    /// Decodes a message at a place in a file, with the cycles that follow it: time and message of those of every cycle and
-    /// of the slow ones.
+    /// Decodes a message at a place in a file, with the cycles that follow it: time and message of those of
+    /// every cycle and of the slow ones.
     pub(crate) fn decode(
         message: &BlockMessage,
         rows: [&[(u64, &[u8])]; 2],
@@ -233,7 +234,8 @@ impl Block {
     }
 }
 
-/// Latest cycle that is read: numbers of cycles are exact as floating-point numbers, and their sums do not overflow.
+/// Latest cycle that is read: numbers of cycles are exact as floating-point numbers, and their sums do not
+/// overflow.
 const LAST_CYCLE: u64 = 1 << 52;
 /// Longest block that is read.
 const MAX_CYCLES: usize = 100_000;

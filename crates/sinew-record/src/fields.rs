@@ -1,7 +1,7 @@
 //! The messages with the signals: fields by the names of the columns, and their schema.
 //!
-//! A column `position_in_m:biceps` is the field `position_in_m.biceps`, one without a part a field of its own. Time is
-//! that of the message.
+//! A column `position_in_m:biceps` is the field `position_in_m.biceps`, one without a part a field of its
+//! own. Time is that of the message.
 
 use crate::head::ColumnSpec;
 use prost::Message;
@@ -10,7 +10,8 @@ use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
 use sinew_session::signals::Signal;
 
-/// Signals whose numbers change in every cycle come first: the rest of a message then is one match for the compression.
+/// Signals whose numbers change in every cycle come first: the rest of a message then is one match for the
+/// compression.
 const FIRST: [Signal; 4] = [Signal::PositionIn, Signal::TensionIn, Signal::Command, Signal::Joint];
 
 /// A field of a message.
@@ -167,7 +168,8 @@ fn number(bytes: &mut &[u8]) -> Option<f64> {
     Some(f64::from_le_bytes(*number))
 }
 
-/// Names as Protocol Buffers allow them, none twice, not even in another spelling of capitals and underscores.
+/// Names as Protocol Buffers allow them, none twice, not even in another spelling of capitals and
+/// underscores.
 fn identifiers<'a>(names: impl Iterator<Item = &'a str>) -> impl Iterator<Item = String> {
     let mut seen: Vec<String> = Vec::new();
     names.map(move |name| {

@@ -7,9 +7,9 @@
 //! | 2 | `2 x_(i-1) - x_(i-2)`; `x_0` for `x_1` |
 //! | 3 | `(s_(i-1) + 8) >> 4` with `s_0 = 16 x_0`, `s_i = s_(i-1) + ((16 x_i - s_(i-1)) >> 3)` |
 //!
-//! `mode` is predictor + 4 k + 256 grid. A residual `r` is `u = (2 r) xor (r >> 63)`, written as `u >> k` ones, a zero
-//! and the `k` low bits of `u`; 24 ones are followed by all 64 bits. Sums wrap around. An exact column is two: counts,
-//! and deviations in units of the last place.
+//! `mode` is predictor + 4 k + 256 grid. A residual `r` is `u = (2 r) xor (r >> 63)`, written as `u >> k`
+//! ones, a zero and the `k` low bits of `u`; 24 ones are followed by all 64 bits. Sums wrap around. An exact
+//! column is two: counts, and deviations in units of the last place.
 
 use crate::grid::Grid;
 use crate::head::{Coding, ColumnSpec};

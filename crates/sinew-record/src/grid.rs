@@ -1,4 +1,5 @@
-//! Readings as short numbers that compress well, without loss: what a sensor with whole counts can read is known.
+//! Readings as short numbers that compress well, without loss: what a sensor with whole counts can read is
+//! known.
 
 use serde::{Deserialize, Serialize};
 
@@ -84,8 +85,8 @@ impl Grid {
     }
 }
 
-/// Short numbers for readings, and the number of the first grid that gives all of them back to the bit; 0 is none, and
-/// the readings as they are.
+/// Short numbers for readings, and the number of the first grid that gives all of them back to the bit; 0 is
+/// none, and the readings as they are.
 pub(crate) fn shorten(values: &[f64], grids: &[Grid]) -> (Vec<f64>, u32) {
     for (number, grid) in (1..).zip(grids) {
         let short: Vec<f64> =

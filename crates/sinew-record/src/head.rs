@@ -11,8 +11,8 @@ use sinew_session::signals::{Axis, Kind, Resolution, Signal, fault_of};
 pub const FORMAT: u32 = 2;
 /// Cycles of a millisecond between two values of a slow column; see [`Head::cycles_of`].
 pub const STRIDE: u64 = 20;
-/// Cycles of a millisecond in a block, at most: what a recording loses at most where its writer is killed, with what is
-/// in the ring.
+/// Cycles of a millisecond in a block, at most: what a recording loses at most where its writer is killed,
+/// with what is in the ring.
 pub const BLOCK: usize = 500;
 
 /// Attachment `head.json`.
@@ -55,7 +55,8 @@ pub struct JointColumn {
     pub unit: String,
 }
 
-/// A column: its name ends with its unit, and where there are several with `:` and the name of a muscle or joint.
+/// A column: its name ends with its unit, and where there are several with `:` and the name of a muscle or
+/// joint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ColumnSpec {
     /// Its name.
@@ -137,7 +138,8 @@ impl Head {
         }
     }
 
-    /// Where the columns of a signal begin, among the fast ones or the slow ones; none where the recording lacks one of them.
+    /// Where the columns of a signal begin, among the fast ones or the slow ones; none where the recording
+    /// lacks one of them.
     #[must_use]
     pub fn place(&self, signal: Signal) -> Option<usize> {
         let columns = if signal.row().slow { &self.slow } else { &self.fast };
@@ -147,7 +149,8 @@ impl Head {
         found.iter().zip(&names).all(|(column, name)| column.name == *name).then_some(first)
     }
 
-    /// The parts of a signal, and the paths of their numbers in the messages: `/sinew/cycle.position_in_m.biceps`.
+    /// The parts of a signal, and the paths of their numbers in the messages:
+    /// `/sinew/cycle.position_in_m.biceps`.
     #[must_use]
     pub fn paths(&self, signal: Signal) -> Vec<(String, String)> {
         let (topic, columns) =
@@ -210,8 +213,8 @@ fn channel(machine: &Machine, signal: machine::Signal) -> Option<Grid> {
     found.next().map(|channel| Grid { offset: channel.offset, ..Grid::of(channel.scale) })
 }
 
-/// Counts of the motor's encoder, as designed and as on the fieldbus, in the first layer of the drum, with the factors
-/// in the order in which readings are computed.
+/// Counts of the motor's encoder, as designed and as on the fieldbus, in the first layer of the drum, with
+/// the factors in the order in which readings are computed.
 fn position_grids(machine: &Machine, muscle: usize) -> Vec<Grid> {
     let drive = &machine.muscles[muscle].drive;
     let (ratio, arm, turn) = (drive.reducer.ratio, drive.winch.arm(0), core::f64::consts::TAU);

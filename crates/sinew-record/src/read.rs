@@ -84,8 +84,8 @@ impl<'a> Recording<'a> {
     /// Reads the head and finds the chunks.
     ///
     /// # Errors
-    /// [`Error::Damaged`] and [`Error::CutShort`] name the place of what is no recording; [`Error::Missing`], [`Error::Attachment`] and
-    /// [`Error::Version`] for files of others and for newer ones.
+    /// [`Error::Damaged`] and [`Error::CutShort`] name the place of what is no recording; [`Error::Missing`],
+    /// [`Error::Attachment`] and [`Error::Version`] for files of others and for newer ones.
     pub fn read(bytes: &'a [u8]) -> Result<Self, Error> {
         let mut rest = Bytes { rest: bytes, at: 0 };
         if rest.take(mcap::MAGIC.len() as u64) != Some(mcap::MAGIC) {
@@ -174,7 +174,8 @@ fn chunk(body: &mut Bytes<'_>) -> Result<BlockPlace, Error> {
 /// Longest chunk that is read, bytes: a hundred times that of a large machine.
 const MAX_CHUNK: u64 = 64 << 20;
 
-/// The chunks with the channels of their cycles; those before the first cycle, which name the channels, are left out.
+/// The chunks with the channels of their cycles; those before the first cycle, which name the channels, are
+/// left out.
 fn with_cycles(file: &[u8], mut chunks: Vec<BlockPlace>, head: &Head) -> Result<Vec<BlockPlace>, Error> {
     let names = if head.format == 1 { [BLOCKS_1, "", ""] } else { READ };
     let (mut channels, mut before) = ([None; 3], 0);

@@ -60,8 +60,8 @@ pub struct Recorded {
 }
 
 impl Recorder {
-    /// Writes head and files, and starts the thread that writes the rest. Where it fails later, it calls `failed` once
-    /// and discards what follows; the cycle goes on.
+    /// Writes head and files, and starts the thread that writes the rest. Where it fails later, it calls
+    /// `failed` once and discards what follows; the cycle goes on.
     ///
     /// # Errors
     /// [`Error::Write`] where the storage refuses the head, [`Error::Thread`] where no thread starts,
@@ -117,8 +117,8 @@ impl Recorder {
         Ok(Self { ring, layout, index: 0, first_deadline: None, shared, thread: Some(thread) })
     }
 
-    /// Puts a cycle into the ring; `false` where there is no room for it: it is counted and missing in the recording.
-    /// Allocates nothing, takes no lock and makes no system call.
+    /// Puts a cycle into the ring; `false` where there is no room for it: it is counted and missing in the
+    /// recording. Allocates nothing, takes no lock and makes no system call.
     pub fn record<P: Plant>(&mut self, record: &CycleRecord<'_, P>) -> bool {
         let put = self.try_record(record);
         if !put {
@@ -128,8 +128,8 @@ impl Recorder {
         put
     }
 
-    /// As [`record`](Self::record), but waits for room: on virtual time, where no deadline passes meanwhile. A cycle after
-    /// the thread has ended is counted as dropped.
+    /// As [`record`](Self::record), but waits for room: on virtual time, where no deadline passes meanwhile.
+    /// A cycle after the thread has ended is counted as dropped.
     pub fn record_all<P: Plant>(&mut self, record: &CycleRecord<'_, P>) {
         while !self.try_record(record) {
             if self.thread.as_ref().is_none_or(JoinHandle::is_finished) {

@@ -90,8 +90,8 @@ pub struct ReplayedCycle<'a> {
     pub recorded: &'a [f64],
     /// Whether the commands are those that were recorded, to the bit, by a check of 8 bits.
     pub same: bool,
-    /// At the end of a block, whether the commands of every muscle and the references of every joint in it are those that
-    /// were recorded, by checks of 32 bits.
+    /// At the end of a block, whether the commands of every muscle and the references of every joint in it
+    /// are those that were recorded, by checks of 32 bits.
     pub block: Option<BlockChecks<'a>>,
 }
 
@@ -140,8 +140,8 @@ impl<'a> Replay<'a> {
     /// A controller in its initial state, under its supervisor, over a recording, along a schedule.
     ///
     /// # Errors
-    /// [`Error::Attachment`] for columns that this program does not know; [`Error::Physics`] for a controller of other
-    /// dimensions; those of the first block.
+    /// [`Error::Attachment`] for columns that this program does not know; [`Error::Physics`] for a controller
+    /// of other dimensions; those of the first block.
     pub fn new(
         recording: &'a Recording<'_>,
         supervisor: Supervisor,
@@ -211,7 +211,8 @@ impl<'a> Replay<'a> {
         })
     }
 
-    /// The first cycle that is missing in the recording, which ends its replay: what the controller knew is unknown there.
+    /// The first cycle that is missing in the recording, which ends its replay: what the controller knew is
+    /// unknown there.
     #[must_use]
     pub fn gap(&self) -> Option<u64> {
         self.gap

@@ -1,12 +1,13 @@
 //! Pages and pictures of results: identifications, machines, tracking runs, the reproduction of one paper.
 //!
-//! Every page is one self-contained HTML file of one design: a bar with the theme, contents, print style. Plots are inline SVG
-//! without text, stretched by the page, with labels set by the page beside them: own code, because `plotters` and `kuva` put
-//! text into the SVG, where it scales with the picture and becomes illegible on a phone, and `plotters` writes fixed colours,
-//! which cannot follow the reader's theme. `assets/plots.js` reads their paths to show values under the cursor, to zoom and to
-//! save them; three-dimensional views and the design are those of the live page (`sinew-view`); the time series of an
-//! identification are uPlot. Without scripts the pages are complete but for these. The pages are askama templates, which escape every
-//! name.
+//! Every page is one self-contained HTML file of one design: a bar with the theme, contents, print style.
+//! Plots are inline SVG without text, stretched by the page, with labels set by the page beside them: own
+//! code, because `plotters` and `kuva` put text into the SVG, where it scales with the picture and becomes
+//! illegible on a phone, and `plotters` writes fixed colours, which cannot follow the reader's theme.
+//! `assets/plots.js` reads their paths to show values under the cursor, to zoom and to save them;
+//! three-dimensional views and the design are those of the live page (`sinew-view`); the time series of an
+//! identification are uPlot. Without scripts the pages are complete but for these. The pages are askama
+//! templates, which escape every name.
 
 pub mod cable;
 pub mod capability;

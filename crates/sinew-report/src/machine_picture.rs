@@ -1,4 +1,5 @@
-//! A machine as a drawing: bodies as silhouettes, cables, joints and wrapping surfaces in a parallel projection.
+//! A machine as a drawing: bodies as silhouettes, cables, joints and wrapping surfaces in a parallel
+//! projection.
 
 use super::colours::Colours;
 use super::error::Error;

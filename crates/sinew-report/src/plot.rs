@@ -1,5 +1,5 @@
-//! A plot as HTML around a stretched SVG: text keeps its size on every screen, and the page's script reads the paths to show
-//! values under the cursor, to zoom and to save the picture.
+//! A plot as HTML around a stretched SVG: text keeps its size on every screen, and the page's script reads
+//! the paths to show values under the cursor, to zoom and to save the picture.
 
 use super::format::NONE;
 use super::scale::Axis;

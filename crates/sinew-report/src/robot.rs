@@ -71,7 +71,8 @@ pub struct ArmCurves {
     pub jumps: Vec<ArmJump>,
 }
 
-/// A discontinuity of a moment arm: a cable lifts off a surface on another way than it came, or leaves its end.
+/// A discontinuity of a moment arm: a cable lifts off a surface on another way than it came, or leaves its
+/// end.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmJump {
     /// The muscle.

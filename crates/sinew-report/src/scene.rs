@@ -1,5 +1,5 @@
-//! Data of a page's three-dimensional view: shapes of bodies, cables, wrapping surfaces and joints in the poses that can be
-//! shown, and paths of points.
+//! Data of a page's three-dimensional view: shapes of bodies, cables, wrapping surfaces and joints in the
+//! poses that can be shown, and paths of points.
 
 use super::error::Error;
 use askama::Template;
@@ -86,7 +86,8 @@ pub(super) fn machine_figure(scene: &SceneData) -> Result<SceneFigure, Error> {
     SceneFigure::new("The machine in its poses, and over the range of each joint", caption, scene, 0, &[])
 }
 
-/// Upper bound of the points of all poses of a page together: about 26 bytes each, beside 1.1 MB for the view itself.
+/// Upper bound of the points of all poses of a page together: about 26 bytes each, beside 1.1 MB for the view
+/// itself.
 pub const POINTS: usize = 60_000;
 
 /// Angle between two points of an arc, rad.
@@ -157,7 +158,8 @@ impl<'a> Scenery<'a> {
         Ok(value)
     }
 
-    /// Number of points of the cables of the first pose, by which the number of poses of a page can be limited.
+    /// Number of points of the cables of the first pose, by which the number of poses of a page can be
+    /// limited.
     #[must_use]
     pub fn points(&self) -> usize {
         self.base.as_ref().map_or(0, |base| base.cables.iter().flatten().map(Vec::len).sum())

@@ -1,5 +1,5 @@
-//! Shapes of bodies as rounded convex hulls: points with a radius around them. Their outline in any direction of view is the
-//! convex hull of the projected points, widened by the radius.
+//! Shapes of bodies as rounded convex hulls: points with a radius around them. Their outline in any direction
+//! of view is the convex hull of the projected points, widened by the radius.
 
 use sinew::body::{Geom, GeomKind, Parts, PathElement, TendonPath};
 
@@ -20,8 +20,8 @@ pub struct RoundedHull {
     pub radius: f64,
 }
 
-/// Shapes of all bodies: those of the file; for a body without one the hull of its origin, those of the bodies that it
-/// carries and its sites, the world's excepted.
+/// Shapes of all bodies: those of the file; for a body without one the hull of its origin, those of the
+/// bodies that it carries and its sites, the world's excepted.
 #[must_use]
 pub fn shapes(parts: &Parts) -> Vec<RoundedHull> {
     // Of the world what is not larger than the robot: a floor would hide it.
@@ -31,8 +31,8 @@ pub fn shapes(parts: &Parts) -> Vec<RoundedHull> {
     let mut shapes: Vec<RoundedHull> = parts.geoms.iter().filter(small).map(of_geom).collect();
     let described: Vec<bool> =
         (0..parts.bodies.len()).map(|body| parts.geoms.iter().any(|geom| geom.body == body)).collect();
-    // Sites of cables, and those of no cable: end points, sensors. A site that only selects the side of a surface may lie
-    // outside the body.
+    // Sites of cables, and those of no cable: end points, sensors. A site that only selects the side of a
+    // surface may lie outside the body.
     let paths = || {
         parts.tendons.iter().flat_map(|tendon| match &tendon.path {
             TendonPath::Spatial(elements) => elements.as_slice(),

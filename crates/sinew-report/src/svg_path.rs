@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 
 /// Units across every picture.
 pub(super) const WIDTH: f64 = 4000.0;
-/// Distance of a point that is left out from the line drawn, units: a fifth of a pixel of a picture 400 pixels high.
+/// Distance of a point that is left out from the line drawn, units: a fifth of a pixel of a picture 400
+/// pixels high.
 const TOLERANCE: f64 = 1.0;
 /// Units down every picture.
 pub(super) const HEIGHT: f64 = 2000.0;
@@ -59,8 +60,8 @@ impl Pen {
     }
 }
 
-/// A line through points, interrupted at non-finite ones; points that lie on the line between others, to a unit of the
-/// box, are left out.
+/// A line through points, interrupted at non-finite ones; points that lie on the line between others, to a
+/// unit of the box, are left out.
 pub(super) fn line(points: impl Iterator<Item = (f64, f64)>, x: &Axis, y: &Axis) -> String {
     let (mut pen, mut piece) = (Pen::default(), Vec::new());
     let mut flush = |piece: &mut Vec<[f64; 2]>| {
@@ -79,7 +80,8 @@ pub(super) fn line(points: impl Iterator<Item = (f64, f64)>, x: &Axis, y: &Axis)
     pen.finish()
 }
 
-/// Points without those that lie within [`TOLERANCE`] of the line between the ones kept (Douglas and Peucker).
+/// Points without those that lie within [`TOLERANCE`] of the line between the ones kept (Douglas and
+/// Peucker).
 fn simplified(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     if points.len() < 3 {
         return points.to_vec();

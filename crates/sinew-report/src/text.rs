@@ -1,7 +1,7 @@
 //! Sentences as HTML.
 
-/// A sentence with its names between backquotes set as code: `` `elbow` `` becomes `<code>elbow</code>`. A backquote without a
-/// second one stays.
+/// A sentence with its names between backquotes set as code: `` `elbow` `` becomes `<code>elbow</code>`. A
+/// backquote without a second one stays.
 pub(crate) fn marked(sentence: &str) -> String {
     let mut html = String::with_capacity(sentence.len());
     let mut parts = sentence.split('`').map(escaped);

@@ -35,7 +35,8 @@ pub struct Tuned {
     pub amount: [usize; 2],
 }
 
-/// The period of a machine's control cycle, and what it makes slower; pairs are at this period and at a millisecond.
+/// The period of a machine's control cycle, and what it makes slower; pairs are at this period and at a
+/// millisecond.
 #[derive(Debug, Serialize)]
 pub struct TunedPeriod {
     /// s.
@@ -225,7 +226,8 @@ pub fn page(tuned: &Tuned, machine: &Machine, scene: &SceneData) -> Result<Strin
     Ok(page.render()?)
 }
 
-/// The first block of equations in the documentation of a source file, which is thus the only place where they stand.
+/// The first block of equations in the documentation of a source file, which is thus the only place where
+/// they stand.
 fn equations(source: &str) -> String {
     let docs = source.lines().filter_map(|line| line.strip_prefix("///"));
     let block =

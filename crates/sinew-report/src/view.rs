@@ -3,7 +3,8 @@
 use super::record::Record;
 use super::scale::{padded, robust_range, robust_reach};
 
-/// Range of the far signal where it is scored: the signal itself, widened by the band up to 30 % of the signal's range.
+/// Range of the far signal where it is scored: the signal itself, widened by the band up to 30 % of the
+/// signal's range.
 pub(super) fn far_view(record: &Record) -> (f64, f64) {
     let scaling = record.scaling();
     let signal = robust_range(scaling.iter().flat_map(|&i| [record.far[i], record.predicted[i]]));

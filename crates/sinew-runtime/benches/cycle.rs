@@ -1,4 +1,5 @@
-//! Cost of the control cycle over EtherCAT: the controller, and the master's coding of the process data beside it.
+//! Cost of the control cycle over EtherCAT: the controller, and the master's coding of the process data
+//! beside it.
 //!
 //! The time of the simulated devices and of the twin behind them is measured apart and left out.
 

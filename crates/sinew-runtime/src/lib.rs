@@ -11,8 +11,9 @@
 //! | [`link`] | requests and references from a client elsewhere |
 //! | [`cycle`] | a session in real time: its deadlines, and how well they are kept |
 //!
-//! One thread runs the cycle. It allocates nothing, takes no lock and makes no system call but those of its bus and the
-//! one that waits for the next deadline. On virtual time it runs as fast as it can, with the same results to the bit.
+//! One thread runs the cycle. It allocates nothing, takes no lock and makes no system call but those of its
+//! bus and the one that waits for the next deadline. On virtual time it runs as fast as it can, with the same
+//! results to the bit.
 
 mod bus;
 pub mod cycle;

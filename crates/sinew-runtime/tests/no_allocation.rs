@@ -1,4 +1,5 @@
-//! A control cycle over EtherCAT allocates nothing: master, drives, observers, controller, simulated devices and twin.
+//! A control cycle over EtherCAT allocates nothing: master, drives, observers, controller, simulated devices
+//! and twin.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 #![allow(dead_code, reason = "the machines are those of the other tests")]

@@ -1,6 +1,8 @@
-//! Master and simulated devices over raw frames on a pair of virtual interfaces, in network namespaces of their own.
+//! Master and simulated devices over raw frames on a pair of virtual interfaces, in network namespaces of
+//! their own.
 //!
-//! Skipped where such namespaces are not permitted. Times are not judged: they are those of the machine's load.
+//! Skipped where such namespaces are not permitted. Times are not judged: they are those of the machine's
+//! load.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 #![cfg(target_os = "linux")]
@@ -52,7 +54,8 @@ fn fifteen_drives_come_into_operation_over_raw_frames() {
     }
 }
 
-/// Sets a flag where its scope ends, by a panic as well: a thread that waits for the flag ends, and the test fails instead of hanging.
+/// Sets a flag where its scope ends, by a panic as well: a thread that waits for the flag ends, and the test
+/// fails instead of hanging.
 struct StopOnDrop<'a>(&'a AtomicBool);
 
 impl Drop for StopOnDrop<'_> {
@@ -74,8 +77,8 @@ fn inside(panics: bool) {
             let mut segment = simulated.segment(&[]).unwrap();
             let answered = serve(&socket, (&mut segment, &mut simulated), PERIOD, &stop).unwrap();
             let drives = segment.devices().iter().filter_map(|device| device.drive());
-            // Without commands drives stop by themselves, with a fault: that is not what is meant after an error. To unwind for the
-            // first time may take longer than the drives wait.
+            // Without commands drives stop by themselves, with a fault: that is not what is meant after an
+            // error. To unwind for the first time may take longer than the drives wait.
             let left = |drive: &&Drive| drive.brake_released() || (!panics && drive.error_code() != 0);
             (answered, drives.filter(left).count())
         });

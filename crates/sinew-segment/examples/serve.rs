@@ -1,4 +1,5 @@
-//! Serves a line of simulated devices on an interface: `serve INTERFACE [DRIVES [ENCODERS]]`. Ends at the end of its input.
+//! Serves a line of simulated devices on an interface: `serve INTERFACE [DRIVES [ENCODERS]]`. Ends at the end
+//! of its input.
 //!
 //! Motors are ideal: they have the commanded velocity at once.
 

@@ -37,7 +37,8 @@ fn array<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
     value
 }
 
-/// Copies `count` bits; bit 0 is the least significant of the first octet. Bits outside of either slice are left out.
+/// Copies `count` bits; bit 0 is the least significant of the first octet. Bits outside of either slice are
+/// left out.
 pub(crate) fn copy_bits(from: &[u8], from_bit: usize, to: &mut [u8], to_bit: usize, count: usize) {
     if (from_bit | to_bit | count).is_multiple_of(8) {
         let (a, b, n) = (from_bit / 8, to_bit / 8, count / 8);

@@ -83,8 +83,8 @@ impl Device {
         self.firmware.drive.as_mut()
     }
 
-    /// Sets the raw value of a channel, limited to its type; false where there is no such channel. The master sees it
-    /// after the next [`Segment::advance`](crate::Segment::advance).
+    /// Sets the raw value of a channel, limited to its type; false where there is no such channel. The master
+    /// sees it after the next [`Segment::advance`](crate::Segment::advance).
     pub fn set_input(&mut self, channel: usize, raw: i64) -> bool {
         let Some(slot) = self.firmware.channels.get(channel).copied().flatten() else { return false };
         self.firmware.dictionary.set(Some(slot), raw);
@@ -116,7 +116,8 @@ impl Device {
         self.firmware.controller.clock().map(|clock| (clock.local(), clock.system()))
     }
 
-    /// Sends an emergency: error code, error register, five octets of the manufacturer. Lost without a mailbox.
+    /// Sends an emergency: error code, error register, five octets of the manufacturer. Lost without a
+    /// mailbox.
     pub fn send_emergency(&mut self, code: u16, error_register: u8, data: [u8; 5]) {
         if self.machine.state() != AlState::Init
             && let Some(mailbox) = &mut self.firmware.mailbox

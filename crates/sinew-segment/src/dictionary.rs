@@ -1,7 +1,8 @@
 //! The objects of one device with their present values.
 //!
-//! Objects that follow from the rest of a description are added here: identity, types of the sync managers, PDOs and
-//! their assignment, synchronisation parameters. Source: ETG.1000.6, 5.6.7.4 (CoE communication area), CiA 301.
+//! Objects that follow from the rest of a description are added here: identity, types of the sync managers,
+//! PDOs and their assignment, synchronisation parameters. Source: ETG.1000.6, 5.6.7.4 (CoE communication
+//! area), CiA 301.
 
 use crate::bytes::{signed, unsigned};
 use crate::description::{
@@ -120,7 +121,8 @@ impl Dictionary {
         self.entry(index, subindex).map_or(0, |entry| unsigned(self.value(entry)))
     }
 
-    /// Sets a value; one that is too long is cut, a short one is filled with zeros or, for texts, shortens the text.
+    /// Sets a value; one that is too long is cut, a short one is filled with zeros or, for texts, shortens
+    /// the text.
     pub(crate) fn set_value(&mut self, index: u16, subindex: u8, value: &[u8]) {
         let Some(object) = self.object(index) else { return };
         let range = object.entries.clone();

@@ -30,8 +30,8 @@ pub enum FaultKind {
     WorkingCounter(i16),
     /// Frames pass without being processed.
     Mute,
-    /// The cable in front of the device is open: frames return before it. The device runs on and, at the end, is back
-    /// as it is then.
+    /// The cable in front of the device is open: frames return before it. The device runs on and, at the end,
+    /// is back as it is then.
     OffTheWire,
     /// The device has no power: frames return before it. At the end it starts anew, in INIT.
     PowerLoss,

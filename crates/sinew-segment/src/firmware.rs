@@ -1,4 +1,5 @@
-//! What runs in a device behind its controller: objects, mailbox, process data, the drive, and the checks of its settings.
+//! What runs in a device behind its controller: objects, mailbox, process data, the drive, and the checks of
+//! its settings.
 //!
 //! Source of the checks: ETG.1000.6, 6.4.1; ETG.1020.
 

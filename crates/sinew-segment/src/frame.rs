@@ -115,8 +115,8 @@ pub(crate) struct Datagram<'a> {
 }
 
 impl<'a> Datagram<'a> {
-    /// The datagram at the beginning of `payload`, the rest, and whether the rest holds another one; `None` where the
-    /// lengths do not fit.
+    /// The datagram at the beginning of `payload`, the rest, and whether the rest holds another one; `None`
+    /// where the lengths do not fit.
     pub(crate) fn split(payload: &'a mut [u8]) -> Option<(Self, &'a mut [u8], bool)> {
         let (head, rest) = payload.split_at_mut_checked(DATAGRAM_HEADER)?;
         let flags = u16_at(head, 6);

@@ -1,10 +1,11 @@
 //! A chain of simulated EtherCAT devices in virtual time.
 //!
-//! [`Segment::process`] takes one Ethernet frame and changes it as it would be changed on its way through every
-//! device of the line and back; [`Segment::advance`] lets virtual time pass: the firmware of the devices runs,
-//! mailboxes are answered, watchdogs expire, clocks drift. Nothing here reads a clock, starts a thread or opens a
-//! file, so that a run is repeatable to the bit; the feature `raw-socket` adds the one exception, `serve`, which lets
-//! virtual time follow the clock. A device is data: a table in TOML or an ESI file.
+//! [`Segment::process`] takes one Ethernet frame and changes it as it would be changed on its way through
+//! every device of the line and back; [`Segment::advance`] lets virtual time pass: the firmware of the
+//! devices runs, mailboxes are answered, watchdogs expire, clocks drift. Nothing here reads a clock, starts a
+//! thread or opens a file, so that a run is repeatable to the bit; the feature `raw-socket` adds the one
+//! exception, `serve`, which lets virtual time follow the clock. A device is data: a table in TOML or an ESI
+//! file.
 //!
 //! ```
 //! use sinew_segment::{Device, DeviceSettings, Segment, builtin};
@@ -24,8 +25,9 @@
 //! # Ok::<(), sinew_segment::DescriptionError>(())
 //! ```
 //!
-//! What is simulated follows ETG.1000.4 (data link layer), ETG.1000.6 (application layer), ETG.2010 (SII), CiA 402 /
-//! IEC 61800-7-201 (drives) and, where these leave it open, the data sheets of common slave controllers.
+//! What is simulated follows ETG.1000.4 (data link layer), ETG.1000.6 (application layer), ETG.2010 (SII),
+//! CiA 402 / IEC 61800-7-201 (drives) and, where these leave it open, the data sheets of common slave
+//! controllers.
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -132,7 +132,8 @@ impl Mailbox {
         self.present = Some(message);
     }
 
-    /// The master asks for the last message once more by toggling a bit; the device confirms by toggling its own.
+    /// The master asks for the last message once more by toggling a bit; the device confirms by toggling its
+    /// own.
     fn repeat(&mut self, controller: &mut Controller) {
         let activation = register::SYNC_MANAGER + register::SYNC_MANAGER_LENGTH * self.to_master as u16 + 6;
         let [asked, confirmed] = controller.word(activation).to_le_bytes();

@@ -22,8 +22,8 @@ pub(crate) struct ProcessData {
 }
 
 impl ProcessData {
-    /// Reads the assignment of a sync manager. PDOs and objects that do not exist count with their length and are not
-    /// copied.
+    /// Reads the assignment of a sync manager. PDOs and objects that do not exist count with their length and
+    /// are not copied.
     pub(crate) fn assigned(dictionary: &Dictionary, channel: usize) -> Self {
         let mut data = Self::default();
         let assignment = 0x1c10 + channel as u16;

@@ -56,7 +56,8 @@ pub enum RawSocketError {
     },
 }
 
-/// A packet socket that sends and receives frames of EtherType 0x88A4 on one interface, whomever they are addressed to.
+/// A packet socket that sends and receives frames of EtherType 0x88A4 on one interface, whomever they are
+/// addressed to.
 #[derive(Debug)]
 pub struct RawSocket {
     socket: OwnedFd,
@@ -68,7 +69,8 @@ impl RawSocket {
     ///
     /// # Errors
     ///
-    /// [`RawSocketError`]: no such interface, no permission, the interface is down, or another reason of the system.
+    /// [`RawSocketError`]: no such interface, no permission, the interface is down, or another reason of the
+    /// system.
     pub fn open(interface: &str) -> Result<Self, RawSocketError> {
         let index = index_of(interface)?;
         let kind = libc::SOCK_RAW | libc::SOCK_CLOEXEC | libc::SOCK_NONBLOCK;
@@ -142,8 +144,8 @@ impl RawSocket {
         }
     }
 
-    /// Takes a frame that has arrived, without waiting; its length, or none. A frame that is longer than the buffer is
-    /// cut. Own frames are not seen.
+    /// Takes a frame that has arrived, without waiting; its length, or none. A frame that is longer than the
+    /// buffer is cut. Own frames are not seen.
     ///
     /// # Errors
     ///
@@ -155,7 +157,8 @@ impl RawSocket {
             let mut length = size_of::<libc::sockaddr_ll>() as socklen_t;
             let pointer = frame.as_mut_ptr().cast::<c_void>();
             let address = (&raw mut from).cast::<libc::sockaddr>();
-            // SAFETY: the pointers and lengths are those of a slice and an address that live through the call.
+            // SAFETY: the pointers and lengths are those of a slice and an address that live through the
+            // call.
             let received = unsafe {
                 libc::recvfrom(self.socket.as_raw_fd(), pointer, frame.len(), 0, address, &raw mut length)
             };

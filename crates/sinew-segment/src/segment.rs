@@ -19,7 +19,8 @@ pub enum Passed {
     },
     /// Not EtherCAT; devices destroy such frames.
     Ignored,
-    /// An EtherCAT frame whose lengths do not fit: it comes back, as far as it was processed before the error.
+    /// An EtherCAT frame whose lengths do not fit: it comes back, as far as it was processed before the
+    /// error.
     Malformed,
     /// It comes back with a wrong checksum, which a network card drops.
     Corrupted,
@@ -90,8 +91,8 @@ impl Segment {
         self.follow_faults();
     }
 
-    /// Virtual time passes: the firmware of every device runs once, at its end. Faults begin and end at their time,
-    /// before the firmware runs.
+    /// Virtual time passes: the firmware of every device runs once, at its end. Faults begin and end at their
+    /// time, before the firmware runs.
     pub fn advance(&mut self, nanoseconds: u64) {
         let end = self.now.saturating_add(nanoseconds);
         loop {

@@ -26,8 +26,8 @@ pub struct Served {
     pub overruns: u64,
 }
 
-/// Answers frames on an interface until `stop` is set. Virtual time follows the clock. `application` is called after
-/// virtual time has passed, with the nanoseconds that did: there motors and loads are simulated.
+/// Answers frames on an interface until `stop` is set. Virtual time follows the clock. `application` is
+/// called after virtual time has passed, with the nanoseconds that did: there motors and loads are simulated.
 ///
 /// # Errors
 ///

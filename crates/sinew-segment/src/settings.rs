@@ -19,7 +19,8 @@ pub struct DeviceSettings {
     pub mailbox_ns: u64,
     /// Time one access to the EEPROM takes, ns.
     pub eeprom_ns: u64,
-    /// Identification value for "device identification" (ETG.1020, explicit device ID); none answers no request.
+    /// Identification value for "device identification" (ETG.1020, explicit device ID); none answers no
+    /// request.
     pub identification: Option<u16>,
 }
 

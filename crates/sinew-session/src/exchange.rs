@@ -11,8 +11,8 @@ pub struct Feedback {
     pub tension: Vec<f64>,
     /// Coordinate of every independent joint by its encoder, rad or m: `[joints]`.
     pub joint: Vec<f64>,
-    /// Current, A, and temperature, degC, of every motor as its drive says, and age of the set-point that the drive follows,
-    /// us: `[muscles]`. Nobody controls by them.
+    /// Current, A, and temperature, degC, of every motor as its drive says, and age of the set-point that the
+    /// drive follows, us: `[muscles]`. Nobody controls by them.
     pub current: Vec<f64>,
     /// See `current`.
     pub temperature: Vec<f64>,
@@ -80,7 +80,8 @@ impl Exchange {
     }
 }
 
-/// What is wrong with a bus in one cycle. Codes are the bus's own: the room that drives it has words for them.
+/// What is wrong with a bus in one cycle. Codes are the bus's own: the room that drives it has words for
+/// them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BusFault {
     /// No answer came back in time: all readings are missing, or the commands may not have arrived.
@@ -121,8 +122,8 @@ pub enum BusFault {
 }
 
 impl BusFault {
-    /// The fault of a simulated exchange, by what was injected; `stale_for` are the cycles of a `period`, s, for which no command
-    /// has come, and are counted on.
+    /// The fault of a simulated exchange, by what was injected; `stale_for` are the cycles of a `period`, s,
+    /// for which no command has come, and are counted on.
     #[must_use]
     pub fn injected(failure: Option<ExchangeFailure>, stale_for: &mut u32, period: f64) -> Option<Self> {
         *stale_for = if failure == Some(ExchangeFailure::Stale) { stale_for.saturating_add(1) } else { 0 };
@@ -180,7 +181,8 @@ pub struct ClockReport {
     pub synchronized: usize,
     /// How much faster the devices' time runs than the computer's, parts per million.
     pub drift_ppm: f64,
-    /// Root mean square and largest magnitude of the difference between the cycle's beginning and the devices' time, us.
+    /// Root mean square and largest magnitude of the difference between the cycle's beginning and the
+    /// devices' time, us.
     pub phase_rms_us: f64,
     /// us.
     pub phase_max_us: f64,

@@ -9,7 +9,8 @@ use std::fmt::Write;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InlineView {
     /// Elements `script` for the end of the page's body. Each `figure.scene` then shows the data in its own
-    /// `script[type="application/json"]`. A content security policy must allow `script-src 'unsafe-inline' data:`.
+    /// `script[type="application/json"]`. A content security policy must allow
+    /// `script-src 'unsafe-inline' data:`.
     pub scripts: String,
     /// Licence of three.js.
     pub licence: &'static str,
@@ -20,8 +21,8 @@ const ENTRY: &str = "view/report.js";
 
 /// The view of reports, offline. The same in every call.
 ///
-/// Modules become `data:` addresses, which an import map names: such an address has no folder that a relative import could
-/// start from.
+/// Modules become `data:` addresses, which an import map names: such an address has no folder that a relative
+/// import could start from.
 #[must_use]
 pub fn inline_view() -> InlineView {
     let mut map = String::new();

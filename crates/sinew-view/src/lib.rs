@@ -1,8 +1,9 @@
 //! The three-dimensional view and the page of a running machine.
 //!
-//! The assets are native ES modules with JSDoc types, without a bundler: `assets/view` draws a machine and is shared by the page
-//! and the reports, `assets/live` is the page, `assets/style` the one design of all pages, `assets/vendor` three.js and uPlot as
-//! they were published. A server asks for [`asset`] by the path of a request; a report puts [`inline_view`] into its one file.
+//! The assets are native ES modules with JSDoc types, without a bundler: `assets/view` draws a machine and is
+//! shared by the page and the reports, `assets/live` is the page, `assets/style` the one design of all pages,
+//! `assets/vendor` three.js and uPlot as they were published. A server asks for [`asset`] by the path of a
+//! request; a report puts [`inline_view`] into its one file.
 
 mod files;
 mod inline;

@@ -1,5 +1,5 @@
-//! Fewer triangles for a surface, by clustering its corners in the cells of a grid (Rossignac and Borrel 1993): also for surfaces
-//! with holes, doubled faces or loose triangles, as files of robots often are.
+//! Fewer triangles for a surface, by clustering its corners in the cells of a grid (Rossignac and Borrel
+//! 1993): also for surfaces with holes, doubled faces or loose triangles, as files of robots often are.
 
 use sinew::body::TriangleSurface;
 use std::collections::{HashMap, HashSet};

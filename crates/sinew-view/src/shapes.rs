@@ -1,4 +1,5 @@
-//! What is drawn of the bodies of a robot: their shapes, bones where the file has none, surfaces that cables wrap.
+//! What is drawn of the bodies of a robot: their shapes, bones where the file has none, surfaces that cables
+//! wrap.
 
 use crate::meshes::{extent, surfaces, turned};
 use serde::Serialize;
@@ -18,8 +19,8 @@ pub struct Shape {
     pub body: usize,
     /// `sphere`, `capsule`, `cylinder`, `box`, `ellipsoid`, `bone` or `mesh`.
     pub kind: &'static str,
-    /// Half lengths as in MJCF, m: the radius first, then the half length without the ends of a capsule or bone. Of a mesh those of
-    /// the box around it.
+    /// Half lengths as in MJCF, m: the radius first, then the half length without the ends of a capsule or
+    /// bone. Of a mesh those of the box around it.
     pub size: [f64; 3],
     /// Of its centre, m.
     pub position: [f64; 3],
@@ -50,8 +51,8 @@ impl Shape {
     }
 }
 
-/// Shapes of all bodies. Of the world what is not larger than the robot: a floor would hide it. A body without a shape gets bones
-/// from its origin to the bodies that it carries, or to its farthest site.
+/// Shapes of all bodies. Of the world what is not larger than the robot: a floor would hide it. A body
+/// without a shape gets bones from its origin to the bodies that it carries, or to its farthest site.
 #[must_use]
 pub fn shapes(parts: &Parts) -> Vec<Shape> {
     let described = parts.geoms.iter().map(|geom: &Geom| Shape {

@@ -1,4 +1,5 @@
-//! Cost of the body's mechanics and of the muscles' geometry, on the arm of the golden files and on random ones.
+//! Cost of the body's mechanics and of the muscles' geometry, on the arm of the golden files and on random
+//! ones.
 //!
 //! `SINEW_BODY_GOLDEN` may name a folder with more robots (`benches/peers/body_golden.py`).
 

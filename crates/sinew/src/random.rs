@@ -1,5 +1,5 @@
-//! Random numbers from a seed, the same on every machine, for sensor noise and for drawing specimens; evenly spread
-//! points for searches and samples.
+//! Random numbers from a seed, the same on every machine, for sensor noise and for drawing specimens; evenly
+//! spread points for searches and samples.
 
 use alloc::vec::Vec;
 

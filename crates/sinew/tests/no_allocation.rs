@@ -55,7 +55,8 @@ fn calls(work: impl FnOnce()) -> u64 {
     CALLS.with(Cell::get) - before
 }
 
-/// Steady motion with everything a bench has seen: spikes, steps, losses, gaps, repeated rows, time running back.
+/// Steady motion with everything a bench has seen: spikes, steps, losses, gaps, repeated rows, time running
+/// back.
 fn work_through(predictor: &mut Predictor, width: usize) -> f64 {
     let mut sum = 0.0;
     let mut inputs = [0.0; 3];

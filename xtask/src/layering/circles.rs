@@ -1,7 +1,7 @@
 //! Circles between the files of a crate, found from the paths that each file names.
 //!
-//! An arrow leads from a file to the file that defines a name it uses; a name that a module only re-exports belongs to
-//! the file that defines it. `mod x;`, `pub use` and test modules make no arrows.
+//! An arrow leads from a file to the file that defines a name it uses; a name that a module only re-exports
+//! belongs to the file that defines it. `mod x;`, `pub use` and test modules make no arrows.
 
 use super::paths::{Import, imports, tokens};
 use std::collections::{BTreeMap, BTreeSet};

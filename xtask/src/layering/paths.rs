@@ -38,8 +38,8 @@ fn flatten(stream: TokenStream, found: &mut Vec<String>) {
     }
 }
 
-/// The first name below the crate's root of every path that goes through it, by `crate::` or by enough `super::` for a file of so
-/// many modules below the root.
+/// The first name below the crate's root of every path that goes through it, by `crate::` or by enough
+/// `super::` for a file of so many modules below the root.
 pub(super) fn from_root(tokens: &[String], depth: usize) -> Vec<String> {
     let (mut found, mut braces, mut modules) = (Vec::new(), 0_usize, Vec::new());
     let mut i = 0;

@@ -1,6 +1,8 @@
-//! Inverse dynamics of the seven-joint arm of `crates/sinew/tests/sinew/description/pinocchio.json`, both by turns.
+//! Inverse dynamics of the seven-joint arm of `crates/sinew/tests/sinew/description/pinocchio.json`, both by
+//! turns.
 //!
-//! Prints for each the least and the median of the rounds, ns per pose, and how far the torques are from the file's.
+//! Prints for each the least and the median of the rounds, ns per pose, and how far the torques are from the
+//! file's.
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -1,4 +1,5 @@
-//! Tension distribution: the answers of `sinew design tension --json` against the interior-point solver Clarabel.
+//! Tension distribution: the answers of `sinew design tension --json` against the interior-point solver
+//! Clarabel.
 //!
 //!     tension-clarabel PROBLEMS.json SOLUTIONS.json
 //!

@@ -19,7 +19,8 @@ pub(crate) enum EthercatVerb {
 
 /// List the devices on the wire beside those that the machine file expects.
 ///
-/// The devices are brought to PRE-OP; nothing moves. Ends with exit code 3 where the wire differs from the file.
+/// The devices are brought to PRE-OP; nothing moves. Ends with exit code 3 where the wire differs from the
+/// file.
 ///
 /// Example: sinew ethercat scan lm_arm --interface eth1
 #[derive(Debug, Args)]
@@ -59,8 +60,8 @@ pub(crate) struct EthercatSimulateArguments {
 /// Descriptions of vendors' devices that are simulated.
 #[derive(Debug, Args)]
 pub(crate) struct DeviceFileArguments {
-    /// ESI file of a vendor, or device table in TOML: the machine's devices with its vendor ID and product code are simulated as it
-    /// describes them; may be repeated
+    /// ESI file of a vendor, or device table in TOML: the machine's devices with its vendor ID and product
+    /// code are simulated as it describes them; may be repeated
     #[arg(long = "device", value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
 }

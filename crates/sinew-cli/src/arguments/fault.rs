@@ -17,7 +17,8 @@ pub(crate) struct FaultArgument {
     pub(crate) duration_s: f64,
 }
 
-/// What a page offers of it for a muscle, without its time: as written here, `{}` being the muscle's name, and in words.
+/// What a page offers of it for a muscle, without its time: as written here, `{}` being the muscle's name,
+/// and in words.
 pub(crate) const OFFERED: [(&str, &str); 10] = [
     ("load-cell:{}:lost", "load cell gives no value"),
     ("load-cell:{}:stuck", "load cell is stuck"),

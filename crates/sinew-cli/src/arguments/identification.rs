@@ -12,11 +12,11 @@ const SKIP: &str = "a finite number of seconds >= 0";
 /// A bench log is a table (CSV, TSV, MATLAB v5; Parquet and MATLAB v7.3 in builds with those features) with
 /// one row per sample: signals of the near side (the motor's) and the signal of the far end to be predicted.
 /// Roles that no flag sets are inferred from column names with unit suffixes: tension_in_n, position_in_m,
-/// tension_out_n, anchor_m, time_s, trial. A column whose name implies a motion but which takes only two or three
-/// values is a label and gets no role. Time is found by its name in several languages, by stamps such as
-/// 2026-03-01T12:00:00.005, or by a unit of time in a row of units; without a time column --rate states the sampling. Every column is listed with its role and the reason before the fit; --dry-run
-/// stops there. One of --effort, --motion, --anchor, --given replaces all inputs that names imply: name every input
-/// then.
+/// tension_out_n, anchor_m, time_s, trial. A column whose name implies a motion but which takes only two or
+/// three values is a label and gets no role. Time is found by its name in several languages, by stamps such
+/// as 2026-03-01T12:00:00.005, or by a unit of time in a row of units; without a time column --rate states
+/// the sampling. Every column is listed with its role and the reason before the fit; --dry-run stops there.
+/// One of --effort, --motion, --anchor, --given replaces all inputs that names imply: name every input then.
 ///
 /// Candidate models are compared by cross-validation whose folds hold out values of --group; without it,
 /// values of conditions found in the logs (a load, a frequency), else whole logs, trials, or intervals of
@@ -57,8 +57,8 @@ pub(crate) struct ColumnArguments {
     /// Columns that have another name in some logs: OLD in the file is read as NEW
     #[arg(long, value_name = "OLD=NEW,..", value_delimiter = ',', value_parser = pair)]
     pub(crate) rename: Vec<(String, String)>,
-    /// Units of columns, whatever their names say: N, mm, ms and so on; numbers in another unit than the first log's or the
-    /// model's are converted
+    /// Units of columns, whatever their names say: N, mm, ms and so on; numbers in another unit than the
+    /// first log's or the model's are converted
     #[arg(long, value_name = "COL=UNIT,..", value_delimiter = ',', value_parser = pair)]
     pub(crate) units: Vec<(String, String)>,
     /// Samples per second of logs without a time column
@@ -95,7 +95,8 @@ pub(crate) struct RoleArguments {
     /// Positions or strokes of the near side (m, mm, rad or deg); replaces all inputs taken by name
     #[arg(long, value_name = "COL,..", value_delimiter = ',')]
     pub(crate) motion: Vec<String>,
-    /// Displacement of the far end (m, mm, rad or deg), from a joint sensor; replaces all inputs taken by name
+    /// Displacement of the far end (m, mm, rad or deg), from a joint sensor; replaces all inputs taken by
+    /// name
     #[arg(long, value_name = "COL")]
     pub(crate) anchor: Option<String>,
     /// Slowly varying quantities: a joint angle, the bend of the sheath; replaces all inputs taken by name

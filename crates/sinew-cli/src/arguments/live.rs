@@ -8,15 +8,16 @@ use std::path::PathBuf;
 
 /// Show a simulated machine on a page in the browser, and take hold of it there; or show a recording.
 ///
-/// The page shows bodies and cables with the tension along each of them, the reference, and any signal over time. Modes, a
-/// stop (space bar), another path, dragging the end point, pushes, a payload, faults, slow motion, single steps and a second
-/// machine with another compensation beside the first are commanded from it, through the supervisor.
+/// The page shows bodies and cables with the tension along each of them, the reference, and any signal over
+/// time. Modes, a stop (space bar), another path, dragging the end point, pushes, a payload, faults, slow
+/// motion, single steps and a second machine with another compensation beside the first are commanded from
+/// it, through the supervisor.
 ///
-/// A recording of `sinew run` is played: pause, slow motion, single cycles, any time, its modes, faults and repeats as marks,
-/// a second recording of the same machine over it (--overlay).
+/// A recording of `sinew run` is played: pause, slow motion, single cycles, any time, its modes, faults and
+/// repeats as marks, a second recording of the same machine over it (--overlay).
 ///
-/// Only this computer can open the page. With --bind and another address everybody can who has the token, which is part of
-/// the address that is printed.
+/// Only this computer can open the page. With --bind and another address everybody can who has the token,
+/// which is part of the address that is printed.
 ///
 /// Example: sinew live planar_leg --open
 ///
@@ -35,7 +36,8 @@ pub(crate) struct LiveArguments {
     /// Open the page in the browser
     #[arg(long)]
     pub(crate) open: bool,
-    /// Serve Foxglove's protocol as well, on this loopback address; needs a program built with the feature foxglove
+    /// Serve Foxglove's protocol as well, on this loopback address; needs a program built with the feature
+    /// foxglove
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub(crate) foxglove: Option<SocketAddr>,
     /// Motion at the start: a closed path of the machine by its name, or tour [default: the first named path,

@@ -34,9 +34,9 @@ pub(crate) struct LogInfoArguments {
 
 /// Write the cycles of a recording as a table: CSV, or Parquet where the program was built with it.
 ///
-/// Column names end with units, and with the muscle or joint that they belong to. With --muscle the table holds one
-/// transmission under the names that `sinew identify` knows: tension_in_n, position_in_m, anchor_m, and of a simulated
-/// machine tension_out_n, every 20 ms.
+/// Column names end with units, and with the muscle or joint that they belong to. With --muscle the table
+/// holds one transmission under the names that `sinew identify` knows: tension_in_n, position_in_m, anchor_m,
+/// and of a simulated machine tension_out_n, every 20 ms.
 ///
 /// Example: sinew log export run.mcap --muscle biceps --out biceps.csv
 #[derive(Debug, Args)]
@@ -86,8 +86,8 @@ pub(crate) struct LogLayoutArguments {
 
 /// Run the controller again over the readings of a recording, and show where its commands differ.
 ///
-/// The same build commands the same to the bit. With --machine or --gains the commands of another controller are compared
-/// with those of the recorded one, cycle by cycle, over the same readings.
+/// The same build commands the same to the bit. With --machine or --gains the commands of another controller
+/// are compared with those of the recorded one, cycle by cycle, over the same readings.
 ///
 /// Example: sinew log replay run.mcap --gains softer.json --report differences.html
 #[derive(Debug, Args)]

@@ -6,9 +6,9 @@ use std::path::PathBuf;
 
 /// Machine files: a body with its cables, drives, sensors and task.
 ///
-/// A MACHINE is a machine file (.toml), a robot file (.toml, .xml: MJCF, .urdf: URDF; everything but the body has
-/// its default), or the name of a built-in machine: lm_arm, bench_joint, planar_leg, finger, exosuit_elbow,
-/// surgical_wrist, shoulder, chain10.
+/// A MACHINE is a machine file (.toml), a robot file (.toml, .xml: MJCF, .urdf: URDF; everything but the body
+/// has its default), or the name of a built-in machine: lm_arm, bench_joint, planar_leg, finger,
+/// exosuit_elbow, surgical_wrist, shoulder, chain10.
 #[derive(Debug, Args)]
 pub(crate) struct MachineArguments {
     #[command(subcommand)]
@@ -28,10 +28,10 @@ pub(crate) enum MachineVerb {
 
 /// Print every value of a machine with its unit and its origin: a line of the file, the body, or a default.
 ///
-/// The first tables show what decides how the machine can be controlled. The dead band of a joint is the angle (or
-/// length) by which it can move while its cables stick in their sheaths.
-/// Where a machine with held winches leaves a pose by itself, the pose, the rate and the cause are named, and sites
-/// that the attachment tolerance may move into the surface beside them.
+/// The first tables show what decides how the machine can be controlled. The dead band of a joint is the
+/// angle (or length) by which it can move while its cables stick in their sheaths. Where a machine with held
+/// winches leaves a pose by itself, the pose, the rate and the cause are named, and sites that the attachment
+/// tolerance may move into the surface beside them.
 ///
 /// Example: sinew machine show finger --picture finger.svg
 #[derive(Debug, Args)]
@@ -48,10 +48,11 @@ pub(crate) struct MachineShowArguments {
 
 /// Write a commented machine file for a body, with drives that are strong enough for a motion.
 ///
-/// The motion: every joint moves sinusoidally over a share of its range, all at one period and at any phases. The
-/// torques it needs are distributed over the muscles; every muscle gets the lightest drive of the catalogue that
-/// holds its largest tension and reaches its speed with a quarter to spare. Where the default cable of 3 mm gives a
-/// joint a dead band above 0.2 rad, and the tensions are small enough, the machine gets steel rope of 0.5 mm.
+/// The motion: every joint moves sinusoidally over a share of its range, all at one period and at any phases.
+/// The torques it needs are distributed over the muscles; every muscle gets the lightest drive of the
+/// catalogue that holds its largest tension and reaches its speed with a quarter to spare. Where the default
+/// cable of 3 mm gives a joint a dead band above 0.2 rad, and the tensions are small enough, the machine gets
+/// steel rope of 0.5 mm.
 ///
 /// Ends with code 3 where no drive of the catalogue is strong enough for a muscle; the file is written.
 ///
@@ -79,13 +80,14 @@ pub(crate) struct MachineNewArguments {
     pub(crate) share: f64,
 }
 
-/// Map what a machine can do over its workspace: torques and forces, payload, speed, stiffness, and which muscle
-/// limits them.
+/// Map what a machine can do over its workspace: torques and forces, payload, speed, stiffness, and which
+/// muscle limits them.
 ///
-/// Friction of the sheaths counts with the direction in which each cable slides: a muscle that winds in gives less
-/// at its anchor than its drive pulls, one that pays out holds more. Payload is therefore given for lifting, for
-/// holding whichever way the cables slid before, and for lowering; and for holding 10 s, a minute, an hour and
-/// continuously from room temperature on, with the limit that binds and the changes of the design that would raise it.
+/// Friction of the sheaths counts with the direction in which each cable slides: a muscle that winds in gives
+/// less at its anchor than its drive pulls, one that pays out holds more. Payload is therefore given for
+/// lifting, for holding whichever way the cables slid before, and for lowering; and for holding 10 s, a
+/// minute, an hour and continuously from room temperature on, with the limit that binds and the changes of
+/// the design that would raise it.
 ///
 /// Example: sinew machine map lm_arm --report map.html
 #[derive(Debug, Args)]
@@ -105,11 +107,11 @@ pub(crate) struct MachineMapArguments {
 
 /// Derive the gains, limits and thresholds of a machine's controller from its own numbers, by rules.
 ///
-/// For every joint it says what limits it, and whether a faster winch, a stiffer cable, a straighter sheath or a finer
-/// encoder would help, found by evaluating the rules again with that one number changed. The table of muscles gives
-/// the margins of the loop in which the winches damp the joints, the least over poses and over machines drawn within
-/// the tolerances. `track` derives the same gains anew from the cables that it has identified; a file written here
-/// can be changed by hand and given to it with --gains.
+/// For every joint it says what limits it, and whether a faster winch, a stiffer cable, a straighter sheath
+/// or a finer encoder would help, found by evaluating the rules again with that one number changed. The table
+/// of muscles gives the margins of the loop in which the winches damp the joints, the least over poses and
+/// over machines drawn within the tolerances. `track` derives the same gains anew from the cables that it has
+/// identified; a file written here can be changed by hand and given to it with --gains.
 ///
 /// Example: sinew machine tune finger --out gains.json --report gains.html
 #[derive(Debug, Args)]
@@ -130,7 +132,8 @@ pub(crate) struct MachineTuneArguments {
     pub(crate) report: Option<PathBuf>,
 }
 
-/// Print the joints, muscles and masses of a body and the warnings of its description, of robots that are no machine, too.
+/// Print the joints, muscles and masses of a body and the warnings of its description, of robots that are no
+/// machine, too.
 #[derive(Debug, Args)]
 pub(crate) struct MachineBodyArguments {
     /// A robot's file, or the name of a built-in one

@@ -139,7 +139,8 @@ pub(crate) struct CompletionsArguments {
 /// Example: sinew man --out ~/.local/share/man/man1, then man sinew-identify
 #[derive(Debug, Args)]
 pub(crate) struct ManArguments {
-    /// Folder for sinew.1, sinew-identify.1 and so on; created if missing [default: sinew.1 to standard output]
+    /// Folder for sinew.1, sinew-identify.1 and so on; created if missing [default: sinew.1 to standard
+    /// output]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }

@@ -15,14 +15,14 @@ pub(crate) struct MotionArguments {
     #[arg(default_value = "lm_arm")]
     pub(crate) model: PathBuf,
     /// Desired motion: a closed path of the machine by NAME (lm_arm: sine, saddle), a tour, a position of the
-    /// end point (m), a pose of the joints (rad or m), or a table of waypoints [default: the first named path,
-    /// otherwise tour]
+    /// end point (m), a pose of the joints (rad or m), or a table of waypoints [default: the first named
+    /// path, otherwise tour]
     #[arg(long, value_parser = PathParser,
         value_name = "NAME|tour|to:X,Y,Z|to-joints:JOINT=VALUE,..|joints:FILE.csv|FILE.csv")]
     pub(crate) path: Option<PathArgument>,
-    /// Seconds for two turns of a closed path [default: 40], of a tour [default: as fast as feasible, half or a
-    /// quarter as fast where simulated machines do not track it, at least 12], or for a point-to-point motion
-    /// [default: 5], 2 to 3600; waypoints have times of their own
+    /// Seconds for two turns of a closed path [default: 40], of a tour [default: as fast as feasible, half or
+    /// a quarter as fast where simulated machines do not track it, at least 12], or for a point-to-point
+    /// motion [default: 5], 2 to 3600; waypoints have times of their own
     #[arg(long, value_name = "SECONDS",
         value_parser = number("2 to 3600 s", |s| (2.0..=3600.0).contains(&s)))]
     pub(crate) duration: Option<f64>,

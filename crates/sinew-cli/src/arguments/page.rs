@@ -15,7 +15,8 @@ pub(crate) struct PageArguments {
     /// Open the page in the browser
     #[arg(long, requires = "page")]
     pub(crate) open: bool,
-    /// Serve Foxglove's protocol as well, on this loopback address; needs a program built with the feature foxglove
+    /// Serve Foxglove's protocol as well, on this loopback address; needs a program built with the feature
+    /// foxglove
     #[arg(long, value_name = "ADDRESS:PORT", requires = "page")]
     pub(crate) foxglove: Option<SocketAddr>,
 }

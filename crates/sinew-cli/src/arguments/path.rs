@@ -76,8 +76,8 @@ impl PathArgument {
     }
 }
 
-/// Parses a [`PathArgument`]. What has no form of its own is a file where it ends in an extension or exists, and
-/// a name of the machine's paths otherwise.
+/// Parses a [`PathArgument`]. What has no form of its own is a file where it ends in an extension or exists,
+/// and a name of the machine's paths otherwise.
 #[derive(Debug, Clone)]
 pub(super) struct PathParser;
 

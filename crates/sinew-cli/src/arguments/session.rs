@@ -13,7 +13,8 @@ pub(crate) struct SessionArguments {
     pub(crate) motion: MotionArguments,
     #[command(flatten)]
     pub(crate) link: RunLinkArguments,
-    /// Record every cycle (MCAP), see `sinew log` and `sinew log replay`; or write a simulated run as a table (CSV), one row per 10 ms
+    /// Record every cycle (MCAP), see `sinew log` and `sinew log replay`; or write a simulated run as a table
+    /// (CSV), one row per 10 ms
     #[arg(long, value_name = "FILE.mcap|FILE.csv")]
     pub(crate) record: Option<PathBuf>,
     /// Write an HTML report of a simulated run

@@ -39,14 +39,16 @@ pub(crate) enum Part {
     Arm,
 }
 
-/// Simulate the paper's bench, two drives at the two ends of one cable, and write a log of its sensors, one row per millisecond.
+/// Simulate the paper's bench, two drives at the two ends of one cable, and write a log of its sensors, one
+/// row per millisecond.
 ///
 /// Without --compensation the muscle's motor performs strokes while the load drive varies the far tension
 /// between 40 and 200 N: a log for identification. With --compensation the load drive performs the strokes
 /// and the muscle's drive tracks the reference of the far tension, with a compensation calibrated on the same
 /// specimen before.
 ///
-/// Example: sinew twin bench --speeds 0.04,0.08 --out bench.csv, then sinew identify bench.csv --out out/cable
+/// Example: sinew twin bench --speeds 0.04,0.08 --out bench.csv, then sinew identify bench.csv --out
+/// out/cable
 #[derive(Debug, Args)]
 pub(crate) struct TwinBenchArguments {
     /// Strokes to keep in the log, by their direction
@@ -76,10 +78,10 @@ pub(crate) struct TwinBenchArguments {
 
 /// Write a programme of motions for a bench (CSV) that shows what a model needs.
 ///
-/// The motor moves along straight lines between the rows: whole strokes, minor loops of a half, a quarter and a tenth of
-/// them at the top and at the bottom, and shrinking ones in the middle, at every speed, with a rest at each reversal. The
-/// anchor is held. Times are rounded to 1 us and positions to 1 um. `sinew twin cable PLAN` simulates a cable under it,
-/// for at most 3600 s and below 5 m/s.
+/// The motor moves along straight lines between the rows: whole strokes, minor loops of a half, a quarter and
+/// a tenth of them at the top and at the bottom, and shrinking ones in the middle, at every speed, with a
+/// rest at each reversal. The anchor is held. Times are rounded to 1 us and positions to 1 um.
+/// `sinew twin cable PLAN` simulates a cable under it, for at most 3600 s and below 5 m/s.
 ///
 /// Example: sinew twin plan --stroke 0.05 --speeds 0.01,0.05 --out plan.csv
 #[derive(Debug, Args)]

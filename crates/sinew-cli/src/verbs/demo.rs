@@ -60,7 +60,8 @@ pub(crate) fn run(arguments: &DemoArguments, general: &General) -> Result<Answer
     Ok(answer)
 }
 
-/// The numbers that the simulation was made from beside those identified; dashes where the chosen model has others.
+/// The numbers that the simulation was made from beside those identified; dashes where the chosen model has
+/// others.
 fn truth_table(seed: u64, parameters: &[Parameter]) -> String {
     let row = |truth: Truth| {
         let found = parameters.iter().find(|parameter| parameter.name == truth.name);

@@ -30,8 +30,8 @@ pub(crate) struct RunPage {
 }
 
 impl RunPage {
-    /// Serves the page of a run, before its first cycle; none where none is asked for. Before the cycle's thread has its priority,
-    /// which threads that are started later would inherit.
+    /// Serves the page of a run, before its first cycle; none where none is asked for. Before the cycle's
+    /// thread has its priority, which threads that are started later would inherit.
     pub(crate) fn start(
         arguments: &PageArguments,
         setup: &Setup,

@@ -1,4 +1,5 @@
-//! Motions at the limit of what a machine can do: what the check before the start accepts, the machine tracks.
+//! Motions at the limit of what a machine can do: what the check before the start accepts, the machine
+//! tracks.
 
 use crate::bench::Bench;
 use rand::{RngExt as _, SeedableRng};

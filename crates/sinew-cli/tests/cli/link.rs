@@ -65,7 +65,8 @@ pub(crate) fn advance(
     let begin = Instant::now();
     loop {
         client.send(&LinkCommand { request, advance_to_ns: goal, setpoints }).unwrap();
-        // A session ends after half a second without a command: a full queue would have to drop a hundred in a row.
+        // A session ends after half a second without a command: a full queue would have to drop a hundred in
+        // a row.
         while let Ok(state) = client.receive(Duration::from_millis(5)) {
             if state.machine_time_ns >= goal {
                 return (state.mode, state.joints().iter().map(|joint| joint.joint_estimated).collect());

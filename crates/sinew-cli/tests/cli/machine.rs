@@ -334,7 +334,8 @@ fn every_built_in_machine_is_drawn_with_its_cables() {
 #[test]
 fn a_motion_that_simulated_machines_of_the_design_do_not_track_is_refused_unless_asked_for() {
     let bench = Bench::new();
-    // Anchors nearer to the drum than the tolerance of the attachments: drawn machines lose a wrap, and the lever.
+    // Anchors nearer to the drum than the tolerance of the attachments: drawn machines lose a wrap, and the
+    // lever.
     let text = include_str!("../../../../models/bench_joint.toml");
     let near = text
         .replace("[-0.000119, 0.0, -0.0319998]", "[0.005201, 0.0, -0.0301548]")

@@ -316,7 +316,8 @@ fn disabled_after(end: End) {
     let ended = run.wait_with_output().unwrap();
     let told = told.join().unwrap();
     let said = String::from_utf8_lossy(&ended.stdout);
-    // On a computer with other work frames are late, so that drives may stop by themselves, which ends a run as well.
+    // On a computer with other work frames are late, so that drives may stop by themselves, which ends a run
+    // as well.
     let lost = serde_json::from_str::<Value>(&said).map_or(0, |run| run["bus"]["lost"].as_u64().unwrap_or(0));
     let code = if end == End::LostClient { 0 } else { 3 };
     assert!(

@@ -9,8 +9,9 @@ use sinew::predictor::CableColumns;
 /// near tension, an anchor that moves away raises the far one.
 ///
 /// # Errors
-/// [`Error::MissingRole`] without a near tension, a motor position or an anchor displacement; [`Error::Samples`] where
-/// a column is an angle or a torque, or where nothing moves, so that a direction is not defined.
+/// [`Error::MissingRole`] without a near tension, a motor position or an anchor displacement;
+/// [`Error::Samples`] where a column is an angle or a torque, or where nothing moves, so that a direction is
+/// not defined.
 pub fn cable_logs(data: &Dataset) -> Result<(CableColumns, Vec<CableLog>), Error> {
     let mut columns = CableColumns {
         tension: first(data, Role::Effort, ColumnRole::Effort, "a near tension, N")?,

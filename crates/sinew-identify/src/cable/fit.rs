@@ -281,8 +281,8 @@ impl Problem<'_> {
         })
     }
 
-    /// Visits every sample of the logs: whether it is the first of its log, the interval before it, the sample, and where it is
-    /// compared the index of its residual.
+    /// Visits every sample of the logs: whether it is the first of its log, the interval before it, the
+    /// sample, and where it is compared the index of its residual.
     fn walk(
         &self,
         mut visit: impl FnMut(bool, f64, &CableSample, Option<usize>) -> Result<(), Error>,

@@ -59,8 +59,8 @@ impl Quantity {
         Self::Rise,
     ];
 
-    /// These, and how fast friction falls with speed: what describes a cable best. A controller is better served without,
-    /// see [`INITIAL_WEAKENING`].
+    /// These, and how fast friction falls with speed: what describes a cable best. A controller is better
+    /// served without, see [`INITIAL_WEAKENING`].
     pub const ALL_OF_FRICTION: [Self; 10] = [
         Self::FrictionAngle,
         Self::Drag,
@@ -177,9 +177,9 @@ impl Quantity {
     }
 }
 
-/// Velocity weakening from which a search starts: orders of magnitude of greased contacts, a factor of three and more
-/// away from those of the twin. For a controller the rise alone is fitted: with speed and lag free as well, the
-/// arm's largest tracking errors grew by a third.
+/// Velocity weakening from which a search starts: orders of magnitude of greased contacts, a factor of three
+/// and more away from those of the twin. For a controller the rise alone is fitted: with speed and lag free
+/// as well, the arm's largest tracking errors grew by a third.
 pub const INITIAL_WEAKENING: Weakening = Weakening::rational(0.05, 0.01, 0.015);
 
 /// The weakening of a model, which it is given where it has none.

@@ -5,8 +5,8 @@ use super::log::CableLog;
 use super::quantity::{INITIAL_WEAKENING, Quantity};
 use rayon::prelude::*;
 
-/// Speeds, m/s, and lags, s, of the velocity weakening from which it is searched: a third and a tenth of the initial
-/// speed, three and ten times its lag.
+/// Speeds, m/s, and lags, s, of the velocity weakening from which it is searched: a third and a tenth of the
+/// initial speed, three and ten times its lag.
 const STARTS: [[f64; 2]; 2] = [
     [INITIAL_WEAKENING.speed / 3.2, 3.2 * INITIAL_WEAKENING.lag],
     [INITIAL_WEAKENING.speed / 10.0, 10.0 * INITIAL_WEAKENING.lag],
@@ -14,8 +14,8 @@ const STARTS: [[f64; 2]; 2] = [
 /// Accepted steps of a search, at most: everything else begins near its optimum.
 const STEPS: usize = 12;
 
-/// The fit, continued with speed and lag of the velocity weakening free as well, if that is better: held, they
-/// displace friction angle and drag, by up to a tenth and by a factor of three on simulated logs.
+/// The fit, continued with speed and lag of the velocity weakening free as well, if that is better: held,
+/// they displace friction angle and drag, by up to a tenth and by a factor of three on simulated logs.
 #[must_use]
 pub fn fit_weakening(logs: &[CableLog], fit: CableFit) -> CableFit {
     let free = Quantity::ALL_OF_FRICTION.to_vec();

@@ -88,8 +88,9 @@ impl Rows {
 
 /// Trains the networks of a recipe side by side, each from its own start.
 ///
-/// In a mixed ensemble every other network is trained without the features of the cell on the far side itself. The
-/// negative state of the cell is then added to its output, so that all networks give corrections of the cell.
+/// In a mixed ensemble every other network is trained without the features of the cell on the far side
+/// itself. The negative state of the cell is then added to its output, so that all networks give corrections
+/// of the cell.
 pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble> {
     let (n, f, h) = (rows.targets.len(), rows.width, recipe.hidden);
     let mixed = recipe.learner == Learner::Mixed;

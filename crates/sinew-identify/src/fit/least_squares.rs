@@ -24,8 +24,8 @@ pub(crate) trait LeastSquares {
     /// domain.
     fn evaluate(&self, theta: &[f64], residuals: &mut [f64]) -> bool;
 
-    /// Writes the Jacobian `jacobian: [p x n]`, one row of `n` per parameter, at `theta: [p]`, where the residuals are
-    /// `residuals: [n]`; `false` where a parameter cannot be moved.
+    /// Writes the Jacobian `jacobian: [p x n]`, one row of `n` per parameter, at `theta: [p]`, where the
+    /// residuals are `residuals: [n]`; `false` where a parameter cannot be moved.
     ///
     /// By default forward differences with a step of 1e-6 of the parameter, at least 1e-7.
     fn slopes(&self, theta: &[f64], residuals: &[f64], jacobian: &mut [f64]) -> bool {

@@ -70,8 +70,8 @@ pub(crate) enum Adaptation {
     /// `mu` times `max(1/3, 1 - (2 rho - 1)^3)` after a step whose decrease was `rho` times the predicted
     /// one; times 2, 4, 8, .. after rejected ones in a row.
     GainRatio,
-    /// `mu / factor` after an accepted step; times 2, 4, 8, .. after rejected ones in a row: for residuals with kinks,
-    /// where the predicted decrease is unreliable.
+    /// `mu / factor` after an accepted step; times 2, 4, 8, .. after rejected ones in a row: for residuals
+    /// with kinks, where the predicted decrease is unreliable.
     Growing(f64),
     /// `mu / factor` after a step that succeeded at once, `mu * factor` after a rejected one.
     Factor(f64),
@@ -84,7 +84,8 @@ pub(crate) struct Limits {
     pub steps: usize,
     /// Steps tried, accepted or rejected, at most.
     pub trials: usize,
-    /// A step that lowers `C` by less than this fraction is small; where a rejected one was predicted to, the search has converged.
+    /// A step that lowers `C` by less than this fraction is small; where a rejected one was predicted to, the
+    /// search has converged.
     pub tolerance: f64,
     /// Small steps in a row that end the search.
     pub small_steps: usize,

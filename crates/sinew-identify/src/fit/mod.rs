@@ -1,5 +1,5 @@
-//! Fits of models to sequences: the clamp cell, the axis, ensembles of networks, one plain network, linear regression,
-//! the classical laws.
+//! Fits of models to sequences: the clamp cell, the axis, ensembles of networks, one plain network, linear
+//! regression, the classical laws.
 //!
 //! All but the regression are problems given to one search, `levenberg_marquardt`, with a prior of `prior`:
 //!

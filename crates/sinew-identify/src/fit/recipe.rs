@@ -17,11 +17,11 @@ pub(crate) struct FeaturePlan {
     pub taus: Vec<f64>,
 }
 
-/// Samples per independent sample of the residual, counted before thinning: the weight of the data against the
-/// prior of the networks; a larger value means stronger regularisation.
+/// Samples per independent sample of the residual, counted before thinning: the weight of the data against
+/// the prior of the networks; a larger value means stronger regularisation.
 ///
-/// One value for every log: on measured rigs of 400 to 80 000 samples the autocorrelation time of the residuals
-/// is 13 to 140 samples, and errors on unseen logs differ by a few per cent between 5 and 50.
+/// One value for every log: on measured rigs of 400 to 80 000 samples the autocorrelation time of the
+/// residuals is 13 to 140 samples, and errors on unseen logs differ by a few per cent between 5 and 50.
 pub(crate) const CORRELATION: f64 = 20.0;
 
 /// Everything that determines the fit of one candidate model, apart from the data and the seed.

@@ -11,7 +11,8 @@ pub(super) const fn padded(count: usize, of: usize) -> usize {
 pub(super) trait Real: Copy + Send + 'static {
     /// A SIMD vector of them.
     type Vector<S: Simd>: Copy;
-    /// Numbers in the widest vector of any machine; rows are padded to it, so that they consist of whole vectors.
+    /// Numbers in the widest vector of any machine; rows are padded to it, so that they consist of whole
+    /// vectors.
     const WIDEST: usize;
     const ZERO: Self;
     const ONE: Self;

@@ -84,8 +84,8 @@ pub(super) fn add_product<S: Simd, R: Real, const TALL: usize>(
     }
 }
 
-/// `out[c][lane] += sum over rows of left[top + c] right[lane]` for the `lanes`, and for those before and behind them
-/// that share a vector with them; `out: [TALL x right.width]`, or less.
+/// `out[c][lane] += sum over rows of left[top + c] right[lane]` for the `lanes`, and for those before and
+/// behind them that share a vector with them; `out: [TALL x right.width]`, or less.
 #[inline(always)]
 pub(super) fn add_row_of_tiles<S: Simd, R: Real, const TALL: usize>(
     simd: S,

@@ -17,8 +17,8 @@ const WHOLE: f64 = 0.05;
 const MOST_TIMES: f64 = 100.0;
 const SMALL: u32 = 5;
 
-/// Adds a defect to every log that is too short, and to evenly sampled ones whose interval fits no rate beside those of
-/// the others.
+/// Adds a defect to every log that is too short, and to evenly sampled ones whose interval fits no rate
+/// beside those of the others.
 pub(super) fn report_durations(dataset: &mut Dataset) {
     let of_log = |log: usize| dataset.sequences.iter().filter(move |s| s.log == log);
     let lengths: Vec<(f64, usize)> = (0..dataset.logs.len())

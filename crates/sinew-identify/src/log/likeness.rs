@@ -2,9 +2,9 @@
 
 use super::types::{Dataset, Role, Sequence};
 
-/// Share of the far side's variance that an affine function of a near side leaves at least: friction, backlash and
-/// noise see to it; on four measured rigs it is 0.02 and more. A copy of the far side, also one smoothed over three
-/// samples, leaves less.
+/// Share of the far side's variance that an affine function of a near side leaves at least: friction,
+/// backlash and noise see to it; on four measured rigs it is 0.02 and more. A copy of the far side, also one
+/// smoothed over three samples, leaves less.
 const LEAST_LEFT: f64 = 5e-3;
 
 /// Longest delay of a filter that is looked for, samples.

@@ -1,4 +1,5 @@
-//! One name and one unit for what several logs, or the logs and a request or a model, hold under different ones.
+//! One name and one unit for what several logs, or the logs and a request or a model, hold under different
+//! ones.
 
 use super::names::{Meaning, meaning};
 use super::open::OpenLog;
@@ -6,8 +7,8 @@ use super::types::ColumnOptions;
 use super::units::{self, factor, plain, split_unit, unit_of};
 use crate::Error;
 
-/// Renames columns and sets units as requested, then brings names that differ in their unit alone to one: to that of
-/// `wanted`, or else of the first log. Numbers in another unit of the same kind are converted.
+/// Renames columns and sets units as requested, then brings names that differ in their unit alone to one: to
+/// that of `wanted`, or else of the first log. Numbers in another unit of the same kind are converted.
 ///
 /// # Errors
 /// [`Error::MissingColumn`] for a column of the options that no log has, [`Error::UnknownUnit`].
@@ -19,7 +20,8 @@ pub(super) fn name(logs: &mut [OpenLog], options: &ColumnOptions, wanted: &[Stri
             logs[log].names[column].clone_from(new);
         }
     }
-    // A requested name is a reference too: it may lack the unit that the files state, or state one that they lack.
+    // A requested name is a reference too: it may lack the unit that the files state, or state one that they
+    // lack.
     for name in wanted {
         unify(logs, name, &unit_of(name));
     }
@@ -100,7 +102,8 @@ fn base(name: &str) -> String {
     split_unit(&plain(name)).0.to_owned()
 }
 
-/// Converts the numbers of a column to the unit that its name states, where it was `wanted`, or to that of the first log.
+/// Converts the numbers of a column to the unit that its name states, where it was `wanted`, or to that of
+/// the first log.
 fn convert(logs: &mut [OpenLog], name: &str, wanted: bool) {
     let by_name = unit_of(name);
     // Time is converted to seconds, whatever the others have.

@@ -19,7 +19,8 @@ const BEFORE: usize = 4;
 const PEAK: f64 = 4.0;
 /// Least correlation that says in which direction two channels go.
 const CLEAR: f64 = 0.3;
-/// Share of the samples on plateaus during which another goes on, from which the plateaus are those of a sensor.
+/// Share of the samples on plateaus during which another goes on, from which the plateaus are those of a
+/// sensor.
 const MOST: f64 = 0.3;
 /// A jump at the end of a frozen stretch, over the step that 95 % of the steps do not exceed.
 const JUMP: f64 = 3.0;
@@ -116,7 +117,8 @@ impl Channel {
         self.high - self.low
     }
 
-    /// Means of blocks of a plateau, where there are samples enough to average noise; empty where a number is missing.
+    /// Means of blocks of a plateau, where there are samples enough to average noise; empty where a number is
+    /// missing.
     fn blocks(&self, Plateau { sequence, start, end }: Plateau) -> Vec<f64> {
         let part = &self.values[sequence][start..end];
         if part.iter().any(|x| !x.is_finite()) || part.len() < SHORTEST_AT_BOUND {
@@ -126,7 +128,8 @@ impl Channel {
         part.chunks_exact(block).map(|b| b.iter().sum::<f64>() / b.len() as f64).collect()
     }
 
-    /// How far the channel goes up from where it is at the start of a plateau, and how far down: shares of its range.
+    /// How far the channel goes up from where it is at the start of a plateau, and how far down: shares of
+    /// its range.
     fn goes(&self, plateau: Plateau) -> [f64; 2] {
         let means = self.blocks(plateau);
         let Some(first) = means.first() else { return [0.0; 2] };
@@ -144,8 +147,8 @@ impl Channel {
         (high - first.max(*last)).max(first.min(*last) - low) > TURNS * self.range()
     }
 
-    /// Whether the channel comes to a plateau faster than to a peak that is seen in quanta: there, speed times duration
-    /// is at most four quanta.
+    /// Whether the channel comes to a plateau faster than to a peak that is seen in quanta: there, speed
+    /// times duration is at most four quanta.
     fn arrives(&self, Plateau { sequence, start, end }: Plateau) -> bool {
         let values = &self.values[sequence];
         let before = start.saturating_sub(BEFORE);

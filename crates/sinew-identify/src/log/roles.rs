@@ -60,8 +60,9 @@ pub(super) fn find(
     Ok(roles)
 }
 
-/// The time column of logs, of the columns that are not `taken`: by its name, without one by what it holds, and then by a
-/// name that is at least like one. Days may call it differently: the name is that of the first log.
+/// The time column of logs, of the columns that are not `taken`: by its name, without one by what it holds,
+/// and then by a name that is at least like one. Days may call it differently: the name is that of the first
+/// log.
 ///
 /// # Errors
 /// [`Error::Ambiguous`] where one log has two.
@@ -168,7 +169,8 @@ fn present(roles: &Roles, logs: &[Columns<'_>], far_required: bool) -> Result<()
     Ok(())
 }
 
-/// Refuses a column to be ignored that no log has: a slip of the pen would leave the column meant in its role.
+/// Refuses a column to be ignored that no log has: a slip of the pen would leave the column meant in its
+/// role.
 fn known(column: &str, logs: &[Columns<'_>]) -> Result<(), Error> {
     let here = |log: &Columns<'_>| log.names.iter().any(|name| name == column);
     if logs.iter().any(here) { Ok(()) } else { one_column(column, false, logs) }

@@ -150,8 +150,8 @@ pub struct LogInfo {
     pub duration_s: f64,
     /// Median sampling interval, s.
     pub interval_s: f64,
-    /// Findings in plain words: gaps, spikes, repeated rows, irregular sampling, duplicated logs; the sentence of every
-    /// defect.
+    /// Findings in plain words: gaps, spikes, repeated rows, irregular sampling, duplicated logs; the
+    /// sentence of every defect.
     pub findings: Vec<String>,
     /// Defects that make a model of this log doubtful.
     #[serde(skip_serializing_if = "Vec::is_empty")]

@@ -12,8 +12,8 @@ enum Kind {
     Other,
 }
 
-/// Units in lower case with their kind and their size in SI; a mass is the force of its weight, as on the display of a
-/// load cell.
+/// Units in lower case with their kind and their size in SI; a mass is the force of its weight, as on the
+/// display of a load cell.
 const UNITS: [(&str, Kind, f64); 48] = [
     ("s", Kind::Time, 1.0),
     ("sec", Kind::Time, 1.0),
@@ -144,8 +144,8 @@ fn written(unit: &str) -> String {
     capital.map_or_else(|| unit.to_owned(), |name| (*name).to_owned())
 }
 
-/// The unit in a name, as it is written in text, or an empty string: that of its last word which is a unit, so that
-/// `tension_n_filtered` has one. The first word is the quantity.
+/// The unit in a name, as it is written in text, or an empty string: that of its last word which is a unit,
+/// so that `tension_n_filtered` has one. The first word is the quantity.
 #[must_use]
 pub fn unit_of(column: &str) -> String {
     let plain = plain(column);

@@ -1,4 +1,5 @@
-//! The account of the columns: which has which role, in which unit, and why; labels among the motions by name.
+//! The account of the columns: which has which role, in which unit, and why; labels among the motions by
+//! name.
 
 use super::names::{Meaning, meaning};
 use super::open::OpenLog;

@@ -33,8 +33,8 @@ pub(super) struct Assessment {
 }
 
 impl Assessment {
-    /// The assessment on the chosen model; `poor` are the limits of the logs' excitation; of the report it reads the
-    /// candidates and the influence of the logs.
+    /// The assessment on the chosen model; `poor` are the limits of the logs' excitation; of the report it
+    /// reads the candidates and the influence of the logs.
     pub(super) fn of(evidence: &Evidence<'_>, report: &IdentificationReport, poor: &[String]) -> Self {
         let expected = evidence.model.provenance.rmse_unseen;
         let chosen = evidence.scored[evidence.chosen].name.as_str();

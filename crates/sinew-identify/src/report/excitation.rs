@@ -29,8 +29,8 @@ struct Stroke {
 
 /// What the logs do not show, in sentences without a full stop; empty for rich logs.
 ///
-/// The first motion is examined, or without one the first effort; a stroke ends where the signal turns back by
-/// 5 % of its range.
+/// The first motion is examined, or without one the first effort; a stroke ends where the signal turns back
+/// by 5 % of its range.
 pub(super) fn limits(logs: &ConditionedLogs, model: &Model) -> Vec<String> {
     let with = |role: Role| model.inputs.iter().position(|input| input.role == role);
     let Some(input) = with(Role::Motion).or_else(|| with(Role::Effort)) else { return Vec::new() };
@@ -67,7 +67,8 @@ pub(super) fn limits(logs: &ConditionedLogs, model: &Model) -> Vec<String> {
     limits
 }
 
-/// The log that is sampled too rarely for its reversals, if there is one: the one of the fewest samples in a stroke.
+/// The log that is sampled too rarely for its reversals, if there is one: the one of the fewest samples in a
+/// stroke.
 fn coarse(logs: &ConditionedLogs, input: usize, range: f64, name: &str) -> Option<String> {
     let of_log = |log: usize| -> Option<(usize, usize)> {
         let runs = logs.runs.iter().filter(|run| run.log == log);

@@ -112,8 +112,8 @@ fn capitalised(sentence: &str) -> String {
     characters.next().map_or_else(String::new, |first| first.to_uppercase().chain(characters).collect())
 }
 
-/// The least and the largest fold error of the chosen model, in words, and why the expected error is not its RMSE where
-/// the two differ; nothing with a single fold.
+/// The least and the largest fold error of the chosen model, in words, and why the expected error is not its
+/// RMSE where the two differ; nothing with a single fold.
 fn fold_range(evidence: &Evidence<'_>, expected: f64) -> String {
     let validation = evidence.scored[evidence.chosen].validation();
     let errors: Vec<f64> = validation.map_or_else(Vec::new, |v| v.folds.iter().map(|f| f.rmse).collect());

@@ -13,19 +13,13 @@ use crate::training::fit;
 use rayon::prelude::*;
 use sinew::predictor::Estimator;
 
-/// Error of one log's model on another, over the standard deviation of its far side, from which the two contradict each
-/// other: good logs of one rig that move through different ranges come to half of it.
+/// Error of one log's model on another, over the standard deviation of its far side, from which the two
+/// contradict each other: good logs of one rig that move through different ranges come to half of it.
 const CONTRADICTS: f64 = 0.7;
 
 /// How many times larger it is than the errors between halves of the logs: what does not foretell its own log
 /// judges no other.
 const WORSE: f64 = 3.0;
-
-/// `o_k` of every log.
-fn own_errors(recipe: &Recipe, logs: &ConditionedLogs) -> Vec<f64> {
-    let count = logs.data.logs.len();
-    (0..count).into_par_iter().map(|k| own_error(recipe, &of_log(&logs.runs, k))).collect()
-}
 
 /// Error of one half of a log by a model of its other half, over the standard deviation of its far side,
 /// below which it foretells itself.
@@ -51,8 +45,8 @@ pub(crate) enum Verdict {
     Undecidable(usize, usize),
 }
 
-/// Judges two or three logs by how well a model of each predicts the others; a regression on plays and a small hybrid must
-/// come to the same verdict.
+/// Judges two or three logs by how well a model of each predicts the others; a regression on plays and a
+/// small hybrid must come to the same verdict.
 ///
 /// ```text
 /// d_ij = sqrt(e_ij e_ji),   e_ij = RMSE on log j of a model fitted to log i / standard deviation of the far side of j
@@ -183,8 +177,8 @@ pub(crate) fn explanation(logs: &ConditionedLogs, k: usize, sound: &[usize]) -> 
     is_explained.then_some(found)
 }
 
-/// Adds a defect to every log that the others predict badly, and which a gain, offset or shift of one channel explains.
-/// The log whose error falls most is named first, and its like only where they remain without it.
+/// Adds a defect to every log that the others predict badly, and which a gain, offset or shift of one channel
+/// explains. The log whose error falls most is named first, and its like only where they remain without it.
 pub(crate) fn report_explained(logs: &mut ConditionedLogs) {
     let count = logs.data.logs.len();
     let mut sound: Vec<usize> = (0..count).collect();

@@ -84,8 +84,8 @@ pub(crate) const LINEAR: &str = "linear";
 /// Name of the axis without networks.
 const INERTIA: &str = "inertia";
 
-/// The candidates named, or without a name all but, where no inertia shows, those of an axis. Beside them the constant
-/// and the linear regression, as references where they are not named.
+/// The candidates named, or without a name all but, where no inertia shows, those of an axis. Beside them the
+/// constant and the linear regression, as references where they are not named.
 ///
 /// # Errors
 /// [`Error::UnknownModel`] for a name that no candidate has.
@@ -142,8 +142,8 @@ pub(crate) fn influence_recipe(logs: &ConditionedLogs) -> Recipe {
     Recipe { rows: 1500, steps: 25, hidden: 4, networks: 4, ..hybrid.recipe }
 }
 
-/// The recipe by which logs and channels are compared: a regression on plays and low-pass filters, which is fitted in
-/// milliseconds, extrapolates, and takes a lag for no shift.
+/// The recipe by which logs and channels are compared: a regression on plays and low-pass filters, which is
+/// fitted in milliseconds, extrapolates, and takes a lag for no shift.
 pub(crate) fn comparison_recipe(logs: &ConditionedLogs) -> Recipe {
     let roles = RoleIndices::of(&logs.data);
     let separate = SignalSet::separate(logs, &roles);

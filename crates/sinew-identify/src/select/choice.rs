@@ -32,7 +32,8 @@ pub(crate) struct Choice<'a> {
     pub(crate) scored: &'a [ScoredCandidate],
     /// Whether the folds hold out whole logs, trials or conditions.
     pub(crate) grouped: bool,
-    /// `[fold]`: whether it holds out a condition beyond all others ([`Folds::extrapolates`](super::folds::Folds)).
+    /// `[fold]`: whether it holds out a condition beyond all others
+    /// ([`Folds::extrapolates`](super::folds::Folds)).
     pub(crate) extrapolates: &'a [bool],
 }
 
@@ -59,8 +60,8 @@ impl Choice<'_> {
             .reduce(|old, new| if self.objection(new, old, without).is_some() { old } else { new })
     }
 
-    /// Why a candidate with less physics is not preferred to one with more, by all folds but `without`; completes
-    /// "but". `None` where it is.
+    /// Why a candidate with less physics is not preferred to one with more, by all folds but `without`;
+    /// completes "but". `None` where it is.
     fn objection(&self, less: usize, more: usize, without: Option<usize>) -> Option<String> {
         let (less, more) = (&self.scored[less], &self.scored[more]);
         if less.score(without) >= self.margin() * more.score(without) {

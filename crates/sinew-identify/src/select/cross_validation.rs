@@ -81,8 +81,8 @@ impl ScoredCandidate {
     }
 }
 
-/// Cross-validates the screening recipe of every candidate; `finished` is called with the share that is done. Candidates that differ in
-/// their networks alone share the law of each fold.
+/// Cross-validates the screening recipe of every candidate; `finished` is called with the share that is done.
+/// Candidates that differ in their networks alone share the law of each fold.
 pub(crate) fn cross_validate_all(
     candidates: &[CandidateRecipe],
     logs: &ConditionedLogs,
@@ -213,9 +213,9 @@ fn training_runs(runs: &[Run], held_out: &[Option<(usize, usize)>]) -> Vec<Run> 
 ///    is 0.95; 1 where there is none
 /// ```
 ///
-/// `Q(L; all but f)` is the band of the other folds on one that did not calibrate it, as a next log does not. Where the
-/// folds agree the level is 0.95; where one of them is unlike the others it rises until that one is covered. A single
-/// fold says nothing of a next one: its factor is twice its largest ratio.
+/// `Q(L; all but f)` is the band of the other folds on one that did not calibrate it, as a next log does not.
+/// Where the folds agree the level is 0.95; where one of them is unlike the others it rises until that one is
+/// covered. A single fold says nothing of a next one: its factor is twice its largest ratio.
 ///
 /// # Source
 /// Conformal prediction with sequences as the exchangeable units: `vovk2005`, `lei2018`.

@@ -21,8 +21,8 @@ pub(crate) struct Folds {
 }
 
 impl Folds {
-    /// Folds for these logs: by the group that was requested, else by conditions found in the logs, else by log,
-    /// else by trial, else by time.
+    /// Folds for these logs: by the group that was requested, else by conditions found in the logs, else by
+    /// log, else by trial, else by time.
     pub(crate) fn of(data: &Dataset) -> Self {
         let asked = data.roles.group.is_some();
         let logs = data.logs.len();
@@ -58,7 +58,8 @@ impl Folds {
         Self::by_time(data)
     }
 
-    /// `[fold]`: whether it holds out a value of a condition or of a given quantity beyond all those that remain.
+    /// `[fold]`: whether it holds out a value of a condition or of a given quantity beyond all those that
+    /// remain.
     pub(crate) fn extrapolates(&self, data: &Dataset) -> Vec<bool> {
         let quantities = numeric_quantities(data);
         let beyond = |held: &[Option<(usize, usize)>], values: &[f64]| {
@@ -154,7 +155,8 @@ fn separating_conditions(data: &Dataset) -> Vec<usize> {
     found
 }
 
-/// `[quantity][sequence]`: conditions that are numbers, and the medians of given quantities; NaN where there is none.
+/// `[quantity][sequence]`: conditions that are numbers, and the medians of given quantities; NaN where there
+/// is none.
 fn numeric_quantities(data: &Dataset) -> Vec<Vec<f64>> {
     let condition = |c: usize| -> Vec<f64> {
         data.sequences.iter().map(|s| s.condition_values[c].parse().unwrap_or(f64::NAN)).collect()

@@ -149,8 +149,8 @@ fn hypotheses(estimator: &Estimator, runs: &[Run], place: Place) -> Vec<(Place, 
     [gain, offset, shift].map(|(fault, error)| (place, fault, error)).to_vec()
 }
 
-/// RMSE with a channel corrected by a fault; the far side as it should have been logged stays the scale: a gain of it
-/// divides its error, too, so that a small gain is no explanation of everything.
+/// RMSE with a channel corrected by a fault; the far side as it should have been logged stays the scale: a
+/// gain of it divides its error, too, so that a small gain is no explanation of everything.
 fn error(estimator: &Estimator, runs: &[Run], place: Place, fault: Fault) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0.0);
     for run in runs {

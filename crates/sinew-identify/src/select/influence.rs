@@ -12,14 +12,15 @@ use crate::training::fit;
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// A foreign log raises the others' error by more than exp(0.15), a sixth, and is itself predicted more than e times
-/// worse than they are. Neither says enough alone: a log of a new condition is predicted badly and helps; a noisy one
-/// harms a little and is predicted as they are.
+/// A foreign log raises the others' error by more than exp(0.15), a sixth, and is itself predicted more than
+/// e times worse than they are. Neither says enough alone: a log of a new condition is predicted badly and
+/// helps; a noisy one harms a little and is predicted as they are.
 const LEAST_INFLUENCE: f64 = 0.15;
 const LEAST_DEVIATION: f64 = 1.0;
 
-/// Error on a foreign log, over the standard deviation of its far side, at least: where sensors are good, a log may be
-/// predicted many times worse than the others and still well. Good logs came to 0.19, foreign ones to 0.53 and more.
+/// Error on a foreign log, over the standard deviation of its far side, at least: where sensors are good, a
+/// log may be predicted many times worse than the others and still well. Good logs came to 0.19, foreign ones
+/// to 0.53 and more.
 const LEAST_RELATIVE: f64 = 0.25;
 
 /// Logs that must remain.
@@ -80,10 +81,11 @@ pub struct InfluenceRow {
 /// deviation_k = mean over i != k of ln( error on k, fitted to all but k / error on i, fitted to all but i and k )
 /// ```
 ///
-/// A log that is unlike the others is predicted worse than they are and biases the fit for all of them; a log that merely
-/// covers another condition does not: without it the others are predicted no better. A log that alone has its value of a given quantity, such as
-/// a sheath's bend, is kept: the recording and the condition cannot be told apart. Of three logs the odd one is left out
-/// where the two others agree; otherwise those that contradict each other are reported, as of two.
+/// A log that is unlike the others is predicted worse than they are and biases the fit for all of them; a log
+/// that merely covers another condition does not: without it the others are predicted no better. A log that
+/// alone has its value of a given quantity, such as a sheath's bend, is kept: the recording and the condition
+/// cannot be told apart. Of three logs the odd one is left out where the two others agree; otherwise those
+/// that contradict each other are reported, as of two.
 ///
 /// # Errors
 /// [`Error::UnknownLog`] for a log to keep that is not there.

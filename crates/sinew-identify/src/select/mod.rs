@@ -1,4 +1,5 @@
-//! Model selection: candidates, the influence of each log, agreement of logs and channels, folds, cross-validation, choice.
+//! Model selection: candidates, the influence of each log, agreement of logs and channels, folds,
+//! cross-validation, choice.
 
 pub(crate) mod agreement;
 mod axes;

@@ -30,8 +30,8 @@ const FITS: f64 = 0.15;
 /// ln w_k = a + b k,   trend: w monotone, |b| > ln 1.04, and the line leaves less than 15 % of the variance
 /// ```
 ///
-/// The order is that of the numbers in the names. Nothing is judged where a given quantity or a condition differs between
-/// the logs: it may be the reason.
+/// The order is that of the numbers in the names. Nothing is judged where a given quantity or a condition
+/// differs between the logs: it may be the reason.
 pub(crate) fn report_trend(logs: &mut ConditionedLogs) {
     let count = logs.data.logs.len();
     if count < FEWEST || differs(logs) {

@@ -1,5 +1,5 @@
-//! Logs that are read and wrong: what is wrong is named with line, channel and consequence; time in every usual form; names
-//! and units that differ from day to day.
+//! Logs that are read and wrong: what is wrong is named with line, channel and consequence; time in every
+//! usual form; names and units that differ from day to day.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 

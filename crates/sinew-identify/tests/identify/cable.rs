@@ -14,8 +14,9 @@ const NOISE: f64 = 0.4;
 
 /// A log of the bench, and beside it the true far tension and stretch.
 ///
-/// Where it is `coarse`, encoders count hundredths of a millimetre and the near tension comes one millisecond late.
-/// The motor runs back and forth at 0.02 to 0.12 m/s; the other drive swings the far tension between 40 and 200 N.
+/// Where it is `coarse`, encoders count hundredths of a millimetre and the near tension comes one millisecond
+/// late. The motor runs back and forth at 0.02 to 0.12 m/s; the other drive swings the far tension between 40
+/// and 200 N.
 fn bench(specimen: &Specimen, seconds: f64, seed: u64, coarse: bool) -> (CableLog, Vec<[f64; 2]>) {
     let mut plant = CablePlant::new(specimen, Resolution { cells: 32, substeps: 4 }).unwrap();
     plant.settle(100.0, Sliding::TowardMotor).unwrap();
@@ -57,7 +58,8 @@ fn part(log: &CableLog, range: std::ops::Range<usize>) -> CableLog {
     }
 }
 
-/// Root mean square errors of far tension, N, and stretch, m, from a row on, the observer having run from the start.
+/// Root mean square errors of far tension, N, and stretch, m, from a row on, the observer having run from the
+/// start.
 fn errors(model: &CableModel, log: &CableLog, truth: &[[f64; 2]], from: usize) -> [f64; 2] {
     let estimates = observe_log(model, log).unwrap();
     let mut squares = [0.0; 2];
@@ -97,7 +99,8 @@ fn an_observer_with_slightly_wrong_numbers_errs_by_a_few_newtons() {
 fn known_numbers_come_back_from_a_noisy_log() {
     let (log, truth) = bench(&Specimen::ideal(), 70.0, 2, false);
     let training = part(&log, 0..50_000);
-    // The efficiency cannot be told from friction, so it must be right; cells enough to let the numbers be themselves.
+    // The efficiency cannot be told from friction, so it must be right; cells enough to let the numbers be
+    // themselves.
     let mut start = CableModel { cells: 16, ..mistaken(4.0) };
     start.parameters.efficiency = CableModel::bench().parameters.efficiency;
     let fit = fit_cable(&[training], &start, &FitOptions::default()).unwrap();
@@ -116,8 +119,8 @@ fn known_numbers_come_back_from_a_noisy_log() {
         // Tilt and rise are nought.
         let tolerance = if exact > 0.0 { 0.025 * exact } else { 0.02 };
         assert!((fitted.value - exact).abs() < tolerance, "{name}: {} not {exact}", fitted.value);
-        // Two and a half times the interval (measured: 2.1, the tilt): the rise of friction is at the edge of its
-        // domain here, where the linearised intervals of the others are too narrow.
+        // Two and a half times the interval (measured: 2.1, the tilt): the rise of friction is at the edge of
+        // its domain here, where the linearised intervals of the others are too narrow.
         let half = (fitted.high - fitted.low) / 2.0;
         assert!((fitted.value - exact).abs() < 2.5 * half, "{name}: {} +- {half}, not {exact}", fitted.value);
     }

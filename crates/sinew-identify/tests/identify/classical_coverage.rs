@@ -1,4 +1,5 @@
-//! The 95 % intervals of the static capstan cover the parameters of simulated logs, whatever motion and noise.
+//! The 95 % intervals of the static capstan cover the parameters of simulated logs, whatever motion and
+//! noise.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -24,7 +25,8 @@ enum Case {
 const CASES: [Case; 6] =
     [Case::Sine, Case::Triangle, Case::ColouredNoise, Case::NoisyInput, Case::Quantised, Case::Holds];
 
-/// 60 s at 100 Hz of a cable that slides whenever its near tension changes, and keeps its far tension at rest.
+/// 60 s at 100 Hz of a cable that slides whenever its near tension changes, and keeps its far tension at
+/// rest.
 fn log(case: Case, seed: u64) -> Dataset {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let phase: f64 = random.random::<f64>() * TAU;

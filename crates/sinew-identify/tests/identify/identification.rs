@@ -1,4 +1,5 @@
-//! From simulated logs to a model: known parameters are recovered, foreign logs are found, wrong structures are reported.
+//! From simulated logs to a model: known parameters are recovered, foreign logs are found, wrong structures
+//! are reported.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
@@ -99,7 +100,8 @@ fn a_log_alone_in_its_condition_is_kept_and_judged_with_its_figures() {
     let report = read(180);
     let row = report.influence.iter().find(|row| row.log == "other.csv").unwrap();
     assert!(!row.dropped, "{row:?}");
-    // Where the bend tells the two apart, the other recording may even help: a remark is due only above the limit.
+    // Where the bend tells the two apart, the other recording may even help: a remark is due only above the
+    // limit.
     assert_eq!(
         row.remark.contains("no other log has its value of `sheath_deg`"),
         row.influence > 0.4,

@@ -1,5 +1,5 @@
-//! Fifty kinds of damage on five benches: is it named, is the model graded, does the expected error hold? And are good logs
-//! left in peace?
+//! Fifty kinds of damage on five benches: is it named, is the model graded, does the expected error hold? And
+//! are good logs left in peace?
 //!
 //! Minutes long: it runs only where the environment variable `SINEW_LONG` is set.
 

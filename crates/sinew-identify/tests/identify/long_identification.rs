@@ -1,5 +1,5 @@
-//! What an identification says of itself, against fresh logs, over many simulated specimens: expected error, band and
-//! recommendation; and which logs the influence check drops.
+//! What an identification says of itself, against fresh logs, over many simulated specimens: expected error,
+//! band and recommendation; and which logs the influence check drops.
 //!
 //! Minutes long: it runs only where the environment variable `SINEW_LONG` is set.
 
@@ -152,7 +152,8 @@ fn long_the_choice_is_near_the_best_candidate_and_its_band_covers() {
         );
     }
     assert!(at(0.5, |j| j.regret) <= 0.1 && at(0.9, |j| j.regret) <= 0.5);
-    // Three logs of different days say little about the fourth: a band can promise its share over specimens, not for each.
+    // Three logs of different days say little about the fourth: a band can promise its share over specimens,
+    // not for each.
     let inside = all.iter().map(|j| j.inside).sum::<f64>() / all.len() as f64;
     eprintln!("inside, mean {inside:.3}");
     assert!((0.92..=0.98).contains(&inside), "{inside}");

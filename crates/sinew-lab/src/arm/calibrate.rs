@@ -143,7 +143,8 @@ fn options() -> FitOptions {
     }
 }
 
-/// The calibration runs of transmissions, one for each stroke of their programmes, with the decimation of each: `[muscle][stroke][row]`.
+/// The calibration runs of transmissions, one for each stroke of their programmes, with the decimation of
+/// each: `[muscle][stroke][row]`.
 pub(super) fn runs(
     specimen: &ArmSpecimen,
     muscles: &[usize],

@@ -1,4 +1,5 @@
-//! The controller of a machine whose bench is not at hand: what its file says, or what was recorded of it, is known.
+//! The controller of a machine whose bench is not at hand: what its file says, or what was recorded of it, is
+//! known.
 
 use super::controller::{Parts, controller};
 use super::tracking::poses_along;
@@ -22,8 +23,8 @@ pub struct IdentifiedMachine {
 }
 
 impl IdentifiedMachine {
-    /// With the models of its cables that the machine file names; where it names none, with the cable as designed. `gains`
-    /// replace those that follow from the rules for the trajectory.
+    /// With the models of its cables that the machine file names; where it names none, with the cable as
+    /// designed. `gains` replace those that follow from the rules for the trajectory.
     ///
     /// # Errors
     /// As [`synthesize`].

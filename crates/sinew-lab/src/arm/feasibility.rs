@@ -40,13 +40,14 @@ pub fn infeasible_motion(
     Ok(loaded.map(|infeasibility| InfeasibleMotion { payload: machine.payload, infeasibility }))
 }
 
-/// The first time at which a machine with its payload violates a limit: of the joints, of speed or acceleration
-/// of a winch, of the tensions that the controller may ask for, where they cannot produce the torque, of the rate at
-/// which it leaves a pose by itself, or of the heat of a drive over `repeats` of the motion.
+/// The first time at which a machine with its payload violates a limit: of the joints, of speed or
+/// acceleration of a winch, of the tensions that the controller may ask for, where they cannot produce the
+/// torque, of the rate at which it leaves a pose by itself, or of the heat of a drive over `repeats` of the
+/// motion.
 ///
 /// A motion may use a share of the limits of drives and tensions alone
-/// ([`ControlRules::margin`](sinew::machine::ControlRules::margin)): a machine as built is heavier and has more
-/// friction than its design.
+/// ([`ControlRules::margin`](sinew::machine::ControlRules::margin)): a machine as built is heavier and has
+/// more friction than its design.
 ///
 /// # Errors
 /// [`Error::Physics`] where trajectory and machine do not belong together.
@@ -109,8 +110,8 @@ fn too_little_tension(machine: &Machine, gains: &ArmGains) -> Option<Violation> 
     })
 }
 
-/// The pose of some, spread evenly over `duration` s, that the machine leaves fastest with held winches, if its
-/// controller cannot hold it.
+/// The pose of some, spread evenly over `duration` s, that the machine leaves fastest with held winches, if
+/// its controller cannot hold it.
 fn first_unstable(
     machine: &Machine,
     models: &[CableModel],
@@ -140,8 +141,8 @@ fn first_unstable(
     }))
 }
 
-/// Share of a winch's largest speed that an anchor may have: the rest moves the stretch of the cable and its dead
-/// band.
+/// Share of a winch's largest speed that an anchor may have: the rest moves the stretch of the cable and its
+/// dead band.
 const ANCHOR_SPEED: f64 = 0.55;
 
 /// Lower and upper tension limit of every muscle, N, of which the upper is lowered to a share of its range.

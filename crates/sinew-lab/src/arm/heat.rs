@@ -11,7 +11,8 @@ use sinew::trajectory::{Reference, Trajectory};
 /// Temperatures of the windings of a machine that repeats a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DriveHeat {
-    /// The first winding beyond its limit: time since the start, s, and its muscle; none where all stay below.
+    /// The first winding beyond its limit: time since the start, s, and its muscle; none where all stay
+    /// below.
     pub overheated: Option<(f64, usize)>,
     /// Hottest temperature of every winding, degrees Celsius: `[muscles]`.
     pub windings: Vec<f64>,
@@ -19,16 +20,17 @@ pub struct DriveHeat {
 
 /// Longest step of the integration, s: an eighth of the time constant of a small winding.
 const LONGEST_STEP: f64 = 1.0;
-/// Steps at one instant's currents, at most: in a motion of days, where they are longer than [`LONGEST_STEP`], every winding is at its steady
-/// temperature, to which the implicit integration leads with any step.
+/// Steps at one instant's currents, at most: in a motion of days, where they are longer than
+/// [`LONGEST_STEP`], every winding is at its steady temperature, to which the implicit integration leads with
+/// any step.
 const MOST_STEPS: f64 = 1000.0;
 /// Mean change of temperature over a repeat below which the repeats no longer differ, K/s.
 const STEADY: f64 = 1e-9;
 /// Instants of one repeat at which the currents are computed.
 const INSTANTS: usize = 400;
 
-/// Integrates the heat of every drive over repeats of a motion from room temperature, for the tensions that the
-/// controller asks for on cables as designed.
+/// Integrates the heat of every drive over repeats of a motion from room temperature, for the tensions that
+/// the controller asks for on cables as designed.
 ///
 /// ```text
 /// T_in = (F - T_0) e^(s A),   s the direction of sliding;    i from the losses of the reducer
@@ -78,8 +80,8 @@ pub fn drive_heat(
     Ok(heat)
 }
 
-/// Temperature that a planned motion may heat a winding to, degrees Celsius: the machine's margin is a share of the
-/// rise.
+/// Temperature that a planned motion may heat a winding to, degrees Celsius: the machine's margin is a share
+/// of the rise.
 pub(super) fn allowed_temperature(machine: &Machine, muscle: usize) -> f64 {
     ROOM + machine.rules.margin * (machine.muscles[muscle].drive.motor.hottest - ROOM)
 }

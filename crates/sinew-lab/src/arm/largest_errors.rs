@@ -1,5 +1,5 @@
-//! Where the largest errors of a run come from: the joints whose errors move the end point, their reversals, the zeros of
-//! the encoders.
+//! Where the largest errors of a run come from: the joints whose errors move the end point, their reversals,
+//! the zeros of the encoders.
 
 use crate::experiment::ErrorPeak;
 use serde::{Deserialize, Serialize};
@@ -50,8 +50,9 @@ pub struct JointShare {
 
 /// The accounts of the peaks of a run of this machine.
 ///
-/// The part of a joint is the displacement of the end point when that joint alone is put from its true coordinate to its
-/// reference, along the error; the parts add up to the error to second order of the joints' errors.
+/// The part of a joint is the displacement of the end point when that joint alone is put from its true
+/// coordinate to its reference, along the error; the parts add up to the error to second order of the joints'
+/// errors.
 ///
 /// # Errors
 /// As [`MuscleDynamics::new`] and [`MuscleDynamics::evaluate`].

@@ -257,8 +257,8 @@ pub struct TrackingNumbers {
     /// Least tension at an anchor, N.
     #[serde(deserialize_with = "number_or_nan")]
     pub least_anchor_tension_n: f64,
-    /// Longest time for which a cable was slack, less than 1 N above its pretension, of a small machine less than a
-    /// fifth of what its least tension leaves, s.
+    /// Longest time for which a cable was slack, less than 1 N above its pretension, of a small machine less
+    /// than a fifth of what its least tension leaves, s.
     #[serde(deserialize_with = "number_or_nan")]
     pub longest_slack_s: f64,
     /// Greatest tension at a drive, N.

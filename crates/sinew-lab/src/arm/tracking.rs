@@ -185,8 +185,8 @@ impl<'a> PreparedRun<'a> {
     /// The controller of a variant for a task.
     ///
     /// # Errors
-    /// [`Error::Physics`] where trajectory and arm are not of one robot; as [`calibrate_arm`] where networks are
-    /// trained.
+    /// [`Error::Physics`] where trajectory and arm are not of one robot; as [`calibrate_arm`] where networks
+    /// are trained.
     pub fn new(
         arm: &'a CalibratedArm,
         variant: CompensationVariant,

@@ -1,8 +1,8 @@
-//! Verification of a controller before the start: the motion is simulated on machines drawn within the tolerances,
-//! other ones than that of the run, and gains are lowered until all of them track it: to its end, with taut cables, and
-//! with an error below that of a completed run by the machine's margin, or in joint space with one that the dead bands of the cables
-//! explain. More are drawn for a motion that is near to the limits of the drives or of the error: there single specimens fail in single
-//! repeats.
+//! Verification of a controller before the start: the motion is simulated on machines drawn within the
+//! tolerances, other ones than that of the run, and gains are lowered until all of them track it: to its end,
+//! with taut cables, and with an error below that of a completed run by the machine's margin, or in joint
+//! space with one that the dead bands of the cables explain. More are drawn for a motion that is near to the
+//! limits of the drives or of the error: there single specimens fail in single repeats.
 
 use super::feasibility::first_infeasibility;
 use super::outcome::{joint_errors, largest_bounded_error};
@@ -22,8 +22,9 @@ use sinew::twin::arm::ArmSpecimen;
 pub enum Verified {
     /// Every drawn machine tracks the motion with these rules.
     Tracks(ControlRules),
-    /// With these rules every drawn machine comes to the motion's end with taut cables; the largest error of a joint is above that of a
-    /// completed run, but within what the dead bands of the cables explain: a joint that breaks away from their friction jumps.
+    /// With these rules every drawn machine comes to the motion's end with taut cables; the largest error of
+    /// a joint is above that of a completed run, but within what the dead bands of the cables explain: a
+    /// joint that breaks away from their friction jumps.
     Inaccurate(ControlRules, String),
     /// No set of rules does; what stopped a machine with the softest.
     Fails(String),
@@ -55,7 +56,8 @@ const FIRST_SEED: u64 = 0x7665_7269_6679_0001;
 /// Machines that are drawn, and in all for a motion near to the limits.
 const SPECIMENS: usize = 2;
 const SPECIMENS_NEAR: usize = 8;
-/// Shares above which a motion is near to the limits: of what it may use of its drives, and of error and slack.
+/// Shares above which a motion is near to the limits: of what it may use of its drives, and of error and
+/// slack.
 const NEAR_DRIVES: f64 = 0.7;
 const NEAR_ERROR: f64 = 0.6;
 /// Durations of slower tours, as multiples of the first.
@@ -67,8 +69,9 @@ const LONGEST: f64 = 4.0;
 /// Longest time for which a cable may be slack, s.
 const MAX_SLACK: f64 = 0.25;
 
-/// Finds rules with which drawn machines track a motion, and so many of its repeats as take 4 s; the controller has the designed body and the
-/// true parameters of their cables, which a calibration would identify.
+/// Finds rules with which drawn machines track a motion, and so many of its repeats as take 4 s; the
+/// controller has the designed body and the true parameters of their cables, which a calibration would
+/// identify.
 ///
 /// # Errors
 /// [`Error::Physics`] where trajectory and machine do not belong together.
@@ -122,9 +125,10 @@ pub struct VerifiedTour {
     pub slowed: Option<String>,
 }
 
-/// Verifies a tour, and where the drawn machines do not track it, at half its speed and at a quarter: what takes time at every reversal, to
-/// cross the dead bands of the cables, takes a smaller share of a slower motion. The fastest that they track; else the fastest that
-/// they come to the end of; else the tour as given.
+/// Verifies a tour, and where the drawn machines do not track it, at half its speed and at a quarter: what
+/// takes time at every reversal, to cross the dead bands of the cables, takes a smaller share of a slower
+/// motion. The fastest that they track; else the fastest that they come to the end of; else the tour as
+/// given.
 ///
 /// # Errors
 /// As [`verify`] and [`plan_tour`].

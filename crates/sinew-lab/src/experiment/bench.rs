@@ -202,7 +202,8 @@ pub struct CalibrationRun {
 /// What is kept of a run: rows, or the reason for an early end.
 pub type KeptRows = Result<Vec<BenchRow>, Stop>;
 
-/// Runs without compensation. Their cables are computed in SIMD lanes of eight, and their rows are those of [`run`] to the bit.
+/// Runs without compensation. Their cables are computed in SIMD lanes of eight, and their rows are those of
+/// [`run`] to the bit.
 ///
 /// # Errors
 /// As [`run`].
@@ -289,8 +290,8 @@ impl<'a> Cycle<'a> {
         Ok(Self { run, stroke, previewed_stroke, load, reference_anchor, cycles: 0 })
     }
 
-    /// The row of one cycle, without what follows it, and the command of the load's drive. `control` is the muscle's: from the reference,
-    /// the measurements, and whether the cable slides at full speed.
+    /// The row of one cycle, without what follows it, and the command of the load's drive. `control` is the
+    /// muscle's: from the reference, the measurements, and whether the cable slides at full speed.
     fn row(
         &mut self,
         reading: &BenchReading,

@@ -1,4 +1,5 @@
-//! Control of a cable by the true state of the plant, which no controller has: what a compensation can be compared with.
+//! Control of a cable by the true state of the plant, which no controller has: what a compensation can be
+//! compared with.
 
 use sinew::Error;
 use sinew::control::stretch::{FarEndReference, StretchController};
@@ -14,9 +15,10 @@ const CORRECTION_TIME: f64 = 0.3;
 /// db/dt = -b/t_b after the next reversal, until the whole cable slides again
 /// ```
 ///
-/// The law alone lacks what the plant adds to it, creep and warming among others: its stretch of steady sliding `e*` is
-/// then biased, and an identified law, whose parameters absorb a part of these effects, could be better than it. The
-/// true far tension `T_out` shows the bias `b`; a bias that outlived the sliding would disturb the next reversal.
+/// The law alone lacks what the plant adds to it, creep and warming among others: its stretch of steady
+/// sliding `e*` is then biased, and an identified law, whose parameters absorb a part of these effects, could
+/// be better than it. The true far tension `T_out` shows the bias `b`; a bias that outlived the sliding would
+/// disturb the next reversal.
 #[derive(Debug, Clone)]
 pub(super) struct Oracle {
     controller: StretchController,

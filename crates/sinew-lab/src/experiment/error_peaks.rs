@@ -13,8 +13,8 @@ const MOVING: f64 = 1e-6;
 /// One of the largest errors of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorPeak {
-    /// Distance of the end point from its reference, m. For a machine without an end point: the largest joint error as a
-    /// share of the joint's range, 1; a joint without limits counts as 0.
+    /// Distance of the end point from its reference, m. For a machine without an end point: the largest joint
+    /// error as a share of the joint's range, 1; a joint without limits counts as 0.
     pub size: f64,
     /// s.
     pub time: f64,
@@ -27,8 +27,8 @@ pub struct ErrorPeak {
     pub joint_error: Vec<f64>,
     /// When the reference of every joint last reversed, s; NaN before: `[joints]`.
     pub reversed: Vec<f64>,
-    /// Whether the tension distribution gave the torque within the limits of the tensions; false also where it did not
-    /// converge.
+    /// Whether the tension distribution gave the torque within the limits of the tensions; false also where
+    /// it did not converge.
     pub feasible: bool,
 }
 
@@ -60,8 +60,8 @@ impl ErrorPeaks {
         Self { slots, ranges, direction: vec![0.0; joints], reversed: vec![f64::NAN; joints] }
     }
 
-    /// Records a control cycle; `distance`, m, is NaN without an end point. An error that keeps growing moves its slot
-    /// along and counts once.
+    /// Records a control cycle; `distance`, m, is NaN without an end point. An error that keeps growing moves
+    /// its slot along and counts once.
     pub(super) fn record(&mut self, row: &TrackRow<'_>, distance: f64) {
         for (k, v) in row.reference.v.iter().enumerate().filter(|(_, v)| v.abs() > MOVING) {
             if v * self.direction[k] < 0.0 {

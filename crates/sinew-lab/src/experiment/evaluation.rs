@@ -44,8 +44,8 @@ impl<'a> Evaluation<'a> {
         })
     }
 
-    /// Records one control cycle of a simulated machine: the reference, the command and the plant's state before
-    /// the command takes effect.
+    /// Records one control cycle of a simulated machine: the reference, the command and the plant's state
+    /// before the command takes effect.
     ///
     /// # Errors
     /// [`Error::WrongLength`] for a pose of another robot.

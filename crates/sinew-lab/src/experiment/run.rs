@@ -43,7 +43,8 @@ impl<'a> TrackRun<'a> {
     /// The plant at the start of the run.
     ///
     /// # Errors
-    /// As [`ArmTwin::new`], [`ArmTwin::with_faults`] and [`Trajectory::sample`] for parts of different robots.
+    /// As [`ArmTwin::new`], [`ArmTwin::with_faults`] and [`Trajectory::sample`] for parts of different
+    /// robots.
     pub fn plant(&self) -> Result<ArmTwin, Error> {
         let mut start = Reference::new(self.trajectory.joints());
         self.trajectory.sample(0.0, &mut start)?;

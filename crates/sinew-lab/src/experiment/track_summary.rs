@@ -69,11 +69,11 @@ pub struct TrackSummary {
     pub hold_encoder_zero_error: Statistics,
     /// Tension at every anchor at rest, N: `[muscles]`.
     pub hold_tension: Vec<Statistics>,
-    /// Magnitude of the error of every joint during motion, without the zero errors of the encoders, rad or m:
-    /// `[joints]`.
+    /// Magnitude of the error of every joint during motion, without the zero errors of the encoders, rad or
+    /// m: `[joints]`.
     pub joint_error: Vec<Statistics>,
-    /// Longest time for which a cable was slack, its far tension less than 1 N above its pretension, of a small
-    /// machine less than a fifth of what its least tension leaves, s, and its muscle.
+    /// Longest time for which a cable was slack, its far tension less than 1 N above its pretension, of a
+    /// small machine less than a fifth of what its least tension leaves, s, and its muscle.
     pub slack: (f64, usize),
     /// Of the control cycle, s.
     period: f64,

@@ -11,7 +11,8 @@ pub(super) struct TrackingErrors<'a> {
     model: MuscleDynamics,
     /// Body of the end point, and its position on it, m; none where only the joints are the task.
     end_point_on: Option<(usize, [f64; 3])>,
-    /// Pose in which every encoder reads its reference, rad or m: `[joints]`; of a joint without an encoder the reference.
+    /// Pose in which every encoder reads its reference, rad or m: `[joints]`; of a joint without an encoder
+    /// the reference.
     encoder_pose: Vec<f64>,
     /// End point in the reference pose, m; NaN without an end point.
     pub(super) reference_point: [f64; 3],
@@ -28,7 +29,8 @@ pub(super) struct TrackingErrors<'a> {
 }
 
 impl<'a> TrackingErrors<'a> {
-    /// For the end point at a site of the design `robot`, by its index; none where only the joints are the task.
+    /// For the end point at a site of the design `robot`, by its index; none where only the joints are the
+    /// task.
     ///
     /// # Errors
     /// As [`MuscleDynamics::new`].

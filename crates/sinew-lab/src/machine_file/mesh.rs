@@ -22,7 +22,8 @@ pub fn mesh_bytes(path: &Path, file: &str) -> Result<Vec<u8>, String> {
     std::fs::read(&found).map_err(unread)
 }
 
-/// The path of a mesh file; a package of ROS is looked for beside the robot's folder, in it and in those above it.
+/// The path of a mesh file; a package of ROS is looked for beside the robot's folder, in it and in those
+/// above it.
 fn find(folder: &Path, file: &str) -> Result<PathBuf, String> {
     if let Some(path) = file.strip_prefix("file://") {
         return Ok(PathBuf::from(path));

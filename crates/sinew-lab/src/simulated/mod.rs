@@ -135,8 +135,8 @@ pub struct Truth {
     pub value: f64,
 }
 
-/// The numbers of the specimen of [`demo_logs`] that the cable observer has, too: of the other quantities the plant has
-/// none, or another one at every node.
+/// The numbers of the specimen of [`demo_logs`] that the cable observer has, too: of the other quantities the
+/// plant has none, or another one at every node.
 #[must_use]
 pub fn demo_truth(seed: u64) -> [Truth; 3] {
     let cable = Cable::specimen(seed, 1.0, 1.0);

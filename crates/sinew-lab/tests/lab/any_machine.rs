@@ -1,4 +1,5 @@
-//! Random machines, from a finger to an arm: each planned, calibrated on its own bench and tracked by rules alone.
+//! Random machines, from a finger to an arm: each planned, calibrated on its own bench and tracked by rules
+//! alone.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 #![allow(clippy::print_stdout, reason = "a campaign prints its table")]
@@ -113,7 +114,8 @@ fn quantile(mut list: Vec<f64>, share: f64) -> f64 {
     list.get((list.len().saturating_sub(1) as f64 * share).round() as usize).copied().unwrap_or(f64::NAN)
 }
 
-/// Tracks machines of these seeds, prints what the documentation tabulates, and returns those that were neither stopped nor lost.
+/// Tracks machines of these seeds, prints what the documentation tabulates, and returns those that were
+/// neither stopped nor lost.
 fn campaign(seeds: Range<u64>, period: f64) -> Vec<Tracked> {
     let results: Vec<Result<Tracked, String>> = seeds
         .into_par_iter()

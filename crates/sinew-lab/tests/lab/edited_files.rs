@@ -1,5 +1,5 @@
-//! Files of machines with random mistakes: whatever they say, the answer is a machine that can be shown, tuned and started, or one error
-//! with file and line.
+//! Files of machines with random mistakes: whatever they say, the answer is a machine that can be shown,
+//! tuned and started, or one error with file and line.
 
 use sinew::Error as Refused;
 use sinew::control::arm::{ActuationMode, ArmController, CableStateSource, synthesize};

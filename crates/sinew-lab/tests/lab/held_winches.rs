@@ -1,5 +1,5 @@
-//! With held winches nothing does work on a machine: its energy only falls, and where its tensions balance gravity it
-//! stands still. Every machine of `models/` and random ones, as designed and as built.
+//! With held winches nothing does work on a machine: its energy only falls, and where its tensions balance
+//! gravity it stands still. Every machine of `models/` and random ones, as designed and as built.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 #![allow(clippy::print_stdout, reason = "prints the worst figures")]
@@ -19,8 +19,8 @@ use std::f64::consts::PI;
 const CYCLES: usize = 2000;
 /// Joint speed below which a machine stands still, rad/s or m/s. Measured: 1.6e-4.
 const STANDS_STILL: f64 = 0.05;
-/// Rise above the initial energy over the initial kinetic energy: semi-implicit steps conserve energy in the mean only.
-/// Measured: 2.3e-4.
+/// Rise above the initial energy over the initial kinetic energy: semi-implicit steps conserve energy in the
+/// mean only. Measured: 2.3e-4.
 const LARGEST_RISE: f64 = 4e-4;
 
 /// One run.

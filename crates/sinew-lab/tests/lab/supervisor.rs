@@ -1,4 +1,5 @@
-//! Supervised machines: every fault is found, answered by a safe stop, and recovered from; nothing is found without one.
+//! Supervised machines: every fault is found, answered by a safe stop, and recovered from; nothing is found
+//! without one.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
@@ -73,8 +74,8 @@ fn table(cases: &[Case]) -> String {
 
 #[test]
 fn campaign_of_supervised_faults() {
-    // `SINEW_SUPERVISOR=machine|all,first seed,seeds,faults per kind`; with `SINEW_SUPERVISOR_WRITE` set the table of all goes
-    // to the documentation.
+    // `SINEW_SUPERVISOR=machine|all,first seed,seeds,faults per kind`; with `SINEW_SUPERVISOR_WRITE` set the
+    // table of all goes to the documentation.
     let Ok(given) = std::env::var("SINEW_SUPERVISOR") else {
         eprintln!("skipped: SINEW_SUPERVISOR is not set");
         return;
@@ -137,7 +138,8 @@ fn a_short_campaign_finds_every_fault_and_recovers() {
     }
 }
 
-/// Stop after the motion has begun, s after it, and the faults that were reported, where every `every`th cycle is late, s.
+/// Stop after the motion has begun, s after it, and the faults that were reported, where every `every`th
+/// cycle is late, s.
 fn late_cycles(every: u64, lateness: f64) -> (Option<f64>, Vec<FaultKind>) {
     let machine = machine("bench_joint");
     Bench::new(&machine, motion(&machine, 1), 1).with_session(&[], |mut session| {
@@ -190,7 +192,8 @@ fn wears(muscle: usize) -> [(&'static str, f64, Vec<InjectedFault>, FaultKind); 
 
 #[test]
 fn campaign_of_worn_cables() {
-    // `SINEW_HEALTH=machine,seed,hours`: a healthy run of so many hours, or for 0 hours runs with one worn cable.
+    // `SINEW_HEALTH=machine,seed,hours`: a healthy run of so many hours, or for 0 hours runs with one worn
+    // cable.
     let Ok(given) = std::env::var("SINEW_HEALTH") else {
         eprintln!("skipped: SINEW_HEALTH is not set");
         return;

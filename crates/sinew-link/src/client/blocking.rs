@@ -45,8 +45,8 @@ const RETRY: Duration = Duration::from_millis(100);
 const ACKNOWLEDGEMENT: Duration = Duration::from_secs(1);
 
 impl Client {
-    /// A session with a host, asked for until it answers or the time is over; a host whose session another client has is asked
-    /// again, because the session of a client that has gone ends soon.
+    /// A session with a host, asked for until it answers or the time is over; a host whose session another
+    /// client has is asked again, because the session of a client that has gone ends soon.
     ///
     /// # Errors
     /// [`Error::Socket`], [`Error::Random`], [`Error::NoAnswer`], [`Error::Refused`].
@@ -54,7 +54,8 @@ impl Client {
         Self::greet(address, most, |nonce| Greeting::new(key.unwrap_or(&Key::none()), nonce))
     }
 
-    /// The same with a session that watches, beside the client that commands; [`watch`](Self::watch) keeps it.
+    /// The same with a session that watches, beside the client that commands; [`watch`](Self::watch) keeps
+    /// it.
     ///
     /// # Errors
     /// As [`connect`](Self::connect).
@@ -146,8 +147,8 @@ impl Client {
     /// The next complete state; packets that are rejected are skipped.
     ///
     /// # Errors
-    /// [`Error::NoAnswer`] where none comes in time: where no packet of this client has reached the host for half a second, the session has
-    /// ended, and the client connects anew. [`Error::Socket`].
+    /// [`Error::NoAnswer`] where none comes in time: where no packet of this client has reached the host for
+    /// half a second, the session has ended, and the client connects anew. [`Error::Socket`].
     pub fn receive(&mut self, most: Duration) -> Result<&Snapshot, Error> {
         let begin = Instant::now();
         let mut buffer = [0; MAX_DATAGRAM + 1];
@@ -175,7 +176,8 @@ impl Client {
     /// machine has taken it, at most a second, and asks again meanwhile.
     ///
     /// # Errors
-    /// [`Error::StopNotAcknowledged`]: the session has ended, and the machine has perhaps not been told to stop. [`Error::Socket`].
+    /// [`Error::StopNotAcknowledged`]: the session has ended, and the machine has perhaps not been told to
+    /// stop. [`Error::Socket`].
     pub fn close(mut self) -> Result<(), Error> {
         let begin = Instant::now();
         while let Some(stop) = self.session.unacknowledged_stop().copied()

@@ -71,8 +71,8 @@ impl Attached {
         result
     }
 
-    /// Seals one part of a state: `part` is where it begins, [0, 0] at first, and becomes where the next one begins, none after
-    /// the last. `rejected` are the packets from anyone that were rejected.
+    /// Seals one part of a state: `part` is where it begins, [0, 0] at first, and becomes where the next one
+    /// begins, none after the last. `rejected` are the packets from anyone that were rejected.
     pub(super) fn state(
         &mut self,
         snapshot: &Snapshot,

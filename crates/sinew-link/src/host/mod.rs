@@ -6,8 +6,8 @@
 //!   UDP <- Sessions::state    <-queue--   Port::publish
 //! ```
 //!
-//! Both queues are wait-free rings of fixed size: whatever comes in, the cycle never waits for the server. [`Sessions`]
-//! knows no sockets and no clock.
+//! Both queues are wait-free rings of fixed size: whatever comes in, the cycle never waits for the server.
+//! [`Sessions`] knows no sockets and no clock.
 
 mod attached;
 mod domain;

@@ -69,7 +69,8 @@ impl Offers {
         self.begun.get(client_nonce).is_some()
     }
 
-    /// Random number of the host in the session that is offered to a client's Hello: the same for the same Hello.
+    /// Random number of the host in the session that is offered to a client's Hello: the same for the same
+    /// Hello.
     pub(super) fn offer(
         &mut self,
         client_nonce: Nonce,

@@ -142,8 +142,8 @@ impl Port {
         self.counters.read()
     }
 
-    /// Lock-step alone: has the published states sent at once and waits for a command, the beginning or the end of a session, at
-    /// most this long. This is a system call.
+    /// Lock-step alone: has the published states sent at once and waits for a command, the beginning or the
+    /// end of a session, at most this long. This is a system call.
     pub fn wait(&mut self, most: Duration) {
         self.shared.waiting.store(true, Ordering::SeqCst);
         // Full: the server has not yet seen the byte before.

@@ -42,12 +42,12 @@ const BATCH: usize = 256;
 const IDLE: u64 = 50_000_000;
 
 impl Server {
-    /// Binds the socket and starts the thread. In lock-step, [`Port::wait`] must be called on the thread that called this
-    /// function: it is the one that is woken.
+    /// Binds the socket and starts the thread. In lock-step, [`Port::wait`] must be called on the thread that
+    /// called this function: it is the one that is woken.
     ///
     /// # Errors
-    /// [`Error::KeyNeeded`] for a non-loopback address without a key; [`Error::Socket`]; [`Error::Thread`]; as
-    /// [`Domain::validate`].
+    /// [`Error::KeyNeeded`] for a non-loopback address without a key; [`Error::Socket`]; [`Error::Thread`];
+    /// as [`Domain::validate`].
     pub fn start(settings: ServerSettings) -> Result<(Self, Port), Error> {
         let ServerSettings { address, key, domain, sessions } = settings;
         if key.is_none() && !address.ip().is_loopback() {
@@ -191,8 +191,8 @@ impl ServerThread {
         }
     }
 
-    /// Sends all parts of the newest state to one client; `seal` writes the part that begins at the given `[joint, muscle]` and sets
-    /// where the next one begins, none after the last.
+    /// Sends all parts of the newest state to one client; `seal` writes the part that begins at the given
+    /// `[joint, muscle]` and sets where the next one begins, none after the last.
     fn send_to(
         &mut self,
         mut seal: impl FnMut(

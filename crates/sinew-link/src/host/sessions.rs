@@ -37,7 +37,8 @@ pub struct SessionSettings {
     pub commands_per_second: u32,
 }
 
-/// Time between State packets, and from a set-point's time stamp to its effect, ns: whole cycles, at least these.
+/// Time between State packets, and from a set-point's time stamp to its effect, ns: whole cycles, at least
+/// these.
 const STATE_PERIOD: u64 = 2_000_000;
 const PLAYOUT_DELAY: u64 = 4_000_000;
 
@@ -150,15 +151,16 @@ impl Sessions {
         if self.active.is_some() { self.generation } else { 0 }
     }
 
-    /// Ends sessions in which nothing valid has come for too long. Times are those of one monotonic clock, ns.
+    /// Ends sessions in which nothing valid has come for too long. Times are those of one monotonic clock,
+    /// ns.
     pub fn expire(&mut self, now: u64) {
         let expiry = self.settings.expiry_ns;
         self.active.take_if(|active| active.is_expired(now, expiry));
         self.watchers.retain(|watcher| !watcher.is_expired(now, expiry));
     }
 
-    /// Checks a datagram; a valid command is handed to `take`, which says whether there was room for it. A reply, if any, is
-    /// written, else the reply is empty.
+    /// Checks a datagram; a valid command is handed to `take`, which says whether there was room for it. A
+    /// reply, if any, is written, else the reply is empty.
     pub fn receive(
         &mut self,
         datagram: &[u8],
@@ -311,8 +313,8 @@ impl Sessions {
         Ok(())
     }
 
-    /// Seals one part of a state for the client that commands: `part` is where it begins, [0, 0] at first, and becomes where the
-    /// next one begins, none after the last. None without a client.
+    /// Seals one part of a state for the client that commands: `part` is where it begins, [0, 0] at first,
+    /// and becomes where the next one begins, none after the last. None without a client.
     pub fn state(
         &mut self,
         snapshot: &Snapshot,

@@ -4,8 +4,8 @@
 //! Head | body of the kind | tag = HMAC-SHA256(key, head and body)
 //! ```
 //!
-//! Little endian, no padding but what the tables name. Hello, Welcome and Refused carry a tag by the pre-shared key, all others
-//! one by the key of their session and direction:
+//! Little endian, no padding but what the tables name. Hello, Welcome and Refused carry a tag by the
+//! pre-shared key, all others one by the key of their session and direction:
 //!
 //! ```text
 //! HMAC-SHA256(key, "sinew-link 1 client" | client_nonce | host_nonce)      Command, Watch, Goodbye
@@ -13,7 +13,8 @@
 //! ```
 //!
 //! # Source
-//! HMAC: RFC 2104; keys bound to both sides' random numbers: NIST SP 800-108; the reflected sequence number: `schreiber2010`.
+//! HMAC: RFC 2104; keys bound to both sides' random numbers: NIST SP 800-108; the reflected sequence number:
+//! `schreiber2010`.
 
 mod datagram;
 mod document;
@@ -38,7 +39,8 @@ pub const MAGIC: [u8; 4] = *b"SNWL";
 pub const VERSION: u8 = 2;
 /// Bytes of a tag.
 pub const TAG_SIZE: usize = 32;
-/// Longest datagram, bytes: what IPv6 guarantees to deliver unfragmented (1280 less the heads of IPv6 and UDP).
+/// Longest datagram, bytes: what IPv6 guarantees to deliver unfragmented (1280 less the heads of IPv6 and
+/// UDP).
 pub const MAX_DATAGRAM: usize = 1232;
 /// Shortest datagram, bytes.
 pub const MIN_DATAGRAM: usize = Head::SIZE + TAG_SIZE;

@@ -28,7 +28,8 @@ packet! {
 }
 
 packet! {
-    /// The host offers a session; it begins with the first valid Command in it, one that watches with the first Watch.
+    /// The host offers a session; it begins with the first valid Command in it, one that watches with the
+    /// first Watch.
     Welcome {
         client_nonce: [u8; 16], "1", "That of the Hello.";
         host_nonce: [u8; 16], "1", "Random, new for every session.";
@@ -72,8 +73,8 @@ packet! {
 }
 
 packet! {
-    /// State of the machine: `joint_count` records of joints, then `muscle_count` records of muscles follow. What does not fit in
-    /// one datagram comes in several of the same cycle.
+    /// State of the machine: `joint_count` records of joints, then `muscle_count` records of muscles follow.
+    /// What does not fit in one datagram comes in several of the same cycle.
     StateHead {
         machine_time_ns: u64, "ns", "Since the control cycle began; on virtual time, that one.";
         cycle: u64, "1", "Number of the control cycle, from 0.";

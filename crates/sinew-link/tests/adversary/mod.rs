@@ -1,5 +1,5 @@
-//! A host without sockets, one honest client, and everything else that may arrive: each datagram is made so that it is known
-//! beforehand for which reason it has to be rejected.
+//! A host without sockets, one honest client, and everything else that may arrive: each datagram is made so
+//! that it is known beforehand for which reason it has to be rejected.
 
 use sinew_link::client::{ClientSession, Greeting};
 use sinew_link::host::{Domain, Outcome, SessionSettings, Sessions, WATCHERS};

@@ -27,7 +27,8 @@ pub(crate) fn start_of(sizes: [usize; 2], key: Option<Key>) -> (Server, Port) {
     Server::start(ServerSettings { address, key, domain: domain(sizes), sessions }).unwrap()
 }
 
-/// Sets a flag where its scope ends, by a panic as well: a thread that waits for the flag ends, and the test fails instead of hanging.
+/// Sets a flag where its scope ends, by a panic as well: a thread that waits for the flag ends, and the test
+/// fails instead of hanging.
 pub(crate) struct StopOnDrop<'a>(pub(crate) &'a AtomicBool);
 
 impl Drop for StopOnDrop<'_> {

@@ -40,7 +40,8 @@ fn a_smooth_motion_is_reproduced_through_jitter_with_the_order_of_the_interpolat
             (200..2500).map(|ms: u64| (out[ms as usize].0 - motion((ms - delay) as f64 * 1e-3)).abs());
         errors.push(worst.fold(0.0, f64::max));
     }
-    // Slopes are second order, and 0 at extrema of the points: a quarter of the spacing, less than a ninth of the error.
+    // Slopes are second order, and 0 at extrema of the points: a quarter of the spacing, less than a ninth of
+    // the error.
     assert!(errors[0] / errors[2] > 9.0, "{errors:?}");
     assert!(errors[2] < 1e-4, "{errors:?}");
 }
@@ -116,7 +117,8 @@ proptest! {
             let (mut x, mut v) = ([0.0], [0.0]);
             playout.sample(now, &mut x, &mut v);
             prop_assert!(x[0].is_finite() && v[0].is_finite());
-            // Between two samples the position moves by the velocity: of a cubic, up to its curvature in a piece of 1 ms or more.
+            // Between two samples the position moves by the velocity: of a cubic, up to its curvature in a
+            // piece of 1 ms or more.
             let speed = v[0].abs().max(before.1.abs()).max((x[0] - before.0).abs() / 2e-4);
             prop_assert!((x[0] - before.0).abs() <= 2e-4 * (2.0 * speed + 1e-9));
             let most = 12.0 * (2.0 + speed * 1e-3) / 1e-6;

@@ -207,7 +207,8 @@ fn both_ends_know_loss_and_round_trip() {
     let mut session = begin(&mut host, 1, 0);
     let (mut snapshot, mut datagram) = (Snapshot::new(1, 2), Datagram::default());
     for k in 1..=100_u64 {
-        // 3 ms there, 2 ms in the host, 4 ms back, clocks 1 s apart; every tenth command and every fifth state is lost.
+        // 3 ms there, 2 ms in the host, 4 ms back, clocks 1 s apart; every tenth command and every fifth
+        // state is lost.
         let now = 10 * MS * k;
         let bytes = command(&mut session, now);
         if k % 10 != 0 {

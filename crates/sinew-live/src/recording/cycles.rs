@@ -109,7 +109,8 @@ impl Cycles {
             let numbers = columns.map(|column| column.get(row).copied().unwrap_or(f64::NAN));
             now.frame.of_mut(*signal).iter_mut().zip(numbers).for_each(|(to, from)| *to = from);
         }
-        // Slow columns between the two of their rows that the time is between, the second possibly of the next block.
+        // Slow columns between the two of their rows that the time is between, the second possibly of the
+        // next block.
         let lower = (place.max(0.0) / stride as f64).floor();
         let share = place.max(0.0) / stride as f64 - lower;
         let rows = [lower as u64 * stride, (lower as u64 + 1) * stride];

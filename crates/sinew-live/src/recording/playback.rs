@@ -59,10 +59,12 @@ pub struct Playback {
 }
 
 impl Playback {
-    /// At the beginning of a recording, paused. `progress` gets the share of the files that was looked through.
+    /// At the beginning of a recording, paused. `progress` gets the share of the files that was looked
+    /// through.
     ///
     /// # Errors
-    /// [`LiveError::Recording`] for a file that is none; [`LiveError::Overlay`] for recordings of different machines.
+    /// [`LiveError::Recording`] for a file that is none; [`LiveError::Overlay`] for recordings of different
+    /// machines.
     pub fn new(parts: PlaybackParts, mut progress: impl FnMut(f64)) -> Result<Self, LiveError> {
         let PlaybackParts { machine, trajectory, path, bytes, overlays, tension_limits } = parts;
         let count = (1 + overlays.len()) as f64;

@@ -16,7 +16,8 @@ const KEYS: &str = "free, sheath, pulley, friction, viscous_s_per_m, efficiency,
                     compliance_per_n, sheath_compliance_per_n, start_n";
 
 impl Written {
-    /// From the pairs of an entry; segments of the path in their order. Friction and compliance have no default.
+    /// From the pairs of an entry; segments of the path in their order. Friction and compliance have no
+    /// default.
     pub(crate) fn read(pairs: &[(&str, &str)]) -> Result<Self, String> {
         let mut segments = Vec::new();
         let nothing = CableParameters {

@@ -1,9 +1,10 @@
 //! `sinew.cable`: a winch and an elastic cable in its sheath in the place of a tendon's actuator.
 //!
-//! The control, or the activation where the actuator has one, is the displacement of the winch, m. The state of a cable is that
-//! after the last complete time step. Every call of `compute` takes a trial step from it to the present length of the tendon
-//! and position of the winch, and its tension acts without delay; `advance` keeps the trial. Runge-Kutta computes four
-//! trials in a step, of which the first belongs to the step's beginning and is kept.
+//! The control, or the activation where the actuator has one, is the displacement of the winch, m. The state
+//! of a cable is that after the last complete time step. Every call of `compute` takes a trial step from it
+//! to the present length of the tendon and position of the winch, and its tension acts without delay;
+//! `advance` keeps the trial. Runge-Kutta computes four trials in a step, of which the first belongs to the
+//! step's beginning and is kept.
 
 mod law;
 mod trial;
@@ -197,8 +198,8 @@ impl Cables {
                 self.motions[k] = EndMotion { motor: moved - head[2], anchor: head[1] - length };
                 farthest = farthest.max(self.motions[k].motor.abs()).max(self.motions[k].anchor.abs());
                 let passed = data.time - head[3];
-                // One and a half and two steps are later stages of Runge-Kutta; the sum of time steps rounds, and a time that
-                // was set by hand is no interval.
+                // One and a half and two steps are later stages of Runge-Kutta; the sum of time steps rounds,
+                // and a time that was set by hand is no interval.
                 let rounding = 1e-9 * model.timestep;
                 let other = (passed - model.timestep).abs() > rounding;
                 if other && passed > rounding && passed < 2.0 * model.timestep + rounding {

@@ -35,8 +35,8 @@ impl Trial {
         Self { state: vec![0.0; count], moment: None, stages: 0 }
     }
 
-    /// Whether a trial belongs to the beginning of a step; later stages of Runge-Kutta, two in its middle and one at its end,
-    /// do not.
+    /// Whether a trial belongs to the beginning of a step; later stages of Runge-Kutta, two in its middle and
+    /// one at its end, do not.
     pub(crate) fn begins(&mut self, moment: &Moment) -> bool {
         let first = self.moment.filter(|first| first.identity == moment.identity && moment.runge_kutta);
         let later = first.is_some_and(|first| {

@@ -26,8 +26,8 @@ const LARGEST_ANGLE: f64 = 20.0;
 /// | v_s    | `speed`      | m/s  | > 0    | speed at which half of the rise remains                         |
 ///
 /// # Assumes
-/// An inextensible cable with one speed along its length. `T cosh theta` is the actuators' force; `s T sinh theta` is a
-/// friction constraint of the tendon, for which MuJoCo's constraint solver finds `s`.
+/// An inextensible cable with one speed along its length. `T cosh theta` is the actuators' force;
+/// `s T sinh theta` is a friction constraint of the tendon, for which MuJoCo's constraint solver finds `s`.
 ///
 /// # Source
 /// As [`SheathLaw`]; the rational weakening as

@@ -1,9 +1,10 @@
 //! `sinew.sheath`: friction of sheaths on tendons.
 //!
-//! MuJoCo calls the plugin when the actuators' forces are known and the friction constraints stand, not yet solved. Each
-//! tendon with a sheath has the pull `T` of its actuators; the plugin multiplies their forces by `cosh theta` and writes
-//! `T sinh theta` as the bound of the tendon's friction constraint, whose solver decides between sticking and both
-//! directions of sliding. So the tension at the far end is within `T e^-theta` and `T e^theta` exactly.
+//! MuJoCo calls the plugin when the actuators' forces are known and the friction constraints stand, not yet
+//! solved. Each tendon with a sheath has the pull `T` of its actuators; the plugin multiplies their forces by
+//! `cosh theta` and writes `T sinh theta` as the bound of the tendon's friction constraint, whose solver
+//! decides between sticking and both directions of sliding. So the tension at the far end is within
+//! `T e^-theta` and `T e^theta` exactly.
 
 mod law;
 mod turning;

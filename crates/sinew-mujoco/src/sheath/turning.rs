@@ -5,7 +5,8 @@ const PULLEY: i32 = -2;
 
 /// Sum of the angles, rad, at the points of a path, `points: [objects x 3]`.
 ///
-/// An arc around a cylinder or a sphere is two points; the angles at both ends of its chord add up to the arc.
+/// An arc around a cylinder or a sphere is two points; the angles at both ends of its chord add up to the
+/// arc.
 pub(crate) fn turning(points: &[f64], objects: &[i32]) -> f64 {
     let mut sum = 0.0;
     let mut before: Option<[f64; 3]> = None;

@@ -1,7 +1,7 @@
 //! Answers of the Rust libraries, with which the tests of the Python package compare to the bit.
 //!
-//! One request a line on standard input, one answer a line on standard output, both JSON. No code is shared with the
-//! bindings: every answer is what a user of the Rust crates computes.
+//! One request a line on standard input, one answer a line on standard output, both JSON. No code is shared
+//! with the bindings: every answer is what a user of the Rust crates computes.
 
 mod experiment;
 mod geometry;

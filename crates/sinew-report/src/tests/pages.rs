@@ -1,4 +1,5 @@
-//! Structure of every page: one design, names of what can be focused, at least two labels per axis, no request.
+//! Structure of every page: one design, names of what can be focused, at least two labels per axis, no
+//! request.
 
 use super::elements;
 use super::fixture::simulated;

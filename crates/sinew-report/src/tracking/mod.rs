@@ -1,5 +1,5 @@
-//! Tracking with a machine: errors and where they come from, path, joints, tensions and lengths, as a section of the
-//! reproduction or as a page of its own.
+//! Tracking with a machine: errors and where they come from, path, joints, tensions and lengths, as a section
+//! of the reproduction or as a page of its own.
 
 mod marks;
 mod plots;

@@ -1,4 +1,5 @@
-//! Signals of a run over its time: end point, joints, tensions, lengths. Every axis has the same zero, the start of the run.
+//! Signals of a run over its time: end point, joints, tensions, lengths. Every axis has the same zero, the
+//! start of the run.
 
 use super::marks::{Marks, reversals};
 use super::view::TrackView;
@@ -83,7 +84,8 @@ impl<'a> Plotter<'a> {
         Family { plots, legend: Legend::new(&legend) }
     }
 
-    /// Coordinates of the end point with their references, components of the error, and its magnitude with its limit.
+    /// Coordinates of the end point with their references, components of the error, and its magnitude with
+    /// its limit.
     pub(super) fn end_point(&self) -> Vec<Plot> {
         let reversed = self.joint_reversals();
         let axes = ["x", "y", "z"].into_iter().enumerate();

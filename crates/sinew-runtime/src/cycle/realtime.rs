@@ -4,7 +4,8 @@ use thread_priority::{
     thread_native_id,
 };
 
-/// Priority of the cycle's thread among real-time ones, 1 to 99: above the kernel's interrupt threads, which have 50.
+/// Priority of the cycle's thread among real-time ones, 1 to 99: above the kernel's interrupt threads, which
+/// have 50.
 const PRIORITY: u8 = 80;
 
 /// What the operating system granted to the cycle's thread.
@@ -32,8 +33,8 @@ impl std::fmt::Display for Shortcoming {
 }
 
 impl RealTime {
-    /// Locks the program's memory and schedules the calling thread before all others (SCHED_FIFO). Without either the
-    /// cycle runs, with longer delays.
+    /// Locks the program's memory and schedules the calling thread before all others (SCHED_FIFO). Without
+    /// either the cycle runs, with longer delays.
     #[must_use]
     pub fn request() -> Self {
         let mut shortcomings = Vec::new();

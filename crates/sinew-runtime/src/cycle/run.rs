@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// session [is finished](Session::is_finished) or `end` is set, which ends them at once, and calls `see`
 /// after every one.
 ///
-/// A cycle that ends after the next deadline is late: the following one begins at once, and deadlines that have passed
-/// are skipped, not made up for.
+/// A cycle that ends after the next deadline is late: the following one begins at once, and deadlines that
+/// have passed are skipped, not made up for.
 ///
 /// # Errors
 /// As [`Clock::wait_until`] and [`Session::step`].

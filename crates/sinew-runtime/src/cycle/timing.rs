@@ -20,8 +20,8 @@ const DIGITS: u8 = 3;
 /// Quantiles of one quantity, us.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimingRow {
-    /// `period`: from wake-up to wake-up. `wake-up`: after the deadline. `read` and `write`: of the bus. `control`: of the
-    /// controller. `frame to frame`: from the end of one reading to that of the next.
+    /// `period`: from wake-up to wake-up. `wake-up`: after the deadline. `read` and `write`: of the bus.
+    /// `control`: of the controller. `frame to frame`: from the end of one reading to that of the next.
     pub quantity: &'static str,
     /// us.
     pub median: f64,
@@ -100,7 +100,8 @@ impl Timing {
         })
     }
 
-    /// Share of the cycles of every quantity between these times, us, with their last bin open: `[quantities][bins]`.
+    /// Share of the cycles of every quantity between these times, us, with their last bin open:
+    /// `[quantities][bins]`.
     #[must_use]
     pub fn shares(&self, edges: &[f64]) -> Vec<(&'static str, Vec<f64>)> {
         QUANTITIES

@@ -34,7 +34,8 @@ const DIVIDER_100_US: u16 = 2498;
 /// Assignment of outputs and inputs, and the PDOs that are mapped anew.
 const ASSIGNMENTS: [u16; 2] = [0x1c12, 0x1c13];
 const PDOS: [u16; 2] = [0x1600, 0x1a00];
-/// Synchronisation parameters of outputs and inputs, and the value of their type (subindex 1) for SYNC0, ETG.1020.
+/// Synchronisation parameters of outputs and inputs, and the value of their type (subindex 1) for SYNC0,
+/// ETG.1020.
 const SYNCHRONIZATION: [u16; 2] = [0x1c32, 0x1c33];
 const WITH_SYNC0: u16 = 2;
 /// Interpolation time, object 0x60C2.
@@ -68,7 +69,8 @@ pub(super) async fn pre_op(main: &MainDevice<'_>) -> Result<(PreOpGroup, Vec<Fou
 /// Outputs and inputs of one device after its configuration.
 pub(super) type Mappings = [Mapping; 2];
 
-/// Maps the objects of the cycle, sets modes, watchdogs and interpolation times: `[devices]` in the order of the machine.
+/// Maps the objects of the cycle, sets modes, watchdogs and interpolation times: `[devices]` in the order of
+/// the machine.
 pub(super) async fn configure(
     main: &MainDevice<'_>,
     group: &PreOpGroup,
@@ -82,7 +84,8 @@ pub(super) async fn configure(
         let subdevice = group.subdevice(main, *position).map_err(protocol(during()))?;
         if let DeviceRole::Drive(drive) = &device.device.role {
             for ((assignment, pdo), entries) in ASSIGNMENTS.iter().zip(PDOS).zip(wanted_mapping(drive.mode)) {
-                // A drive whose mapping is fixed may have the objects all the same: what it has is read below.
+                // A drive whose mapping is fixed may have the objects all the same: what it has is read
+                // below.
                 let _ = remap(&subdevice, *assignment, pdo, &entries).await;
             }
             let mode = mode_of_operation(drive.mode);
@@ -107,7 +110,8 @@ pub(super) async fn configure(
     Ok(mappings)
 }
 
-/// A period, ns, as a number and a power of ten, s: exactly in milliseconds or tenths of them, else rounded to those.
+/// A period, ns, as a number and a power of ten, s: exactly in milliseconds or tenths of them, else rounded
+/// to those.
 fn interpolation_time(period: u64) -> (u8, i8) {
     let (count, exponent) = if period.is_multiple_of(1_000_000) {
         (period / 1_000_000, -3)

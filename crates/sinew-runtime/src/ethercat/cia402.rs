@@ -69,8 +69,8 @@ const ENABLE_OPERATION: u16 = 0x0f;
 const QUICK_STOP: u16 = 0x02;
 const FAULT_RESET: u16 = 0x80;
 
-/// The controlword that leads from a state towards a goal by one transition. A reset is an edge, so that the word must
-/// have been without it in the cycle before.
+/// The controlword that leads from a state towards a goal by one transition. A reset is an edge, so that the
+/// word must have been without it in the cycle before.
 pub(super) fn controlword(state: DriveState, goal: Goal, last: u16) -> u16 {
     match (goal, state) {
         (_, DriveState::Fault) if last & FAULT_RESET == 0 => FAULT_RESET,

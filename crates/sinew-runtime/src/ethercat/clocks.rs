@@ -1,4 +1,5 @@
-//! Distributed clocks (ETG.1000.4, 6.8): SYNC0 of the drives, and a cycle that keeps pace with the devices' clocks.
+//! Distributed clocks (ETG.1000.4, 6.8): SYNC0 of the drives, and a cycle that keeps pace with the devices'
+//! clocks.
 //!
 //! ```text
 //! reference device's time --FRMW in every cycle--> all devices      drives take their set-points over at SYNC0
@@ -18,13 +19,15 @@ const TIME_DIFFERENCE: u16 = 0x092c;
 const MAGNITUDE: u32 = 0x7fff_ffff;
 /// From the configuration to the first pulse, ns: the devices reach SAFE-OP meanwhile.
 const START_DELAY: u64 = 100_000_000;
-/// SYNC0 comes when this share of a period has passed: 1/2. The set-points arrive before, and a late frame still does.
+/// SYNC0 comes when this share of a period has passed: 1/2. The set-points arrive before, and a late frame
+/// still does.
 const SYNC0_SHARE: u64 = 2;
 
-/// Share of a difference in phase that one period corrects; the integral share is its square over four: critical damping.
+/// Share of a difference in phase that one period corrects; the integral share is its square over four:
+/// critical damping.
 const SHARE: f64 = 1.0 / 64.0;
-/// Longest correction of one period beside that of the drift, and largest difference that is believed, as shares of the
-/// period: a cycle that was woken late says nothing about the clocks.
+/// Longest correction of one period beside that of the drift, and largest difference that is believed, as
+/// shares of the period: a cycle that was woken late says nothing about the clocks.
 const MAX_STEP: f64 = 0.02;
 const MAX_DIFFERENCE: f64 = 0.05;
 /// Largest drift between the computer's clock and the devices', as a share: far above that of quartz.
@@ -37,7 +40,8 @@ pub(super) struct Clocks {
     period: f64,
     /// Devices with a clock, by their position; the first is the reference.
     devices: Vec<usize>,
-    /// Time of the reference, without the overflows of its lower 32 bits, less that of a beginning of a cycle, ns.
+    /// Time of the reference, without the overflows of its lower 32 bits, less that of a beginning of a
+    /// cycle, ns.
     time: u64,
     last: u32,
     /// By which the next period is longer, ns: for the phase, and for the drift.
@@ -118,7 +122,8 @@ impl Clocks {
         (if late > 0.0 { self.period - late } else { -late }) as u64
     }
 
-    /// From the beginning of the cycle in the time of the reference to where it should be, ns, within half a period.
+    /// From the beginning of the cycle in the time of the reference to where it should be, ns, within half a
+    /// period.
     fn difference(&mut self, reference: u64, since: u64) -> f64 {
         let low = reference as u32;
         self.time = self.time.wrapping_add(u64::from(low.wrapping_sub(self.last)));

@@ -11,7 +11,8 @@ pub struct EthercatDevice {
     pub identity: DeviceIdentity,
     /// Station alias that it has; without one it is identified by its place on the wire.
     pub alias: Option<u16>,
-    /// Whether a drive with a distributed clock takes its set-points over at SYNC0, once a period, or as they come.
+    /// Whether a drive with a distributed clock takes its set-points over at SYNC0, once a period, or as they
+    /// come.
     pub sync0: bool,
     /// Of its channels, in their order.
     pub objects: Vec<ChannelObjects>,
@@ -74,7 +75,8 @@ pub struct ObjectAddress {
 
 /// Vendor ID of the simulated devices.
 const VENDOR: u32 = 0x0005_1e37;
-/// Product codes of the simulated drive, load-cell terminal and encoder terminal with no channel; their revision.
+/// Product codes of the simulated drive, load-cell terminal and encoder terminal with no channel; their
+/// revision.
 const DRIVE: u32 = 0x0001_0402;
 const LOAD_CELL: u32 = 0x0002_0001;
 const ENCODERS: u32 = 0x0003_0000;

@@ -1,4 +1,5 @@
-//! A drive in the process data: commands in SI units to controlword and set-point, statusword and counts to the cable.
+//! A drive in the process data: commands in SI units to controlword and set-point, statusword and counts to
+//! the cable.
 
 use super::cia402::{DriveState, Goal, controlword};
 use super::device::ObjectAddress;
@@ -120,12 +121,14 @@ impl DriveSlot {
         self.state
     }
 
-    /// The device left OP: until its drive is read again there is no set-point, and it is enabled from the beginning.
+    /// The device left OP: until its drive is read again there is no set-point, and it is enabled from the
+    /// beginning.
     pub(super) fn forget_state(&mut self) {
         (self.state, self.running) = (DriveState::NotReadyToSwitchOn, false);
     }
 
-    /// Writes the controlword that leads towards the command, and its set-point, 0 until the drive is enabled.
+    /// Writes the controlword that leads towards the command, and its set-point, 0 until the drive is
+    /// enabled.
     pub(super) fn write(&mut self, outputs: &mut [u8], command: DriveCommand, h: f64) {
         let goal = match command {
             DriveCommand::Off => Goal::Disabled,
@@ -192,8 +195,8 @@ impl DriveSlot {
         1000.0 * torque / self.device.rated_torque * self.device.counts_per_turn.signum()
     }
 
-    /// Reads the inputs: position of the cable, m, and the error code where the drive reports a fault or has left
-    /// operation without being told.
+    /// Reads the inputs: position of the cable, m, and the error code where the drive reports a fault or has
+    /// left operation without being told.
     pub(super) fn read(&mut self, inputs: &[u8]) -> (f64, Option<u16>) {
         self.state = DriveState::of(self.status.word(inputs).unwrap_or(0));
         let counts = self.position.signed(inputs).map_or(f64::NAN, f64::from);

@@ -16,9 +16,9 @@ const EMERGENCY: u8 = 1;
 
 /// Whether a frame that has come back holds an emergency that was read from a mailbox.
 ///
-/// A device may send one between a request and its answer, which is read next. ethercrab 0.7 ends the program where it
-/// finds one in place of an answer; where the frame counts as lost, it reads again and finds the answer. What the device has
-/// to say is in its state and its error code (object 0x603F), too.
+/// A device may send one between a request and its answer, which is read next. ethercrab 0.7 ends the program
+/// where it finds one in place of an answer; where the frame counts as lost, it reads again and finds the
+/// answer. What the device has to say is in its state and its error code (object 0x603F), too.
 pub(super) fn is_in(frame: &[u8]) -> bool {
     let mut rest = frame.get(FRAME_HEADER..).unwrap_or_default();
     while let Some((header, after)) = rest.split_at_checked(DATAGRAM_HEADER) {

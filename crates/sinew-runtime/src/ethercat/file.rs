@@ -1,5 +1,5 @@
-//! What a machine file says of devices on EtherCAT: `vendor`, `product`, `revision`, `revision_rule`, `alias`, of
-//! drives `synchronization`, of channels `value` and `status`.
+//! What a machine file says of devices on EtherCAT: `vendor`, `product`, `revision`, `revision_rule`,
+//! `alias`, of drives `synchronization`, of channels `value` and `status`.
 
 use super::device::{ChannelObjects, DeviceIdentity, EthercatDevice, ObjectAddress, RevisionRule};
 use sinew::description::DescriptionError;

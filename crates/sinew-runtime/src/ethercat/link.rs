@@ -22,13 +22,15 @@ pub trait Link {
     /// Lets a little time pass while nothing comes back.
     fn idle(&mut self);
 
-    /// Outside of a control cycle: returns at a time, ns; at once where time is virtual, whose next cycle then begins there.
+    /// Outside of a control cycle: returns at a time, ns; at once where time is virtual, whose next cycle
+    /// then begins there.
     fn rest_until(&mut self, time: u64);
 
     /// A cycle begins: where time is virtual, the rest of the last one's period, ns, passes.
     fn begin_cycle(&mut self, period: u64);
 
-    /// Of a simulated machine: what is wrong by injection in the cycle that has begun; of a lost exchange no frame comes back.
+    /// Of a simulated machine: what is wrong by injection in the cycle that has begun; of a lost exchange no
+    /// frame comes back.
     fn injected(&self) -> Option<BusFault> {
         None
     }

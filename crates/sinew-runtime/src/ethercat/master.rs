@@ -50,8 +50,8 @@ impl<'a, L: Link> Master<'a, L> {
     /// Brings all devices to PRE-OP and lists them in the order on the wire.
     ///
     /// # Errors
-    /// [`EthercatError::NoAnswer`] where no frame comes back, [`EthercatError::Link`] and [`EthercatError::Protocol`] where
-    /// they do not answer as they should.
+    /// [`EthercatError::NoAnswer`] where no frame comes back, [`EthercatError::Link`] and
+    /// [`EthercatError::Protocol`] where they do not answer as they should.
     pub fn scan(&mut self) -> Result<Vec<FoundDevice>, EthercatError> {
         pre_op(&self.main, &mut self.pump).map(|(_, found)| found)
     }

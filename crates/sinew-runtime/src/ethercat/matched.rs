@@ -41,8 +41,8 @@ impl<'a, L: Link> Master<'a, L> {
     /// Compares the devices on the wire with those of a machine.
     ///
     /// # Errors
-    /// As [`scan`](Self::scan); [`EthercatError::NoDevices`] and [`EthercatError::Mismatch`]. The master is given back, to
-    /// try again.
+    /// As [`scan`](Self::scan); [`EthercatError::NoDevices`] and [`EthercatError::Mismatch`]. The master is
+    /// given back, to try again.
     pub fn match_devices(mut self, expected: &[EthercatDevice]) -> Result<Matched<'a, L>, Refused<'a, L>> {
         match matching(&self.main, &mut self.pump, expected) {
             Ok((group, positions)) => {
@@ -54,7 +54,8 @@ impl<'a, L: Link> Master<'a, L> {
 }
 
 impl<'a, L: Link> Matched<'a, L> {
-    /// Configures the devices for the machine's period, brings them to OP and enables the drives, which hold still.
+    /// Configures the devices for the machine's period, brings them to OP and enables the drives, which hold
+    /// still.
     ///
     /// # Errors
     /// [`EthercatError`] names the device and what is wrong with it.

@@ -4,8 +4,8 @@
 //! Link (raw socket, simulated segment) <-> ethercrab <-> Master --scan, match--> Matched --configure, enable--> EthercatBus
 //! ```
 //!
-//! The states of the bus are types: only an [`EthercatBus`], whose devices matched the machine and are operational, is a
-//! [`Plant`](sinew_session::Plant), so that no torque can be written before.
+//! The states of the bus are types: only an [`EthercatBus`], whose devices matched the machine and are
+//! operational, is a [`Plant`](sinew_session::Plant), so that no torque can be written before.
 //!
 //! Frames are pumped in the calling thread, so that a cycle starts no other thread and allocates nothing.
 

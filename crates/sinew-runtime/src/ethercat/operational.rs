@@ -52,7 +52,8 @@ pub struct EthercatBus<'a, L: Link> {
     until_clock: u64,
 }
 
-/// Since the beginning of a cycle, when inputs and the answer to outputs are waited for no longer: shares of the period.
+/// Since the beginning of a cycle, when inputs and the answer to outputs are waited for no longer: shares of
+/// the period.
 const READ_SHARE: f64 = 0.5;
 const WRITE_SHARE: f64 = 0.9;
 /// Time until all devices are in OP and their drives enabled, at most, ns.
@@ -272,7 +273,8 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         fault
     }
 
-    /// One step that brings the first device back that is not operational, where it is due and still has an address.
+    /// One step that brings the first device back that is not operational, where it is due and still has an
+    /// address.
     fn recover(&mut self, deadline: u64) {
         let Some(position) = self.states.iter().position(|state| *state == SubDeviceState::SafeOp) else {
             self.until_recovery = 0;

@@ -1,5 +1,5 @@
-//! Process data of all devices: where it stands in the logical addresses of the master, and how many devices take part in
-//! its exchange.
+//! Process data of all devices: where it stands in the logical addresses of the master, and how many devices
+//! take part in its exchange.
 //!
 //! ```text
 //! inputs of all devices | outputs of all devices        both in the order on the wire, from address 0
@@ -12,7 +12,8 @@ use core::ops::Range;
 use ethercrab::error::Error;
 use ethercrab::{Command, MainDevice, SubDeviceState};
 
-/// Octets of one frame for process data and the headers of its datagrams, beside those of Ethernet and EtherCAT.
+/// Octets of one frame for process data and the headers of its datagrams, beside those of Ethernet and
+/// EtherCAT.
 const FRAME: usize = 1498;
 /// Header and working counter of a datagram.
 const DATAGRAM: usize = 12;
@@ -75,8 +76,8 @@ impl ProcessData {
         data
     }
 
-    /// Adapts what is expected to the states of the devices: those below SAFE-OP do not answer. States that are not known count
-    /// as OP.
+    /// Adapts what is expected to the states of the devices: those below SAFE-OP do not answer. States that
+    /// are not known count as OP.
     pub(super) fn expect(&mut self, states: &[SubDeviceState]) {
         let Self { places, reads, .. } = self;
         for read in reads {

@@ -10,8 +10,8 @@ use ethercrab::{PduLoop, PduRx, PduStorage, PduTx, ReceiveAction};
 
 /// Frames in flight, at most: a power of 2.
 const FRAMES: usize = 16;
-/// Storage of a frame, octets: 1486 of process data, which with EtherCAT header (2), datagram header (10) and working counter
-/// (2) fill an Ethernet payload of 1500, and the Ethernet header (14).
+/// Storage of a frame, octets: 1486 of process data, which with EtherCAT header (2), datagram header (10) and
+/// working counter (2) fill an Ethernet payload of 1500, and the Ethernet header (14).
 const DATA: usize = PduStorage::element_size(1486);
 /// Largest Ethernet frame, without checksum.
 pub(super) const MAX_FRAME: usize = 1514;
@@ -32,7 +32,8 @@ impl FrameStorage {
         Self(PduStorage::new())
     }
 
-    /// Its transmit, receive and frame-allocation handles; none from the second call on: a storage serves one master once.
+    /// Its transmit, receive and frame-allocation handles; none from the second call on: a storage serves one
+    /// master once.
     pub(super) fn split(&self) -> Option<(PduTx<'_>, PduRx<'_>, PduLoop<'_>)> {
         self.0.try_split().ok()
     }
@@ -83,8 +84,8 @@ impl<'a, L: Link> Pump<'a, L> {
         }
     }
 
-    /// Runs a future until a time, ns; none where it has not ended by then. What it sent may come back later and is
-    /// then ignored.
+    /// Runs a future until a time, ns; none where it has not ended by then. What it sent may come back later
+    /// and is then ignored.
     pub(super) fn complete_by<F: Future>(&mut self, deadline: u64, future: F) -> Option<F::Output> {
         let mut future = pin!(future);
         loop {
@@ -120,8 +121,9 @@ impl<'a, L: Link> Pump<'a, L> {
                     received = true;
                     let frame = &buffer[..length.min(MAX_FRAME)];
                     if !emergency::is_in(frame) {
-                        // A frame that came too late belongs to no future any more: ethercrab calls that an error. It
-                        // ignores frames of this computer, which some interfaces give back unchanged.
+                        // A frame that came too late belongs to no future any more: ethercrab calls that an
+                        // error. It ignores frames of this computer, which some interfaces give back
+                        // unchanged.
                         let taken = rx.receive_frame(frame);
                         *answered |= matches!(taken, Ok(ReceiveAction::Processed));
                     }

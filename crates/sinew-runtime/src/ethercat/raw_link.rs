@@ -37,8 +37,8 @@ impl Link for RawSocketLink {
     }
 
     fn idle(&mut self) {
-        // An answer takes some ten microseconds: shorter than a sleep. Whoever is to give it, a driver's thread or a simulated
-        // device, may need this processor.
+        // An answer takes some ten microseconds: shorter than a sleep. Whoever is to give it, a driver's
+        // thread or a simulated device, may need this processor.
         std::thread::yield_now();
     }
 

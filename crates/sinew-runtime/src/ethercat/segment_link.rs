@@ -9,8 +9,8 @@ use std::io;
 
 /// Frames that go through a simulated segment, whose drives and sensors are those of a simulated machine.
 ///
-/// Frames come back after the delay of the line. The machine advances by one period before every cycle, from when the
-/// first of its brakes is released.
+/// Frames come back after the delay of the line. The machine advances by one period before every cycle, from
+/// when the first of its brakes is released.
 #[derive(Debug, Clone)]
 pub struct SegmentLink {
     segment: Segment,

@@ -7,8 +7,8 @@ use sinew_segment::{Passed, RawSocket, RawSocketError, Segment};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Answers every EtherCAT frame on an interface in real time, with the machine behind the devices advancing once a period,
-/// ns, until `stop` is set; returns the number of answered frames.
+/// Answers every EtherCAT frame on an interface in real time, with the machine behind the devices advancing
+/// once a period, ns, until `stop` is set; returns the number of answered frames.
 ///
 /// # Errors
 /// [`RawSocketError`] where the interface goes down.

@@ -88,7 +88,8 @@ mod tests {
         assert_eq!((outputs.length(), inputs.length()), (0, 6));
         let value = ObjectAddress { index: 0x6000, subindex: 2 };
         assert!(inputs.find(value, &[4]).is_some());
-        // Cut anywhere, with the erased words of an EEPROM behind: at most the three entries, whose lengths may be erased.
+        // Cut anywhere, with the erased words of an EEPROM behind: at most the three entries, whose lengths
+        // may be erased.
         for cut in 0..words.len() {
             let [_, inputs] = of(&words[..cut]);
             assert!(inputs.length() <= (3 * usize::from(u8::MAX)).div_ceil(8));

@@ -43,8 +43,8 @@ impl SimulatedMachine {
         }
     }
 
-    /// The segment with the devices of this machine: the latest revision that the files describe and the machine file
-    /// accepts, and devices of this program under the identity of those that no file describes.
+    /// The segment with the devices of this machine: the latest revision that the files describe and the
+    /// machine file accepts, and devices of this program under the identity of those that no file describes.
     ///
     /// # Errors
     /// The first field of a description that cannot be used or contradicts itself.
@@ -204,7 +204,8 @@ fn described(
     latest.map(|(of, file)| file.describe(of.product, of.revision)).transpose()
 }
 
-/// A simulated device in the place of one that is not described: the built-in drive, or a terminal with its channels, under its identity.
+/// A simulated device in the place of one that is not described: the built-in drive, or a terminal with its
+/// channels, under its identity.
 fn stand_in(device: &EthercatDevice) -> DeviceDescription {
     let mut description = match &device.device.role {
         DeviceRole::Drive(_) => builtin::drive(),
@@ -226,7 +227,8 @@ fn clock_drift(place: usize) -> i32 {
     1000 * ((7 * place + 31) % 41) as i32 - 20_000
 }
 
-/// Channels that a terminal needs so that it has every value that is read: their records begin at 0x6000, 16 apart.
+/// Channels that a terminal needs so that it has every value that is read: their records begin at 0x6000, 16
+/// apart.
 fn terminal_channels(channels: &[ChannelObjects]) -> usize {
     let place = |channel: &ChannelObjects| usize::from(channel.value.index.saturating_sub(0x6000) / 0x10) + 1;
     channels.iter().map(place).max().unwrap_or(0)

@@ -63,8 +63,8 @@ pub(super) fn slots(
 }
 
 impl Slot {
-    /// Reads the inputs of the device, its `device`-th in the machine; without any, it is not operational and its readings are
-    /// missing.
+    /// Reads the inputs of the device, its `device`-th in the machine; without any, it is not operational and
+    /// its readings are missing.
     pub(super) fn read(
         &mut self,
         device: usize,

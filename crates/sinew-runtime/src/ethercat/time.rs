@@ -1,4 +1,5 @@
-//! The time that ethercrab's time-outs are measured in: that of the link whose frames the calling thread pumps.
+//! The time that ethercrab's time-outs are measured in: that of the link whose frames the calling thread
+//! pumps.
 
 use core::cell::Cell;
 use core::task::Waker;

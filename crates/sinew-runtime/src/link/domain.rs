@@ -9,8 +9,8 @@ const POSES: usize = 500;
 /// Share by which what was found in them is widened at both ends.
 const MARGIN: f64 = 0.1;
 
-/// What set-points a machine accepts: joints within `ranges`, tensions within `tension`, lengths and end points as in poses
-/// within the ranges, and a tenth more.
+/// What set-points a machine accepts: joints within `ranges`, tensions within `tension`, lengths and end
+/// points as in poses within the ranges, and a tenth more.
 ///
 /// # Shapes
 /// `ranges: [joints]`, rad or m, finite; `tension: [muscles]`, N.

@@ -74,8 +74,8 @@ const INPUTS: usize = 8;
 const WAIT: Duration = Duration::from_millis(20);
 
 impl LinkedMotion {
-    /// At rest in a pose. References keep the limits; `end` is the machine's time at which the cycles end, ns, else they end
-    /// when a client has turned the machine off.
+    /// At rest in a pose. References keep the limits; `end` is the machine's time at which the cycles end,
+    /// ns, else they end when a client has turned the machine off.
     ///
     /// # Errors
     /// As [`SetpointFollower::new`].
@@ -90,7 +90,8 @@ impl LinkedMotion {
         Self::of(Source::Server(Box::new(port)), settings, machine, limits, (pose, end))
     }
 
-    /// The same over inputs that were recorded, see [`supply`](Self::supply), from the first cycle on and without an end.
+    /// The same over inputs that were recorded, see [`supply`](Self::supply), from the first cycle on and
+    /// without an end.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -325,7 +326,8 @@ impl LinkedMotion {
         Ok(Wanted { moment, request: self.goal.request(), command_age: self.command_age(now) })
     }
 
-    /// After the supervisor: what the next cycle begins with, and the state for the client. Nothing is allocated.
+    /// After the supervisor: what the next cycle begins with, and the state for the client. Nothing is
+    /// allocated.
     pub fn publish(&mut self, now: u64, cycle: &Seen<'_>) {
         let command = &cycle.command;
         self.mode = command.mode;

@@ -24,7 +24,8 @@ impl Observed {
         }
     }
 
-    /// A number that is missing stays as it was; where that is a reading, it is flagged. Nothing is allocated.
+    /// A number that is missing stays as it was; where that is a reading, it is flagged. Nothing is
+    /// allocated.
     pub(super) fn write(&mut self, snapshot: &mut Snapshot, period: f64, cycle: &Seen<'_>) {
         let Self { frame, joint: of_joint, muscle: of_muscle } = self;
         frame.fill(cycle);

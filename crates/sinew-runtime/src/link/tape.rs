@@ -78,8 +78,8 @@ pub struct TapeReader {
 }
 
 impl Tape {
-    /// Both ends. One that waits for room serves virtual time alone; else an input without room is dropped and counted, and
-    /// nothing is allocated, locked or asked of the system.
+    /// Both ends. One that waits for room serves virtual time alone; else an input without room is dropped
+    /// and counted, and nothing is allocated, locked or asked of the system.
     #[must_use]
     pub fn new(waits: bool) -> (Self, TapeReader) {
         let (ring, reader) = RingBuffer::new(INPUTS);

@@ -1,4 +1,5 @@
-//! Distributed clocks: the drives take their set-points over at SYNC0, and the cycle keeps pace with the devices.
+//! Distributed clocks: the drives take their set-points over at SYNC0, and the cycle keeps pace with the
+//! devices.
 
 use crate::common::{Setup, machine};
 use sinew_runtime::ethercat::FrameStorage;

@@ -1,4 +1,5 @@
-//! What identifies devices on EtherCAT in a machine file: read, or refused with line, key and what was expected.
+//! What identifies devices on EtherCAT in a machine file: read, or refused with line, key and what was
+//! expected.
 
 use sinew::description::machine::machine_on_bus;
 use sinew::description::{DescriptionError, MachineDescription};

@@ -22,8 +22,8 @@ pub(super) fn read(dictionary: &Dictionary, index: u16, subindex: u8) -> Result<
     Ok(dictionary.value(entry).to_vec())
 }
 
-/// Values of all entries, from subindex 0 (with an octet of padding behind it) or 1. Bits follow each other, octets
-/// begin at octets.
+/// Values of all entries, from subindex 0 (with an octet of padding behind it) or 1. Bits follow each other,
+/// octets begin at octets.
 pub(super) fn read_all(dictionary: &Dictionary, index: u16, from: u8) -> Result<Vec<u8>, Abort> {
     let object = dictionary.object(index).ok_or(Abort::NoObject)?;
     if from > 1 {
@@ -177,7 +177,8 @@ fn check_value(entry: &Entry, value: &[u8]) -> Result<(), Abort> {
     Ok(())
 }
 
-/// Rules of PDO assignment and mapping: the number is 0 while the rest changes, and what is then switched on exists.
+/// Rules of PDO assignment and mapping: the number is 0 while the rest changes, and what is then switched on
+/// exists.
 fn check_process_data(dictionary: &Dictionary, index: u16, subindex: u8, value: &[u8]) -> Result<(), Abort> {
     let direction = match index {
         0x1600..0x1800 => Some(Direction::Outputs),

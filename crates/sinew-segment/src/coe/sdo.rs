@@ -49,7 +49,8 @@ pub(crate) struct SdoServer {
 }
 
 impl SdoServer {
-    /// The answer to a request, both with CoE header; none to an abort of the master. `room` is the largest answer.
+    /// The answer to a request, both with CoE header; none to an abort of the master. `room` is the largest
+    /// answer.
     pub(crate) fn answer(
         &mut self,
         dictionary: &mut Dictionary,

@@ -28,7 +28,8 @@ pub fn load_cell() -> DeviceDescription {
     DeviceDescription::from_toml("load_cell.toml", LOAD_CELL_TOML).expect("the built-in load cell is valid")
 }
 
-/// A terminal with 1 to 32 encoders, each a 16-bit status and a signed 32-bit count. Simple: without a mailbox.
+/// A terminal with 1 to 32 encoders, each a 16-bit status and a signed 32-bit count. Simple: without a
+/// mailbox.
 #[must_use]
 pub fn encoder(channels: usize) -> DeviceDescription {
     let channels = channels.clamp(1, 32) as u16;

@@ -1,4 +1,5 @@
-//! Reads the description of a device from an ESI file: identity, sync managers, mailbox, PDOs, clock and dictionary.
+//! Reads the description of a device from an ESI file: identity, sync managers, mailbox, PDOs, clock and
+//! dictionary.
 //!
 //! Source: ETG.2000 (EtherCAT Slave Information). What only configuration tools use is passed over.
 
@@ -18,13 +19,13 @@ const LEAST_MEMORY: u32 = 0x2000;
 const WATCHDOG: u64 = 0x40;
 
 impl DeviceDescription {
-    /// Reads one device of an ESI file; `file` names it in errors. `product` and `revision` choose among several
-    /// devices; without a revision the highest is taken.
+    /// Reads one device of an ESI file; `file` names it in errors. `product` and `revision` choose among
+    /// several devices; without a revision the highest is taken.
     ///
     /// # Errors
     ///
-    /// No XML, no ESI file, no such device, several devices without a choice, or the first element that is missing or
-    /// out of range.
+    /// No XML, no ESI file, no such device, several devices without a choice, or the first element that is
+    /// missing or out of range.
     pub fn from_esi(
         file: &str,
         text: &str,

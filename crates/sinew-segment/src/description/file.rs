@@ -3,7 +3,8 @@
 use super::esi_node::{EsiFile, child};
 use super::{DescriptionError, DeviceDescription, Identity, esi};
 
-/// A file that describes devices: a table in TOML with one, or an ESI file with many, read as they are asked for.
+/// A file that describes devices: a table in TOML with one, or an ESI file with many, read as they are asked
+/// for.
 #[derive(Debug, Clone)]
 pub struct DescriptionFile {
     content: Content,
@@ -16,13 +17,13 @@ enum Content {
 }
 
 impl DescriptionFile {
-    /// Reads a file; `name` names it in errors. A file that begins with `<` is an ESI file, in UTF-8 or ISO 8859-1;
-    /// every other one is a table in UTF-8.
+    /// Reads a file; `name` names it in errors. A file that begins with `<` is an ESI file, in UTF-8 or ISO
+    /// 8859-1; every other one is a table in UTF-8.
     ///
     /// # Errors
     ///
-    /// Neither of the two, or the first line with a missing, unknown or unusable field. Of an ESI file the identities
-    /// alone are read here.
+    /// Neither of the two, or the first line with a missing, unknown or unusable field. Of an ESI file the
+    /// identities alone are read here.
     pub fn read(name: &str, content: &[u8]) -> Result<Self, DescriptionError> {
         let text = match std::str::from_utf8(content) {
             Ok(text) => text.trim_start_matches('\u{feff}').to_owned(),

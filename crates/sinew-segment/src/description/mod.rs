@@ -1,4 +1,5 @@
-//! What a device is, as data: identity, sync managers, objects, process data. Read from TOML or ESI, or built in.
+//! What a device is, as data: identity, sync managers, objects, process data. Read from TOML or ESI, or built
+//! in.
 
 pub mod builtin;
 mod error;

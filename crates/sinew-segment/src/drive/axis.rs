@@ -31,7 +31,8 @@ const NO_WINDOW: i64 = 0xffff_ffff;
 pub enum AxisCommand {
     /// No torque.
     Off,
-    /// Stop as fast as the quick stop deceleration (object 0x6085) allows, then hold. Also without a mode of operation.
+    /// Stop as fast as the quick stop deceleration (object 0x6085) allows, then hold. Also without a mode of
+    /// operation.
     QuickStop,
     /// Follow a velocity, counts/s.
     Velocity(i32),
@@ -142,8 +143,8 @@ impl Drive {
         self.error
     }
 
-    /// Position in counts, velocity in counts/s and torque in per mille of the rated torque, as measured. The master
-    /// sees them after the next [`Segment::advance`](crate::Segment::advance).
+    /// Position in counts, velocity in counts/s and torque in per mille of the rated torque, as measured. The
+    /// master sees them after the next [`Segment::advance`](crate::Segment::advance).
     pub fn set_actual(&mut self, position: i32, velocity: i32, torque: i16) {
         self.actual = (position, velocity, torque);
     }

@@ -53,7 +53,8 @@ impl Command {
 }
 
 impl DriveState {
-    /// The next state on a command. `stays`: a quick stop ends in its own state, from which the drive may be enabled.
+    /// The next state on a command. `stays`: a quick stop ends in its own state, from which the drive may be
+    /// enabled.
     pub(super) fn next(self, command: Command, stays: bool) -> Self {
         use Command as C;
         match (self, command) {

@@ -1,7 +1,9 @@
-//! The distributed clock of a device: local time, system time, the control that follows a reference, SYNC0 and SYNC1.
+//! The distributed clock of a device: local time, system time, the control that follows a reference, SYNC0
+//! and SYNC1.
 //!
-//! Source: ETG.1000.4, 6.8 and table 60, 61. The standard leaves the control law open; here it is proportional and
-//! integral with critical damping, in place of the steps of one nanosecond by which hardware follows.
+//! Source: ETG.1000.4, 6.8 and table 60, 61. The standard leaves the control law open; here it is
+//! proportional and integral with critical damping, in place of the steps of one nanosecond by which hardware
+//! follows.
 
 /// Limit of the correction of the rate, ppb.
 const MAX_RATE_PPB: i64 = 1_000_000;
@@ -61,7 +63,8 @@ impl Clock {
         self.local.wrapping_add(self.offset)
     }
 
-    /// Mean difference to the reference as in its register: magnitude, and bit 31 where the local time is behind.
+    /// Mean difference to the reference as in its register: magnitude, and bit 31 where the local time is
+    /// behind.
     pub(crate) fn difference(&self) -> u32 {
         let magnitude = u32::try_from(self.mean.unsigned_abs()).unwrap_or(u32::MAX) & 0x7fff_ffff;
         magnitude | if self.mean < 0 { 0x8000_0000 } else { 0 }

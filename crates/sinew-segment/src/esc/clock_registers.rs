@@ -13,7 +13,8 @@ const CYCLIC_SYNC0: u8 = 0x03;
 const PENDING: u8 = 0x01;
 const NOT_PLAUSIBLE: u8 = 0x04;
 
-/// Brings the registers up to date. `port_delays`: the present frame comes to ports 0 and 1 this much later, ns.
+/// Brings the registers up to date. `port_delays`: the present frame comes to ports 0 and 1 this much later,
+/// ns.
 pub(super) fn show(clock: &Clock, memory: &mut [u8], port_delays: [u64; 2]) {
     let system = clock.system().wrapping_add(port_delays[0]);
     put(memory, usize::from(register::SYSTEM_TIME), &system.to_le_bytes());
@@ -23,7 +24,8 @@ pub(super) fn show(clock: &Clock, memory: &mut [u8], port_delays: [u64; 2]) {
     }
 }
 
-/// The master has written `source` to the addresses `range`; the registers already hold it. `sync`: there is a SYNC unit.
+/// The master has written `source` to the addresses `range`; the registers already hold it. `sync`: there is
+/// a SYNC unit.
 pub(super) fn written(
     clock: &mut Clock,
     memory: &mut [u8],

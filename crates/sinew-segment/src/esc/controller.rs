@@ -17,7 +17,8 @@ use core::ops::Range;
 const TYPE: [u8; 4] = [0x11, 0x00, 0x02, 0x00];
 /// Ports 0 and 1 are MII, ports 2 and 3 are not there.
 const PORTS: u8 = 0x0f;
-/// Local clock, 64 bits, enhanced link detection, separate handling of checksum errors, enhanced SYNC activation.
+/// Local clock, 64 bits, enhanced link detection, separate handling of checksum errors, enhanced SYNC
+/// activation.
 const CLOCK: u8 = 0x04;
 const WIDE_CLOCK: u8 = 0x08;
 const SEPARATE_CHECKSUM_ERRORS: u8 = 0x80;

@@ -6,8 +6,8 @@ use super::controller::Controller;
 use super::fmmu::{Fmmu, Window};
 
 impl Controller {
-    /// A datagram with a logical address: reads before it writes, each where `read` and `write` ask for it. Returns
-    /// whether anything was read and written.
+    /// A datagram with a logical address: reads before it writes, each where `read` and `write` ask for it.
+    /// Returns whether anything was read and written.
     pub(crate) fn logical(&mut self, address: u32, data: &mut [u8], read: bool, write: bool) -> (bool, bool) {
         let (mut any_read, mut any_write) = (false, false);
         if write && read {

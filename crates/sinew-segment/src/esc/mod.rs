@@ -1,4 +1,5 @@
-//! The slave controller of a device: registers, memory, sync managers, memory management, EEPROM, watchdogs, clock.
+//! The slave controller of a device: registers, memory, sync managers, memory management, EEPROM, watchdogs,
+//! clock.
 
 mod clock;
 mod clock_registers;

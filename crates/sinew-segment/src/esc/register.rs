@@ -1,6 +1,7 @@
 //! Addresses of the registers and who may write them.
 //!
-//! Source: ETG.1000.4, table 31 to 61; where it is silent, the register description of common slave controllers.
+//! Source: ETG.1000.4, table 31 to 61; where it is silent, the register description of common slave
+//! controllers.
 
 use core::ops::Range;
 

@@ -1,7 +1,7 @@
 //! One sync manager: consistent exchange between master and firmware, through three buffers or one mailbox.
 //!
-//! The second and third buffer are not part of the address space here; in a real device they follow the first.
-//! Source: ETG.1000.4, 6.7 and table 58, 59.
+//! The second and third buffer are not part of the address space here; in a real device they follow the
+//! first. Source: ETG.1000.4, 6.7 and table 58, 59.
 
 use crate::bytes::u16_at;
 

@@ -1,5 +1,5 @@
-//! Runs the futures of ethercrab on a segment: every frame is answered at once, and virtual time passes where nothing
-//! else happens.
+//! Runs the futures of ethercrab on a segment: every frame is answered at once, and virtual time passes where
+//! nothing else happens.
 
 use core::future::Future;
 use core::pin::pin;

@@ -91,7 +91,8 @@ fn process_data_are_consistent_whatever_the_order_of_accesses() {
     // A frame that does not begin at the first octet has no buffer.
     assert_eq!(wire.send(FPRD, STATION, 0x1801, &[0; 15]).counter, 0);
     assert_eq!(wire.send(FPWR, STATION, 0x1201, &[0; 5]).counter, 0);
-    // Read in two parts: in between the device writes new inputs, and the second part is still of the old ones.
+    // Read in two parts: in between the device writes new inputs, and the second part is still of the old
+    // ones.
     let set = |wire: &mut Wire, position: i32| {
         wire.segment.device_mut(0).unwrap().drive_mut().unwrap().set_actual(position, position, 0);
         wire.wait_ms(1);

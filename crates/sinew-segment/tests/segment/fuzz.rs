@@ -1,4 +1,5 @@
-//! Whatever comes over the wire, nothing panics, nothing hangs, and every answer keeps the standard's lengths.
+//! Whatever comes over the wire, nothing panics, nothing hangs, and every answer keeps the standard's
+//! lengths.
 
 use crate::fuzzing;
 

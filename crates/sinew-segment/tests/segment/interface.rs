@@ -1,4 +1,5 @@
-//! Frames through a pair of real interfaces, in a network of the test's own; skipped where that is not permitted.
+//! Frames through a pair of real interfaces, in a network of the test's own; skipped where that is not
+//! permitted.
 
 #![cfg(all(feature = "raw-socket", target_os = "linux"))]
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
@@ -41,7 +42,8 @@ fn a_segment_on_an_interface_answers_a_master_on_another() {
     assert!(status.success(), "inside of the network: {status}");
 }
 
-/// Sets a flag where its scope ends, by a panic as well: a thread that waits for the flag ends, and the test fails instead of hanging.
+/// Sets a flag where its scope ends, by a panic as well: a thread that waits for the flag ends, and the test
+/// fails instead of hanging.
 struct StopOnDrop<'a>(&'a AtomicBool);
 
 impl Drop for StopOnDrop<'_> {

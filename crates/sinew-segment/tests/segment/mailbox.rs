@@ -1,4 +1,5 @@
-//! Mailbox and CoE: transfers of every kind, descriptions of objects, abort codes, repeated and broken messages.
+//! Mailbox and CoE: transfers of every kind, descriptions of objects, abort codes, repeated and broken
+//! messages.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 

@@ -1,4 +1,5 @@
-//! A master in a few lines, written from the standard and independent of the crate: datagrams, states, mailbox, SDO.
+//! A master in a few lines, written from the standard and independent of the crate: datagrams, states,
+//! mailbox, SDO.
 
 #![allow(dead_code, reason = "each test file uses a part")]
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]

@@ -1,7 +1,7 @@
 //! The signals of a machine: one table, and a frame of numbers laid out by it.
 //!
-//! Whoever shows, keeps or sends signals goes through the table: recordings, tables, page, reports, link, Python. A
-//! signal that is added to it is in all of them.
+//! Whoever shows, keeps or sends signals goes through the table: recordings, tables, page, reports, link,
+//! Python. A signal that is added to it is in all of them.
 
 mod codes;
 mod frame;

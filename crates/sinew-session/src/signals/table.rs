@@ -102,8 +102,8 @@ macro_rules! slow {
     };
 }
 
-/// Resolutions: counts and codes, 1; delays, 1 ns in us, because the supervisor judges them; tensions, N; currents,
-/// A; temperatures, degC; joints, rad or m; commands, m/s, A or N.
+/// Resolutions: counts and codes, 1; delays, 1 ns in us, because the supervisor judges them; tensions, N;
+/// currents, A; temperatures, degC; joints, rad or m; commands, m/s, A or N.
 const ONE: Resolution = Resolution::Rounded(1.0);
 const DELAY: Resolution = Resolution::Rounded(1e-3);
 const TENSION: Resolution = Resolution::Rounded(0.01);

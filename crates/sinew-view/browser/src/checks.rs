@@ -7,7 +7,8 @@ use crate::{Outcome, Wanted, memory};
 use serde_json::Value;
 use std::time::{Duration, Instant};
 
-/// First frame after the start of the page; the best of some visits, as another program may have the processor.
+/// First frame after the start of the page; the best of some visits, as another program may have the
+/// processor.
 const FIRST_FRAME_MS: f64 = 2000.0;
 const VISITS: usize = 3;
 /// Silence of the server until the page says so.
@@ -141,7 +142,8 @@ async fn positions(page: &Browser, server: Option<&Server>) -> Outcome<()> {
     }
 }
 
-/// Frames per second are reported; only a page that stands still fails, as other programs share the processor.
+/// Frames per second are reported; only a page that stands still fails, as other programs share the
+/// processor.
 async fn pace(page: &Browser) -> Outcome<()> {
     rest(3000).await;
     let fps = page.number("return sinew.fps").await?;

@@ -1,4 +1,5 @@
-//! A synthetic machine: two links, three cables, known positions. It only has to move as the page's contract says.
+//! A synthetic machine: two links, three cables, known positions. It only has to move as the page's contract
+//! says.
 
 use serde_json::{Value, json};
 

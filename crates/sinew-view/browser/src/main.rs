@@ -1,8 +1,8 @@
 //! The check of the live page: a headless Chromium opens it and acts as a person would.
 //!
-//! `sinew-view-browser [--address URL] [--axe FILE] [--out FOLDER] [--program FILE]`. Without an address the page is served here, of a synthetic
-//! machine whose positions are known. Skipped with a message where there is no Chromium. With `SINEW_LONG` in the environment the
-//! memory of the browser is watched for an hour.
+//! `sinew-view-browser [--address URL] [--axe FILE] [--out FOLDER] [--program FILE]`. Without an address the
+//! page is served here, of a synthetic machine whose positions are known. Skipped with a message where there
+//! is no Chromium. With `SINEW_LONG` in the environment the memory of the browser is watched for an hour.
 
 mod browser;
 mod checks;
@@ -31,7 +31,8 @@ pub(crate) struct Wanted {
     pub(crate) program: Option<PathBuf>,
     /// Folder of the screenshots.
     pub(crate) out: PathBuf,
-    /// Mean number of waiting programs before the check, where others have the processors: times are then told, not judged.
+    /// Mean number of waiting programs before the check, where others have the processors: times are then
+    /// told, not judged.
     pub(crate) busy: Option<f64>,
 }
 

@@ -11,8 +11,8 @@ use std::process::{Child, Command, Stdio};
 
 /// Frames per second without a graphics processor.
 const LEAST_FPS: f64 = 20.0;
-/// Time of the machine between a click on the stop and the mode that it leads to, s: two states lie between what the page knew and
-/// what it sees, 16.7 ms apart.
+/// Time of the machine between a click on the stop and the mode that it leads to, s: two states lie between
+/// what the page knew and what it sees, 16.7 ms apart.
 const STOPS_IN: f64 = 0.04;
 const STOPS: usize = 2;
 /// Viewers at once.

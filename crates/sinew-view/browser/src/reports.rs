@@ -1,4 +1,5 @@
-//! The reports of the program, as files, from the address bar: no error, accessible, drawn, and no wider than a phone.
+//! The reports of the program, as files, from the address bar: no error, accessible, drawn, and no wider than
+//! a phone.
 
 use crate::browser::{Browser, rest};
 use crate::checks::accessible;

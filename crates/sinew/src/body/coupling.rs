@@ -117,7 +117,8 @@ impl Reduction {
         &self.independent
     }
 
-    /// Index among the independent velocities of the one that a velocity follows, or is; none where it is constant.
+    /// Index among the independent velocities of the one that a velocity follows, or is; none where it is
+    /// constant.
     pub(crate) fn leader(&self, velocity: usize) -> Option<usize> {
         self.leader[velocity]
     }

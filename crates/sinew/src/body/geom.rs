@@ -70,8 +70,9 @@ pub struct Geom {
 
 /// A shape fixed to a body that a file of triangles describes: what a drawing shows of it.
 ///
-/// A point `v` of the file lies at `position + R(orientation) S R(reference_orientation)^T (v - reference_position)` in
-/// the body's frame, `S` the diagonal matrix of `scale`.
+/// A point `v` of the file lies at
+/// `position + R(orientation) S R(reference_orientation)^T (v - reference_position)` in the body's frame, `S`
+/// the diagonal matrix of `scale`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MeshGeom {
     /// The body.

@@ -311,8 +311,8 @@ impl Actuator {
     /// T_max = |gear| max(|f_low|, |f_high|),   f: force range, and the control range of a motor, whose control is its force
     /// ```
     ///
-    /// A cable pulls whichever sign its author gave to pulling. The control of other kinds is an activation, a position
-    /// or a speed and limits no force.
+    /// A cable pulls whichever sign its author gave to pulling. The control of other kinds is an activation,
+    /// a position or a speed and limits no force.
     #[must_use]
     pub fn largest_tension(&self) -> Option<f64> {
         let control = self.control_range.filter(|_| self.kind == ActuatorKind::Motor);

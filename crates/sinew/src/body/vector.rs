@@ -9,7 +9,8 @@ pub(crate) type Frame = [Vector; 3];
 /// The identity.
 pub(crate) const IDENTITY: Frame = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// The frame with these columns. Not `array::map`, whose closures are not inlined: forward dynamics took half as long again.
+/// The frame with these columns. Not `array::map`, whose closures are not inlined: forward dynamics took half
+/// as long again.
 #[inline(always)]
 pub(crate) fn columns(column: impl Fn(usize) -> Vector) -> Frame {
     [column(0), column(1), column(2)]
@@ -124,7 +125,8 @@ pub(crate) fn rotate_symmetric(frame: &Frame, m: &[f64; 6]) -> [f64; 6] {
     ]
 }
 
-/// Inertia of a point mass at `r` about the origin, kg m^2: `[xx, yy, zz, xy, xz, yz]`, off-diagonal entries negative products.
+/// Inertia of a point mass at `r` about the origin, kg m^2: `[xx, yy, zz, xy, xz, yz]`, off-diagonal entries
+/// negative products.
 pub(crate) fn point_inertia(mass: f64, r: Vector) -> [f64; 6] {
     let [x, y, z] = r;
     [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z].map(|entry| mass * entry)

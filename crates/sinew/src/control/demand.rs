@@ -67,11 +67,12 @@ const SAMPLES: usize = 400;
 /// Largest tension that is considered, N: none.
 const MOST_TENSION: f64 = 1e6;
 
-/// Demands on the drives of a machine by a motion with its payload, from inverse dynamics and the distribution
-/// of least tensions.
+/// Demands on the drives of a machine by a motion with its payload, from inverse dynamics and the
+/// distribution of least tensions.
 ///
 /// # Assumes
-/// Friction of a cable is that of sliding toward the drive, `T_in = (T_out - T_0) e^A`, at the largest demand.
+/// Friction of a cable is that of sliding toward the drive, `T_in = (T_out - T_0) e^A`, at the largest
+/// demand.
 ///
 /// # Errors
 /// [`Error::OutOfDomain`] for a motion outside its domain; as [`Machine::validate`].

@@ -10,7 +10,8 @@ pub(super) struct Slide {
     pub(super) range: [f64; 2],
 }
 
-/// Slides, each on the one before, the site `endpoint` on the last, and cables of constant moment arms: `[muscles][joints]`.
+/// Slides, each on the one before, the site `endpoint` on the last, and cables of constant moment arms:
+/// `[muscles][joints]`.
 pub(super) fn slides(gravity: f64, slides: &[Slide], arms: &[&[f64]]) -> Robot {
     let orientation = [1.0, 0.0, 0.0, 0.0];
     let body = |(k, mass): (usize, f64)| Body {

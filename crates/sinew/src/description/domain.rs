@@ -1,7 +1,7 @@
 //! Domains of numbers, in words and as conditions.
 
-/// Largest magnitude of a number in a file, in SI units: no length, mass, force or count of a machine is near it, and
-/// squares and products of such numbers are still finite.
+/// Largest magnitude of a number in a file, in SI units: no length, mass, force or count of a machine is near
+/// it, and squares and products of such numbers are still finite.
 pub(in crate::description) const LARGEST: f64 = 1e12;
 /// The same in words.
 pub(in crate::description) const AT_MOST_LARGEST: &str = "a number of magnitude up to 1e12";

@@ -3,8 +3,8 @@
 //! Catalogues of drives: text in, a [`crate::drive::Catalogue`] out.
 //!
 //! Nothing here accesses a file system: the caller passes text, and resolves the names of other files. The
-//! result of a robot file is a description; [`Description::robot`] validates it. A robot file is a machine file
-//! with defaults for everything but the body ([`machine_of`], [`machine_from_toml`]).
+//! result of a robot file is a description; [`Description::robot`] validates it. A robot file is a machine
+//! file with defaults for everything but the body ([`machine_of`], [`machine_from_toml`]).
 
 mod attributes;
 mod document;

@@ -5,8 +5,8 @@ use super::parameters::DriveParameters;
 
 /// Temperatures of a motor, degrees Celsius, for plans of seconds to hours.
 ///
-/// The heat of [`Motor`], integrated implicitly, so that any step is stable; [`MotorState`](super::MotorState)
-/// integrates the same law with the step of the drive.
+/// The heat of [`Motor`], integrated implicitly, so that any step is stable;
+/// [`MotorState`](super::MotorState) integrates the same law with the step of the drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotorTemperatures {
     /// Of the winding.
@@ -50,8 +50,8 @@ const MOST_STEPS: f64 = 5000.0;
 const HALVINGS: usize = 30;
 
 impl Motor {
-    /// Largest constant current that leaves the winding below its limit for a time from room temperature on, A; for
-    /// an infinite time [`lasting_current`](Self::lasting_current).
+    /// Largest constant current that leaves the winding below its limit for a time from room temperature on,
+    /// A; for an infinite time [`lasting_current`](Self::lasting_current).
     ///
     /// # Shapes
     /// `seconds` >= 0.
@@ -84,8 +84,8 @@ impl Motor {
 }
 
 impl DriveParameters {
-    /// Tension that the drive holds for a time from room temperature on, N: what it takes up with the current that
-    /// its winding endures, at most its working tension.
+    /// Tension that the drive holds for a time from room temperature on, N: what it takes up with the current
+    /// that its winding endures, at most its working tension.
     ///
     /// The losses of the reducer count against the motor, as after taking up cable.
     #[must_use]

@@ -171,7 +171,8 @@ enum Mode {
 const STEP: f64 = 1e-3;
 
 impl Drive {
-    /// A drive at rest, half of its drum wound, for steps of a millisecond; `seed` is that of its sensors' noise.
+    /// A drive at rest, half of its drum wound, for steps of a millisecond; `seed` is that of its sensors'
+    /// noise.
     ///
     /// # Errors
     /// As [`DriveParameters::validate`].
@@ -499,7 +500,8 @@ mod tests {
         let mut drive = Drive::new(exact(), 1).unwrap();
         let Reducer { ratio, backlash, .. } = drive.parameters.reducer;
         let arm = drive.drum.arm(drive.winch);
-        // Steps of the motor in backlashes, and how far the winch follows from the middle between the flanks on.
+        // Steps of the motor in backlashes, and how far the winch follows from the middle between the flanks
+        // on.
         for (turned, follows) in [(0.4, 0.0), (0.2, 0.1), (-0.9, 0.0), (-0.3, -0.2), (0.8, 0.0), (0.5, 0.3)] {
             let (moved, lost) = drive.advance(turned * backlash * ratio / H, 0.0, arm, H);
             assert!((moved - follows * backlash * arm).abs() < 1e-12, "{turned}: {moved}");

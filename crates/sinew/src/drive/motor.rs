@@ -120,7 +120,8 @@ impl Motor {
         self.resistance * (1.0 + COPPER * (winding - ROOM)).max(0.1)
     }
 
-    /// Current that the winding carries for as long as it likes, A: the smaller of data sheet and thermal limit.
+    /// Current that the winding carries for as long as it likes, A: the smaller of data sheet and thermal
+    /// limit.
     #[must_use]
     pub fn lasting_current(&self) -> f64 {
         let heat = (self.hottest - ROOM) / (self.winding_to_housing + self.housing_to_air);

@@ -73,7 +73,8 @@ impl DriveParameters {
         self.motor.inertia * turns * turns
     }
 
-    /// Current that takes up cable at a tension, N, and speed, m/s, >= 0, against the losses of the reducer, A.
+    /// Current that takes up cable at a tension, N, and speed, m/s, >= 0, against the losses of the reducer,
+    /// A.
     #[must_use]
     pub fn pulling_current(&self, tension: f64, speed: f64) -> f64 {
         let Self { motor, reducer, winch, .. } = self;
@@ -83,8 +84,8 @@ impl DriveParameters {
         torque / motor.torque_constant
     }
 
-    /// Current that pays out cable at a tension, N, and speed, m/s, >= 0, with the losses of the reducer on its
-    /// side, A; negative where the motor has to push.
+    /// Current that pays out cable at a tension, N, and speed, m/s, >= 0, with the losses of the reducer on
+    /// its side, A; negative where the motor has to push.
     #[must_use]
     pub fn yielding_current(&self, tension: f64, speed: f64) -> f64 {
         let Self { motor, reducer, winch, .. } = self;
@@ -94,9 +95,9 @@ impl DriveParameters {
         torque / motor.torque_constant
     }
 
-    /// Tension that the drive may be asked for, N: 19 in 20 of the one above which it does not wind in, and what it
-    /// takes up with its peak current, or with the current at which a hot winding leaves half of the no-load speed.
-    /// Heat is not considered.
+    /// Tension that the drive may be asked for, N: 19 in 20 of the one above which it does not wind in, and
+    /// what it takes up with its peak current, or with the current at which a hot winding leaves half of the
+    /// no-load speed. Heat is not considered.
     #[must_use]
     pub fn working_tension(&self) -> f64 {
         let motor = &self.motor;
@@ -120,8 +121,8 @@ impl DriveParameters {
         (torque * reducer.efficiency * turns).max(0.0)
     }
 
-    /// Speed at which the drive takes up cable at a tension, N, m/s: the limit of the voltage with a hot winding,
-    /// or of the bearings.
+    /// Speed at which the drive takes up cable at a tension, N, m/s: the limit of the voltage with a hot
+    /// winding, or of the bearings.
     #[must_use]
     pub fn speed_at(&self, tension: f64) -> f64 {
         let Self { motor, reducer, winch, .. } = self;

@@ -4,8 +4,8 @@ use crate::body::Robot;
 use crate::predictor::CableModel;
 use crate::transmission::cable::{CableParameters, CablePath, Segment};
 
-/// One number of a design changed for the better, to see by evaluating it again whether that number limits the
-/// machine.
+/// One number of a design changed for the better, to see by evaluating it again whether that number limits
+/// the machine.
 ///
 /// Each change is by a factor of 1.5 or 2, for all muscles or joints at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -113,7 +113,8 @@ impl Machine {
                 DesignChange::StifferCable => stiffen(&mut muscle.cable),
                 DesignChange::LessBend => straighten(&mut muscle.bend),
                 DesignChange::CoolerMotor => {
-                    // Losses grow with the square of the current; so do heat capacities, which keeps all times.
+                    // Losses grow with the square of the current; so do heat capacities, which keeps all
+                    // times.
                     let square = 1.5 * 1.5;
                     motor.continuous_current *= 1.5;
                     motor.peak_current = motor.peak_current.max(motor.continuous_current);

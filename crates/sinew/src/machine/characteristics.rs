@@ -69,15 +69,18 @@ pub struct JointCharacteristics {
     pub dead_band: f64,
     /// Root mean square of the moment arms of the muscles that cross it, m per unit; the least of all poses.
     pub arm: f64,
-    /// `tau = sum_k |R_kj| F_k/2`: torque of the working tensions of one side, Nm or N; the greatest of all poses.
+    /// `tau = sum_k |R_kj| F_k/2`: torque of the working tensions of one side, Nm or N; the greatest of all
+    /// poses.
     pub torque: f64,
-    /// `I = 1/(M^-1)_jj`: inertia seen at the joint with all others free, kg m^2 or kg; the least of all poses.
+    /// `I = 1/(M^-1)_jj`: inertia seen at the joint with all others free, kg m^2 or kg; the least of all
+    /// poses.
     pub inertia: f64,
 }
 
 impl Characteristics {
-    /// Over some poses, with the law of every cable, the working tension at its anchor, N, and the error of the
-    /// moment arms, m: a muscle that is designed not to move a light joint does so a little when it is built.
+    /// Over some poses, with the law of every cable, the working tension at its anchor, N, and the error of
+    /// the moment arms, m: a muscle that is designed not to move a light joint does so a little when it is
+    /// built.
     ///
     /// # Shapes
     /// `laws` and `tensions: [muscles]`, `poses: [places][joints]`, at least one place.
@@ -230,8 +233,8 @@ fn largest_eigenvalue(factor: &[f64], arms: &[f64], compliance: &[f64]) -> f64 {
     eigenvalue
 }
 
-/// Whether a tendon passes over an independent joint, or one that follows it, so that its moment arm may be off:
-/// `[muscles x joints]`. Tendons that are sums of joint coordinates have no attachments.
+/// Whether a tendon passes over an independent joint, or one that follows it, so that its moment arm may be
+/// off: `[muscles x joints]`. Tendons that are sums of joint coordinates have no attachments.
 fn crossed_joints(robot: &Robot) -> Vec<bool> {
     let parts = robot.parts();
     let independent = robot.independent_joints();

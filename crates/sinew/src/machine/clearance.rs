@@ -16,8 +16,8 @@ use alloc::vec::Vec;
 /// | r      | radius                                                             | m    |
 /// | a      | [`Machine::attachment_tolerance`], of every coordinate                | m    |
 ///
-/// A tendon does not wrap a surface that one of its sites beside it lies within (`mujoco2012`): its length and its
-/// moment arms jump.
+/// A tendon does not wrap a surface that one of its sites beside it lies within (`mujoco2012`): its length
+/// and its moment arms jump.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Clearance {
     /// Index of the muscle.

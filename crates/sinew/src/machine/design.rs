@@ -66,9 +66,9 @@ fn largest_tension(parts: &crate::body::Parts, muscle: usize) -> Option<f64> {
 impl Machine {
     /// A body with defaults for everything else.
     ///
-    /// The start is the key pose `start`, else the reference pose moved into the joints' ranges. The end point
-    /// is the site `endpoint`; without it the joints are the task. Muscles without a described sheath have one
-    /// of 0.5 m; see [`MuscleDesign::in_sheath`]. Tensions stay within the ranges of the actuators.
+    /// The start is the key pose `start`, else the reference pose moved into the joints' ranges. The end
+    /// point is the site `endpoint`; without it the joints are the task. Muscles without a described sheath
+    /// have one of 0.5 m; see [`MuscleDesign::in_sheath`]. Tensions stay within the ranges of the actuators.
     ///
     /// # Errors
     /// As [`validate`](Self::validate).
@@ -157,8 +157,8 @@ impl Machine {
         self.task.site().or_else(|| self.robot.site("endpoint"))
     }
 
-    /// Ranges of the independent joints in which coupled joints keep theirs, too; finite: an unlimited joint moves by
-    /// an assumed 1 rad or 50 mm about the start. `[joints]`, rad or m.
+    /// Ranges of the independent joints in which coupled joints keep theirs, too; finite: an unlimited joint
+    /// moves by an assumed 1 rad or 50 mm about the start. `[joints]`, rad or m.
     ///
     /// # Errors
     /// As [`finite_ranges`].
@@ -179,8 +179,8 @@ impl Machine {
         Ok(core::iter::once(self.start.clone()).chain(spread).take(places).collect())
     }
 
-    /// Bound of the error of every coordinate of a tendon's site, m: that of its tolerances, by default 1 mm, at most
-    /// 0.4 % of the sum of the distances between the bodies.
+    /// Bound of the error of every coordinate of a tendon's site, m: that of its tolerances, by default 1 mm,
+    /// at most 0.4 % of the sum of the distances between the bodies.
     #[must_use]
     pub fn attachment_tolerance(&self) -> f64 {
         let parts = self.robot.parts();
@@ -282,8 +282,8 @@ fn check_kinds(robot: &Robot) -> Result<(), Error> {
     Ok(())
 }
 
-/// Moves coordinates with which a joint that follows them is out of its range into the middle of the range where it is
-/// not.
+/// Moves coordinates with which a joint that follows them is out of its range into the middle of the range
+/// where it is not.
 fn move_into(coordinates: &mut [f64], ranges: &[[f64; 2]]) {
     for (at, [low, high]) in coordinates.iter_mut().zip(ranges) {
         if !(*low..=*high).contains(at) {

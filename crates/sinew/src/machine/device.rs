@@ -81,8 +81,8 @@ const MAX_CHANNELS: usize = 32;
 const LOAD_CELL_COUNTS: f64 = 8_388_608.0;
 
 impl Device {
-    /// The devices of a machine whose file names none: in the order of the muscles a drive and its load cell, then
-    /// the joint encoders.
+    /// The devices of a machine whose file names none: in the order of the muscles a drive and its load cell,
+    /// then the joint encoders.
     #[must_use]
     pub fn defaults(robot: &Robot, muscles: &[MuscleDesign], encoders: &[Option<JointEncoder>]) -> Vec<Self> {
         let channel = |signal, scale| SensorChannel { signal, scale, offset: 0.0 };
@@ -127,7 +127,8 @@ impl Device {
 }
 
 impl DriveDevice {
-    /// The default: a drive whose position counts are those of its motor's encoder, rated for its continuous current.
+    /// The default: a drive whose position counts are those of its motor's encoder, rated for its continuous
+    /// current.
     #[must_use]
     pub fn of(muscle: usize, drive: &DriveParameters) -> Self {
         Self {

@@ -1,5 +1,5 @@
-//! A machine on cables as designed: its body, and for every muscle a sheath, a cable and a drive; sensors, task,
-//! limits and the tolerances of its manufacture.
+//! A machine on cables as designed: its body, and for every muscle a sheath, a cable and a drive; sensors,
+//! task, limits and the tolerances of its manufacture.
 //!
 //! ```text
 //! body (robot)  +  muscles (sheath, cable, drive)  +  encoders  +  task  =  Machine

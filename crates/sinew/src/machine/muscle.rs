@@ -15,8 +15,8 @@ pub struct MuscleDesign {
     pub sheath: f64,
     /// Sum of the magnitudes of its bends in the machine's start, rad, >= 0.
     pub bend: f64,
-    /// Change of its bend with every independent joint, rad/rad or rad/m: `[joints]`, or empty where it passes none;
-    /// see [`SheathBend`](crate::transmission::SheathBend).
+    /// Change of its bend with every independent joint, rad/rad or rad/m: `[joints]`, or empty where it
+    /// passes none; see [`SheathBend`](crate::transmission::SheathBend).
     pub bend_by_joint: Vec<f64>,
     /// Friction and elasticity of the cable.
     pub cable: CableParameters,

@@ -20,11 +20,12 @@ use serde::Deserialize;
 /// | L      | `sheath` | m    | > 0, or none    | length of the sheath; none: that of the design                     |
 /// | phi_0  | `bend`   | rad  | >= 0, or none   | bend before the end is displaced; none: that of the design           |
 ///
-/// `h` is the part of `origin` across the direction in which the cable leaves the sheath, all of it where the design states no
-/// direction; at most 0.63 `L`, where both arcs are quarter turns.
+/// `h` is the part of `origin` across the direction in which the cable leaves the sheath, all of it where the
+/// design states no direction; at most 0.63 `L`, where both arcs are quarter turns.
 ///
 /// # Assumes
-/// The drive stays where it is, and the sheath keeps its directions at both ends. Its drag grows with its length.
+/// The drive stays where it is, and the sheath keeps its directions at both ends. Its drag grows with its
+/// length.
 ///
 /// # Source
 /// Elementary geometry; our own.
@@ -56,12 +57,13 @@ impl Default for Routing {
 }
 
 impl Machine {
-    /// The same with the cable of one muscle on another route; sites and surfaces that it shares with others stay where
-    /// they are for these. A model of the cable that was identified before no longer holds and is left out.
+    /// The same with the cable of one muscle on another route; sites and surfaces that it shares with others
+    /// stay where they are for these. A model of the cable that was identified before no longer holds and is
+    /// left out.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] names a number outside its domain or a muscle that does not exist; [`Error::Part`] a muscle
-    /// without a path through space; as [`Robot::new`] for a body that is not valid.
+    /// [`Error::OutOfDomain`] names a number outside its domain or a muscle that does not exist;
+    /// [`Error::Part`] a muscle without a path through space; as [`Robot::new`] for a body that is not valid.
     pub fn rerouted(&self, muscle: usize, routing: &Routing) -> Result<Self, Error> {
         for displacement in routing.origin.iter().chain(&routing.anchor) {
             finite("displacement", *displacement)?;

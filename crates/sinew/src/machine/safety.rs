@@ -19,7 +19,8 @@ pub struct SafetyLimits {
     /// Largest speed of a cable at its winch, m/s, > 0; none: 1.25 of the drive's without a load.
     #[serde(rename = "cable_speed_m_per_s")]
     pub cable_speed: Option<f64>,
-    /// Highest temperature of a winding by the thermal model, degrees Celsius, > 25; none: 5 below the motor's.
+    /// Highest temperature of a winding by the thermal model, degrees Celsius, > 25; none: 5 below the
+    /// motor's.
     #[serde(rename = "winding_c")]
     pub winding: Option<f64>,
     /// Share of a joint's range by which it may be beyond it, 1, >= 0.
@@ -30,8 +31,8 @@ pub struct SafetyLimits {
     /// Time in which the tensions rise in pretension, s, > 0.
     #[serde(rename = "pretension_time_s")]
     pub pretension_time: f64,
-    /// Largest slack that is taken up, as travel of the joint on which a cable acts most, rad, > 0; of a slide a quarter
-    /// of it in m.
+    /// Largest slack that is taken up, as travel of the joint on which a cable acts most, rad, > 0; of a
+    /// slide a quarter of it in m.
     #[serde(rename = "largest_slack_rad")]
     pub largest_slack: f64,
     /// Time for which the pose is held in a safe stop before it is let down, s, >= 0.
@@ -89,8 +90,8 @@ impl Default for SafetyLimits {
 }
 
 impl SafetyLimits {
-    /// Those of a machine that says none, at a period of its control cycle, s: what is bridged is some cycles at
-    /// least.
+    /// Those of a machine that says none, at a period of its control cycle, s: what is bridged is some cycles
+    /// at least.
     #[must_use]
     pub fn at_period(period: f64) -> Self {
         let usual = Self::default();

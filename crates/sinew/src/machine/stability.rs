@@ -24,8 +24,8 @@ use alloc::vec::Vec;
 /// `-F_k dR_k/dq`, which grows with its tension; the elastic stiffness does not.
 ///
 /// # Assumes
-/// Tensions and gravity are in equilibrium. Friction, which only slows the motion down and holds it within the dead
-/// bands, is left out.
+/// Tensions and gravity are in equilibrium. Friction, which only slows the motion down and holds it within
+/// the dead bands, is left out.
 ///
 /// # Source
 /// Stiffness of cable-driven mechanisms, elastic and geometric.
@@ -58,8 +58,8 @@ impl HeldStability {
     /// `compliance`, `tension: [muscles]`, `pose: [joints]`.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], [`Error::EntryOutOfDomain`] where an entry is not finite, and [`Error::OutOfDomain`]
-    /// where the mass matrix is not positive definite.
+    /// [`Error::WrongLength`], [`Error::EntryOutOfDomain`] where an entry is not finite, and
+    /// [`Error::OutOfDomain`] where the mass matrix is not positive definite.
     pub fn new(
         model: &mut MuscleDynamics,
         compliance: &[f64],

@@ -5,7 +5,8 @@ use crate::error::{Error, check_entries, check_length};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Geometry of the muscles and dynamics of the joints in one pose, in the coordinates of the independent joints.
+/// Geometry of the muscles and dynamics of the joints in one pose, in the coordinates of the independent
+/// joints.
 ///
 /// ```text
 /// M u' + c + g = R^T F + tau_p + tau_e,      R = -dl/du,      x' = R u
@@ -158,8 +159,8 @@ impl MuscleDynamics {
         Ok(())
     }
 
-    /// The joints that a muscle crosses, each with its moment arm, m: a row of `R` without the entries that are
-    /// always zero.
+    /// The joints that a muscle crosses, each with its moment arm, m: a row of `R` without the entries that
+    /// are always zero.
     #[inline]
     pub(crate) fn crossings(&self, muscle: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
         self.arms.row(muscle)
@@ -173,8 +174,8 @@ impl MuscleDynamics {
         }
     }
 
-    /// `M u' = R^T F + tau_p - c - g` in the evaluated pose: force that accelerates the joints under tensions at
-    /// the anchors.
+    /// `M u' = R^T F + tau_p - c - g` in the evaluated pose: force that accelerates the joints under tensions
+    /// at the anchors.
     ///
     /// # Errors
     /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite.

@@ -2,8 +2,8 @@ use super::geometry::{Geometry, Muscles};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Moment arms about the independent joints, muscle by muscle, without those that vanish in every pose: compressed
-/// sparse rows.
+/// Moment arms about the independent joints, muscle by muscle, without those that vanish in every pose:
+/// compressed sparse rows.
 ///
 /// ```text
 /// R_mj = sum_v R_mv dv/du_j      over the velocities v that muscle m crosses

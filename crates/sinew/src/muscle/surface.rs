@@ -259,8 +259,8 @@ mod tests {
     fn a_cable_through_the_middle_of_a_sphere_goes_around_it_in_a_plane_of_its_frame() {
         let radius = 0.5;
         let axes = frame_of(unit_quaternion([0.8, 0.3, -0.4, 0.2]));
-        // A direction of the sphere's frame, and the second direction that MuJoCo chooses for it: that of the two
-        // other axes, without their part along the first.
+        // A direction of the sphere's frame, and the second direction that MuJoCo chooses for it: that of the
+        // two other axes, without their part along the first.
         let half = FRAC_1_SQRT_2;
         let third = libm::sqrt(1.0 / 1.5);
         for (x, y) in [

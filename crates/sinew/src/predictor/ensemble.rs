@@ -114,8 +114,8 @@ impl Ensemble {
     }
 }
 
-/// Adds `weight input`, lane by lane. At opt-level 3 the compiler makes vector instructions of it, at 2 of the
-/// hyperbolic tangents alone.
+/// Adds `weight input`, lane by lane. At opt-level 3 the compiler makes vector instructions of it, at 2 of
+/// the hyperbolic tangents alone.
 #[inline(always)]
 fn add(sum: &mut PerNetwork, weight: &PerNetwork, input: PerNetwork) {
     for ((sum, weight), input) in sum.iter_mut().zip(weight).zip(input) {
@@ -129,8 +129,8 @@ fn sum(v: PerNetwork) -> f32 {
     ((v[0] + v[4]) + (v[1] + v[5])) + ((v[2] + v[6]) + (v[3] + v[7]))
 }
 
-/// Median of eight, the mean of the middle two, by Batcher's sorting network without the last exchanges of the
-/// other six.
+/// Median of eight, the mean of the middle two, by Batcher's sorting network without the last exchanges of
+/// the other six.
 #[inline]
 fn median(mut v: PerNetwork) -> f32 {
     order(&mut v, [(0, 1), (2, 3), (4, 5), (6, 7)]);
@@ -142,8 +142,8 @@ fn median(mut v: PerNetwork) -> f32 {
     0.5 * (v[3] + v[4])
 }
 
-/// Orders pairs. Few at a time: a loop over all pairs of the network is not unrolled, which keeps the numbers in
-/// memory.
+/// Orders pairs. Few at a time: a loop over all pairs of the network is not unrolled, which keeps the numbers
+/// in memory.
 #[inline(always)]
 fn order<const N: usize>(v: &mut PerNetwork, pairs: [(usize, usize); N]) {
     for (i, j) in pairs {

@@ -1,4 +1,5 @@
-//! The state of a model along a sequence: clamp cell, cable observer or axis, stop operators, low-pass filters.
+//! The state of a model along a sequence: clamp cell, cable observer or axis, stop operators, low-pass
+//! filters.
 
 use super::axis::{Axis, AxisOutput, AxisState};
 use super::cable::{CableEstimate, ObservedCable, SequenceObserver};
@@ -80,8 +81,8 @@ pub struct CellOutput {
 }
 
 impl CellOutput {
-    /// Until the observer's initial profile has no effect any more, the far end is bounded by sliding in either
-    /// direction; then it is known.
+    /// Until the observer's initial profile has no effect any more, the far end is bounded by sliding in
+    /// either direction; then it is known.
     #[inline]
     fn from_cable(estimate: &CableEstimate) -> Self {
         let CableEstimate { far: state, known, .. } = *estimate;

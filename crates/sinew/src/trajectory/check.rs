@@ -29,8 +29,8 @@ impl Default for Limits {
     }
 }
 
-/// Torque of the independent joints that the tensions have to produce at one instant, with what their followers
-/// add.
+/// Torque of the independent joints that the tensions have to produce at one instant, with what their
+/// followers add.
 #[derive(Debug, Clone, Copy)]
 pub struct TorqueDemand<'a> {
     /// `R J`, `[muscles x n]`, row by row, m.

@@ -23,9 +23,9 @@ use alloc::vec::Vec;
 /// | s         | weight of the proximal term                                                  | 1        |
 /// | m         | damping: `max(d tr(J W^-1 J^T), 0.3 abs(p - p(x)) sqrt(tr(J W^-1 J^T)))`, `d` adapted | m^2 |
 ///
-/// `settle` finds the pose of the redundancy resolution: sequential linearisation, for `s > 0` with a proximal
-/// term where the curvature of the constraint is large; it converges linearly. `reach` is the method of
-/// Levenberg and Marquardt with bounds: it finds some pose from any start, or the closest one nearby.
+/// `settle` finds the pose of the redundancy resolution: sequential linearisation, for `s > 0` with a
+/// proximal term where the curvature of the constraint is large; it converges linearly. `reach` is the method
+/// of Levenberg and Marquardt with bounds: it finds some pose from any start, or the closest one nearby.
 ///
 /// # Source
 /// `whitney1969` for the weighted pseudo-inverse; `marquardt1963`; solving for a pose instead of integrating
@@ -56,8 +56,8 @@ pub(super) const POSITION_TOLERANCE: f64 = 1e-9;
 const STEP_TOLERANCE: f64 = 1e-12;
 /// Most iterations of `settle` without a proximal term.
 const SETTLE_ITERATIONS: usize = 300;
-/// Iterations of `settle` without a proximal term within which the largest step must fall to 0.9 of its value; else it
-/// gives up.
+/// Iterations of `settle` without a proximal term within which the largest step must fall to 0.9 of its
+/// value; else it gives up.
 const SETTLE_WINDOW: usize = 40;
 /// Weights `s` of the proximal term, tried in order.
 const PROXIMITIES: [f64; 4] = [0.0, 3.0, 15.0, 75.0];
@@ -140,8 +140,8 @@ impl<'a> Solver<'a> {
         Ok(self.reach(target, x)? <= POSITION_TOLERANCE)
     }
 
-    /// Iterates to the pose on the target that is closest to the preferred one; returns the position error, m, or infinity
-    /// without convergence.
+    /// Iterates to the pose on the target that is closest to the preferred one; returns the position error,
+    /// m, or infinity without convergence.
     fn settle(&mut self, phase: f64, target: [f64; 3], x: &mut [f64], proximity: f64) -> Result<f64, Error> {
         let sine = libm::sin(phase);
         let mut multipliers = [0.0; 3];
@@ -168,8 +168,8 @@ impl<'a> Solver<'a> {
         Ok(f64::INFINITY)
     }
 
-    /// Moves `x` to a pose for `target`, or to one nearby whose end point is closest to it; returns the remaining
-    /// position error, m.
+    /// Moves `x` to a pose for `target`, or to one nearby whose end point is closest to it; returns the
+    /// remaining position error, m.
     pub(super) fn reach(&mut self, target: [f64; 3], x: &mut [f64]) -> Result<f64, Error> {
         let mut damping = 1e-3;
         let mut error = self.error(target, x)?;

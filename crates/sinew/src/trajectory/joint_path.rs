@@ -33,8 +33,8 @@ const BRANCHES: usize = 12;
 const SAME_POSE: f64 = 1e-6;
 
 impl JointPath {
-    /// Resolves the joints at `knots` equidistant phases, each starting from its neighbour's solution, for all
-    /// three axes of the end point.
+    /// Resolves the joints at `knots` equidistant phases, each starting from its neighbour's solution, for
+    /// all three axes of the end point.
     ///
     /// As [`resolve_axes`](Self::resolve_axes).
     ///
@@ -50,8 +50,8 @@ impl JointPath {
         Self::resolve_axes(robot, site, [true; 3], path, rule, knots)
     }
 
-    /// Resolves the independent joints at `knots` equidistant phases so that some coordinates of the end point
-    /// follow a path, `axes` says which of x, y and z.
+    /// Resolves the independent joints at `knots` equidistant phases so that some coordinates of the end
+    /// point follow a path, `axes` says which of x, y and z.
     ///
     /// From the first point every branch of solutions that is found is followed until one leads to the end of
     /// the path. Otherwise the joints stay constant beyond the first point that the farthest branch does not

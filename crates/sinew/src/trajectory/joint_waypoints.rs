@@ -18,8 +18,8 @@ pub struct JointWaypoint {
 /// Poses closer than this are the same, rad or m.
 const POSE_TOLERANCE: f64 = 1e-9;
 
-/// A trajectory through poses at their times, from rest to rest: a cubic spline of the joints, with a stop where
-/// a pose is given twice in a row.
+/// A trajectory through poses at their times, from rest to rest: a cubic spline of the joints, with a stop
+/// where a pose is given twice in a row.
 ///
 /// The timing is that of [`EndPointPath::through`](super::EndPointPath::through): two poses are joined by
 /// minimum jerk.

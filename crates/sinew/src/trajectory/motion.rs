@@ -118,9 +118,9 @@ impl Sequence {
     /// Motions with their start times, s; `duration`, s, includes all pauses.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] without a motion or for different numbers of joints; [`Error::OutOfDomain`] for a motion
-    /// that starts before 0, before the one before it ends, or in another pose, and for a duration that ends before the
-    /// last motion.
+    /// [`Error::WrongLength`] without a motion or for different numbers of joints; [`Error::OutOfDomain`] for
+    /// a motion that starts before 0, before the one before it ends, or in another pose, and for a duration
+    /// that ends before the last motion.
     pub fn new(motions: Vec<(f64, Trajectory)>, duration: f64) -> Result<Self, Error> {
         let (starts, motions): (Vec<f64>, Vec<Trajectory>) = motions.into_iter().unzip();
         let Some(joints) = motions.first().map(Trajectory::joints) else {

@@ -7,9 +7,9 @@ use crate::body::vector::{dot, norm, product, sub};
 /// y(m) = clip(r + W^-1 J^T m, low, high)
 /// ```
 ///
-/// A semismooth Newton method finds the multipliers `m` of this strictly convex problem: the equation above is
-/// piecewise linear in `m` and monotone, so that a line search in the direction of a Newton step converges. With
-/// `eps > 0` there is a solution also where the equations contradict each other or the box.
+/// A semismooth Newton method finds the multipliers `m` of this strictly convex problem: the equation above
+/// is piecewise linear in `m` and monotone, so that a line search in the direction of a Newton step
+/// converges. With `eps > 0` there is a solution also where the equations contradict each other or the box.
 ///
 /// # Source
 /// Textbook: dual active-set method; `eps (m - m_0)` is the proximal point method's term.

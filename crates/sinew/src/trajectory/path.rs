@@ -126,13 +126,13 @@ impl EndPointPath {
     }
 }
 
-/// Spline through points over the phase, and the time law from rest to rest that reaches them at their times, s: minimum
-/// jerk for two points; for more, ramps as long as the shorter of the first and the last interval, at most half of the
-/// duration.
+/// Spline through points over the phase, and the time law from rest to rest that reaches them at their times,
+/// s: minimum jerk for two points; for more, ramps as long as the shorter of the first and the last interval,
+/// at most half of the duration.
 ///
 /// # Errors
-/// [`Error::WrongLength`] below two points, [`Error::OutOfDomain`] for one that is not finite or times that do not
-/// increase.
+/// [`Error::WrongLength`] below two points, [`Error::OutOfDomain`] for one that is not finite or times that
+/// do not increase.
 pub(super) fn timed_spline(times: &[f64], values: &[f64]) -> Result<(Spline, TimeLaw), Error> {
     let [first, second, before, last] = match *times {
         [a, b] => [a, b, a, b],

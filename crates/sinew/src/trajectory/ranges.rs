@@ -3,7 +3,8 @@ use crate::error::Error;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Intervals of the independent joints in which these and all joints that follow them are within their ranges.
+/// Intervals of the independent joints in which these and all joints that follow them are within their
+/// ranges.
 ///
 /// Unlimited joints have infinite bounds. Of several intervals the one with the most points of a grid counts.
 ///
@@ -11,8 +12,8 @@ use alloc::vec::Vec;
 /// `[n]`, rad or m.
 ///
 /// # Assumes
-/// Hinges and slides only; where a follower is limited and its leader is not, the leader is searched within 10
-/// rad or m of its reference.
+/// Hinges and slides only; where a follower is limited and its leader is not, the leader is searched within
+/// 10 rad or m of its reference.
 ///
 /// # Errors
 /// [`Error::Part`] for a joint whose followers are out of their ranges wherever it is; as
@@ -107,8 +108,8 @@ fn longest_interval(
 const ASSUMED_HINGE: f64 = 1.0;
 const ASSUMED_SLIDE: f64 = 0.05;
 
-/// Finite intervals of the independent joints: an infinite bound is replaced by one at an assumed travel (1 rad
-/// or 50 mm) from `about`, rad or m: `[n]`.
+/// Finite intervals of the independent joints: an infinite bound is replaced by one at an assumed travel (1
+/// rad or 50 mm) from `about`, rad or m: `[n]`.
 ///
 /// # Errors
 /// As [`independent_ranges`].

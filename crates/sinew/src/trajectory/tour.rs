@@ -23,8 +23,8 @@ use core::f64::consts::TAU;
 /// | n_j       | `turns`     | 1        | 1, 2   | periods per turn                            |
 /// | a_j       | `phase`     | rad      |        | phase of the joint                          |
 ///
-/// Of many combinations of turns and phases those come first in which the cable that uses its stroke least uses
-/// most of it: joints that move together can leave the cable of a muscle over both at rest.
+/// Of many combinations of turns and phases those come first in which the cable that uses its stroke least
+/// uses most of it: joints that move together can leave the cable of a muscle over both at rest.
 ///
 /// # Source
 /// Sines of all joints as exciting motions: `swevers1997`; the choice of phases is ours.
@@ -55,7 +55,8 @@ impl Tour {
     /// `start` is the pose about which unlimited joints move, by an assumed travel of 1 rad or 50 mm.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] for a pose of another robot; [`Error::EntryOutOfDomain`] where it is not finite.
+    /// [`Error::WrongLength`] for a pose of another robot; [`Error::EntryOutOfDomain`] where it is not
+    /// finite.
     pub fn candidates(robot: &Robot, start: &[f64], share: f64) -> Result<Vec<Self>, Error> {
         let n = robot.independent_joints().len();
         check_length("start", start.len(), n)?;
@@ -164,8 +165,9 @@ const TRIED: usize = 4;
 
 /// A tour of the joints' ranges that a robot can follow.
 ///
-/// Without a `duration`, s, it is made slower until `check` finds no infeasibility; where slower does not help
-/// other tours are tried. If none is feasible the best one is returned as it is: the caller's check reports why.
+/// Without a `duration`, s, it is made slower until `check` finds no infeasibility; where slower does not
+/// help other tours are tried. If none is feasible the best one is returned as it is: the caller's check
+/// reports why.
 ///
 /// # Errors
 /// As [`Tour::candidates`] and [`Tour::trajectory`]; whatever `check` returns.

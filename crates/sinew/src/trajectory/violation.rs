@@ -70,7 +70,8 @@ pub enum Violation {
         /// Allowed, N.
         most: f64,
     },
-    /// A pose that the machine leaves by itself while its winches are held, faster than its controller can hold it.
+    /// A pose that the machine leaves by itself while its winches are held, faster than its controller can
+    /// hold it.
     Unstable {
         /// Name of the joint that moves most.
         joint: String,

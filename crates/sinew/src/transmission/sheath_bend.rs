@@ -19,8 +19,8 @@ use alloc::vec::Vec;
 ///
 /// # Assumes
 /// A sheath whose curvature keeps one sign where it passes a joint, so that its bend is linear in the joint's
-/// coordinate; the change is spread over the sheath as the bend itself is. A node of a cable bears no more than two
-/// turns.
+/// coordinate; the change is spread over the sheath as the bend itself is. A node of a cable bears no more
+/// than two turns.
 ///
 /// # Example
 /// ```
@@ -47,8 +47,8 @@ impl SheathBend {
     /// A sheath of checked numbers.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] names the argument, [`Error::WrongLength`] for slopes and reference of different
-    /// lengths.
+    /// [`Error::OutOfDomain`] names the argument, [`Error::WrongLength`] for slopes and reference of
+    /// different lengths.
     pub fn new(bend: f64, slopes: Vec<f64>, reference: Vec<f64>) -> Result<Self, Error> {
         non_negative("sheath bend", bend)?;
         check_length("reference", reference.len(), slopes.len())?;
@@ -85,9 +85,9 @@ impl SheathBend {
         self.unclipped(&corner)
     }
 
-    /// The same sheath where its bend at the reference was found to be `bend`, rad: every bend is scaled alike, and
-    /// with it the friction angle that was identified at the reference. A sheath that is straight there stays as it
-    /// is.
+    /// The same sheath where its bend at the reference was found to be `bend`, rad: every bend is scaled
+    /// alike, and with it the friction angle that was identified at the reference. A sheath that is straight
+    /// there stays as it is.
     ///
     /// # Errors
     /// As [`new`](Self::new).

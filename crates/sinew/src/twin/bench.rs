@@ -46,7 +46,8 @@ fn pair(drives: DriveParameters, seed: u64) -> Result<[Drive; 2], Error> {
     Ok([Drive::new(drives, seed)?, Drive::new(drives, seed.wrapping_add(1))?])
 }
 
-/// Both drives execute their commands against the tensions of the cable; what they do, and the motion of its ends.
+/// Both drives execute their commands against the tensions of the cable; what they do, and the motion of its
+/// ends.
 fn step_pair(
     drives: &mut [Drive; 2],
     commands: [DriveCommand; 2],
@@ -170,7 +171,8 @@ pub struct Benches {
 }
 
 impl Benches {
-    /// One bench per entry, which is a specimen of its cable, the parameters of its two drives and the seed of the sensor noise.
+    /// One bench per entry, which is a specimen of its cable, the parameters of its two drives and the seed
+    /// of the sensor noise.
     ///
     /// # Errors
     /// As [`CablePlants::new`] and [`Drive::new`].
@@ -205,8 +207,8 @@ impl Benches {
         Ok(())
     }
 
-    /// The first benches execute their commands, of the muscle's and the load's drive, for `h` seconds; the ends of the other cables stand
-    /// still.
+    /// The first benches execute their commands, of the muscle's and the load's drive, for `h` seconds; the
+    /// ends of the other cables stand still.
     ///
     /// # Errors
     /// [`Error::WrongLength`] for more commands than benches; as [`CablePlants::step`].

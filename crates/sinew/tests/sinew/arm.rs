@@ -20,7 +20,8 @@ fn start(robot: &Robot) -> Vec<f64> {
     robot.key("start").unwrap().to_vec()
 }
 
-/// Tensions of at least `least` that hold gravity, by projected gradient: slow, and independent of any solver.
+/// Tensions of at least `least` that hold gravity, by projected gradient: slow, and independent of any
+/// solver.
 fn holding(robot: &Robot, q: &[f64], least: f64) -> Vec<f64> {
     let muscles = Muscles::new(robot);
     let (mut geometry, mut arms) = (Geometry::new(robot, &muscles), vec![0.0; 15 * 7]);

@@ -1,5 +1,5 @@
-//! Sets of torques and largest loads: against all corners of the tensions, against each other, and with friction
-//! against the discretised cable.
+//! Sets of torques and largest loads: against all corners of the tensions, against each other, and with
+//! friction against the discretised cable.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
@@ -67,8 +67,8 @@ impl Muscles {
         (0..1 << self.limits.len()).map(corner).collect()
     }
 
-    /// Normals of all planes that the moment arms of `joints - 1` muscles span, both ways: among them are those of all
-    /// facets.
+    /// Normals of all planes that the moment arms of `joints - 1` muscles span, both ways: among them are
+    /// those of all facets.
     fn normals(&self) -> Vec<Vec<f64>> {
         let (n, arms) = (self.joints, self.arms.chunks_exact(self.joints).collect::<Vec<_>>());
         let chosen = (0_u32..1 << arms.len()).filter(|code| code.count_ones() as usize == n - 1);

@@ -52,7 +52,8 @@ fn a_simulated_drive_reaches_the_envelope_and_not_more() {
         assert!(reaches(&design, speed, 0.98 * most.tension), "{speed}: {most:?}");
         assert!(!reaches(&design, speed, 1.02 * most.tension), "{speed}: {most:?}");
     }
-    // A winding that is as warm as it may be has less voltage to spare than the cold one that is simulated here.
+    // A winding that is as warm as it may be has less voltage to spare than the cold one that is simulated
+    // here.
     design.motor.voltage = 8.0;
     let most = design.envelope_at(0.06, 0.0).peak;
     assert_eq!(most.limit, Limit::Voltage);

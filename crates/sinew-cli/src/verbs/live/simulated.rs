@@ -28,8 +28,8 @@ const VARIANTS: [CompensationVariant; 5] = [
     CompensationVariant::Perfect,
 ];
 
-/// The machine of the arguments along its motion, calibrated. One that cannot make its motion is moved without forces, with the
-/// reason, unless the motion was asked for.
+/// The machine of the arguments along its motion, calibrated. One that cannot make its motion is moved
+/// without forces, with the reason, unless the motion was asked for.
 pub(super) fn source(arguments: &LiveArguments) -> Result<Box<dyn Source>, Error> {
     let mut machine = machine_source::load(&arguments.model)?.described.machine;
     read_meshes(&mut machine.robot, &arguments.model);

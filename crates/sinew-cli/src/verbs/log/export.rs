@@ -92,7 +92,8 @@ fn csv(to: &mut std::fs::File, out: &Path, file: &Path, rows: Rows<'_>) -> Resul
     Ok(count)
 }
 
-/// A number with as many decimals as were recorded, or with all its digits; an empty cell where it is not finite.
+/// A number with as many decimals as were recorded, or with all its digits; an empty cell where it is not
+/// finite.
 fn write_cell(cell: &mut Vec<u8>, column: &Column, value: f64) -> std::io::Result<()> {
     match column.digits {
         _ if !value.is_finite() => Ok(()),

@@ -23,7 +23,8 @@ pub(super) fn run(arguments: &LogLayoutArguments, general: &General) -> Result<A
     Ok(Answer::done(content, written))
 }
 
-/// Machine on the left; joints, tensions and commands above each other in the middle; states and times on the right.
+/// Machine on the left; joints, tensions and commands above each other in the middle; states and times on the
+/// right.
 fn layout(head: &Head) -> Value {
     let found = if head.simulated { Signal::TensionOut } else { Signal::TensionOutEstimated };
     let plot = |title: &str, signals: &[(&str, Signal)]| plot(head, title, signals);

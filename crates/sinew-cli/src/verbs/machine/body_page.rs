@@ -60,7 +60,8 @@ impl<'a> Curves<'a> {
         Self { robot, muscles, geometry, q: rest.clone(), rest, dense }
     }
 
-    /// For every joint of one coordinate: its values, and the moment arms about it of the muscles that cross it.
+    /// For every joint of one coordinate: its values, and the moment arms about it of the muscles that cross
+    /// it.
     fn all(&mut self) -> Result<Vec<ArmCurves>, Error> {
         let parts = self.robot.parts();
         let names = velocity_names(self.robot);

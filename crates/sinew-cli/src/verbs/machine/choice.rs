@@ -15,8 +15,8 @@ const USED: f64 = 0.8;
 /// Time in which a winch crosses the dead band of its cable, s.
 const CROSSING: f64 = 0.4;
 
-/// Rope, sensors and winch of a machine whose joints are too small for cables of 3 mm; all assumed. The rope is of
-/// steel, 7 x 7 wires, 0.5 mm: 58 % of its section is metal of 66 GPa as a rope.
+/// Rope, sensors and winch of a machine whose joints are too small for cables of 3 mm; all assumed. The rope
+/// is of steel, 7 x 7 wires, 0.5 mm: 58 % of its section is metal of 66 GPa as a rope.
 pub(super) struct ThinRope;
 
 impl ThinRope {

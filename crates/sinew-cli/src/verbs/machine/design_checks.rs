@@ -1,5 +1,5 @@
-//! What a design says about itself before anything is simulated: poses in which its muscles are too weak, poses that it
-//! leaves by itself, and wraps that its tolerances may undo.
+//! What a design says about itself before anything is simulated: poses in which its muscles are too weak,
+//! poses that it leaves by itself, and wraps that its tolerances may undo.
 
 use crate::error::Error;
 use crate::output::one_line;

@@ -1,5 +1,5 @@
-//! `sinew machine evaluate`: lengths, moment arms, wrap angles, gravity forces and site positions of a robot in
-//! given poses, as CSV or JSON.
+//! `sinew machine evaluate`: lengths, moment arms, wrap angles, gravity forces and site positions of a robot
+//! in given poses, as CSV or JSON.
 //!
 //! One row per pose, with these columns:
 //!

@@ -63,8 +63,8 @@ fn of_body(body: &Path, source: &Source, arguments: &MachineNewArguments) -> Res
     Ok(described.machine)
 }
 
-/// The task restricted to the coordinates that the end point can change; the joints, where these are more than the
-/// joints.
+/// The task restricted to the coordinates that the end point can change; the joints, where these are more
+/// than the joints.
 fn movable(machine: &Machine) -> Result<Task, Error> {
     let Task::EndPoint { site, .. } = machine.task else { return Ok(machine.task) };
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);

@@ -14,7 +14,8 @@ use std::path::Path;
 /// Minimum and maximum number of poses over the range of a joint.
 const FRAMES: [usize; 2] = [5, 25];
 
-/// The pose in which motions of a machine start, then what [`scene`] shows; with the shapes of mesh files beside `path`.
+/// The pose in which motions of a machine start, then what [`scene`] shows; with the shapes of mesh files
+/// beside `path`.
 pub(crate) fn machine_scene(machine: &Machine, path: &Path) -> Result<SceneData, Error> {
     let mut robot = machine.robot.clone();
     read_meshes(&mut robot, path);

@@ -47,7 +47,8 @@ pub(crate) struct RunSetup {
     pub(crate) seed: u64,
     pub(crate) faults: Vec<String>,
     pub(crate) bus: String,
-    /// Whether the cables were calibrated on a simulated bench; otherwise their models are those of the machine file.
+    /// Whether the cables were calibrated on a simulated bench; otherwise their models are those of the
+    /// machine file.
     pub(crate) calibrated: bool,
     pub(crate) gains: ArmGains,
     pub(crate) models: Vec<CableModel>,

@@ -51,8 +51,8 @@ pub(crate) struct Ended {
 }
 
 impl Recording {
-    /// Creates the file and starts its thread; none where nothing is to be recorded. Before the cycle's thread has its
-    /// priority, which a thread started later would inherit.
+    /// Creates the file and starts its thread; none where nothing is to be recorded. Before the cycle's
+    /// thread has its priority, which a thread started later would inherit.
     pub(crate) fn start(request: &Request<'_>) -> Result<Option<Self>, Error> {
         let Request { door, setup, .. } = request;
         let Some(path) = door.recording() else { return Ok(None) };

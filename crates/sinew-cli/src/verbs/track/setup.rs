@@ -116,8 +116,8 @@ impl Setup {
         }
     }
 
-    /// Lowers the gains until simulated machines of the design track the motion, then the speed if it `may_slow`; refuses the motion where
-    /// none do, or warns.
+    /// Lowers the gains until simulated machines of the design track the motion, then the speed if it
+    /// `may_slow`; refuses the motion where none do, or warns.
     fn verify(&mut self, may_slow: bool, start_nevertheless: bool) -> Result<(), Error> {
         let verified = if may_slow {
             let given = self.trajectory.duration();

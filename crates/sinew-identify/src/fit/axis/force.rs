@@ -44,7 +44,8 @@ impl Kinematics {
         all
     }
 
-    /// Position, velocity and acceleration of a sequence, before any smoothing; without a position its integral.
+    /// Position, velocity and acceleration of a sequence, before any smoothing; without a position its
+    /// integral.
     fn motion(&self, sequence: &Sequence<'_>) -> [Vec<f64>; 3] {
         let velocity = match (self.velocity, self.position) {
             (Some(signal), _) => sequence.signals[signal].iter().map(|v| self.gain * v).collect(),
@@ -103,7 +104,8 @@ fn stops(play: Play, position: &[f64]) -> Vec<f64> {
     position.iter().map(step).collect()
 }
 
-/// The best axis over all readings of the columns, filters and memories; by the error of the causal prediction.
+/// The best axis over all readings of the columns, filters and memories; by the error of the causal
+/// prediction.
 pub(super) fn fit(
     signals: &MemoryLaw,
     runs: &[&Run],

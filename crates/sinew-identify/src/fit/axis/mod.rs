@@ -1,9 +1,9 @@
 //! Fit of an axis: a moving mass between the two sides, as force from motion or as motion from force.
 //!
-//! Inertia, friction and spring are identified from rates without lag: measured columns are differentiated by central
-//! differences, and both sides of the equation pass the same filter, forwards and backwards, which leaves the equation
-//! as it was (`gautier1997`). At run time the rates are causal; how much of the past they use is chosen by the
-//! error of the causal prediction.
+//! Inertia, friction and spring are identified from rates without lag: measured columns are differentiated by
+//! central differences, and both sides of the equation pass the same filter, forwards and backwards, which
+//! leaves the equation as it was (`gautier1997`). At run time the rates are causal; how much of the past they
+//! use is chosen by the error of the causal prediction.
 
 mod force;
 mod motion;

@@ -1,7 +1,7 @@
 //! Fit of the motion that a force makes.
 //!
-//! A regression of the far side's own acceleration gives the start; the search then lowers the error of the simulated
-//! motion, which noise of the far side does not bias.
+//! A regression of the far side's own acceleration gives the start; the search then lowers the error of the
+//! simulated motion, which noise of the far side does not bias.
 
 use super::plan::{AxisPlan, FittedAxis};
 use super::sequence::Sequence;

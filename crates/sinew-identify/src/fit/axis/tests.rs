@@ -2,8 +2,8 @@ use super::sequence::causal_squares;
 use super::*;
 use sinew::predictor::{Axis, Signal};
 
-/// Two runs of an axis of 80 kg, 150 N s/m, 25 N of dry friction and -3 N at 1 kHz, moved by sines: inputs are position,
-/// velocity and force, one of which is the far side; the position has the noise of an encoder.
+/// Two runs of an axis of 80 kg, 150 N s/m, 25 N of dry friction and -3 N at 1 kHz, moved by sines: inputs
+/// are position, velocity and force, one of which is the far side; the position has the noise of an encoder.
 fn runs(far: usize) -> Vec<Run> {
     let run = |phase: f64| {
         let n = 8000;

@@ -28,8 +28,8 @@ pub(super) fn smooth(values: &mut [f64], dt_s: &[f64], tau_s: f64) {
     }
 }
 
-/// Weight of the rows that count under the filter above which a smoothed row is used: of what is held out less than a
-/// hundredth enters.
+/// Weight of the rows that count under the filter above which a smoothed row is used: of what is held out
+/// less than a hundredth enters.
 const COUNTED: f64 = 0.99;
 
 /// Columns and target of a regression in which both have passed the same filter.
@@ -73,8 +73,8 @@ impl Regression {
         }
     }
 
-    /// Coefficients and sum of squared residuals by least squares on the columns `used`, in ascending order; the others are
-    /// zero. `None` where there are too few rows.
+    /// Coefficients and sum of squared residuals by least squares on the columns `used`, in ascending order;
+    /// the others are zero. `None` where there are too few rows.
     pub(super) fn solve(&self, used: &[usize]) -> Option<(Vec<f64>, f64)> {
         self.with_squares(self.coefficients(used)?)
     }
@@ -112,8 +112,8 @@ impl Regression {
         squares.is_finite().then_some((found, squares))
     }
 
-    /// The same with all coefficients of `one_sided` of one sign, or zero: those of the wrong sign are left out, the
-    /// largest first. Of both signs the better one.
+    /// The same with all coefficients of `one_sided` of one sign, or zero: those of the wrong sign are left
+    /// out, the largest first. Of both signs the better one.
     pub(super) fn solve_one_sided(&self, one_sided: &[usize]) -> Option<(Vec<f64>, f64)> {
         let with_sign = |sign: f64| {
             let mut used: Vec<usize> = (0..self.columns.len()).collect();

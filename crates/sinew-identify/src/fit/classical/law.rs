@@ -89,8 +89,8 @@ pub(super) struct Law {
     pub(super) undetermined: Vec<usize>,
     /// Why these data do not determine a parameter, by its index.
     pub(super) reason: fn(usize) -> &'static str,
-    /// Whether only samples in which the cable slides for certain are fitted: a law without memory is wrong by
-    /// the whole friction where the direction is.
+    /// Whether only samples in which the cable slides for certain are fitted: a law without memory is wrong
+    /// by the whole friction where the direction is.
     pub(super) sliding_only: bool,
 }
 
@@ -231,8 +231,8 @@ impl Law {
         parameter
     }
 
-    /// The positive parameter that this one cannot be told from, if there is one: in the logarithm, where both
-    /// are fitted, the linearised interval of neither holds.
+    /// The positive parameter that this one cannot be told from, if there is one: in the logarithm, where
+    /// both are fitted, the linearised interval of neither holds.
     fn collinear_with(&self, i: usize, covariance: &Covariance) -> Option<usize> {
         let positive = |k: usize| matches!(self.specs[k].scale, Scale::Above(_));
         let variance = |k: usize| covariance.matrix[(k, k)];
@@ -294,7 +294,8 @@ impl Law {
         }
         let noise = sensor_noise(&all.runs, &all.far);
         if tau > 3.0 && rmse > 3.0 * noise && rmse > 0.002 * signals.far_range {
-            // Of a rounded or filtered signal the noise is a fraction of nothing, and its ratio means nothing.
+            // Of a rounded or filtered signal the noise is a fraction of nothing, and its ratio means
+            // nothing.
             let ratio = if rmse < 1e3 * noise {
                 format!("RMSE {:.0} times the sensor's noise, ", rmse / noise)
             } else {

@@ -26,7 +26,8 @@ struct Friction {
     reason: fn(usize) -> &'static str,
 }
 
-/// The force laws with memory, or the one of the name `only`, ready to be fitted: to find where to start takes most of the time.
+/// The force laws with memory, or the one of the name `only`, ready to be fitted: to find where to start
+/// takes most of the time.
 pub(super) fn laws(samples: &Samples, signals: &Signals, only: Option<&str>) -> Vec<Law> {
     [dahl(signals), bouc_wen(signals), lugre(samples, signals), maxwell_slip(signals)]
         .into_iter()

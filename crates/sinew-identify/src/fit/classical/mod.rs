@@ -3,11 +3,11 @@
 //! They are no candidates for prediction but the reference beside them, in physical parameters.
 //!
 //! * One near-side signal (the effort or motion that follows the far side best) is transmitted; one drive
-//!   (the motion, or that signal itself) gives direction and distance of sliding. The capstan laws transmit the
-//!   effort where it has the far side's unit.
-//! * Directions and speeds are not causal (a reversal counts from the extreme on), which favours the laws without
-//!   memory. These are fitted only where the cable slides for certain: near a reversal and at rest the direction is
-//!   not known, and they are wrong by the whole friction where it is.
+//!   (the motion, or that signal itself) gives direction and distance of sliding. The capstan laws transmit
+//!   the effort where it has the far side's unit.
+//! * Directions and speeds are not causal (a reversal counts from the extreme on), which favours the laws
+//!   without memory. These are fitted only where the cable slides for certain: near a reversal and at rest
+//!   the direction is not known, and they are wrong by the whole friction where it is.
 //! * States are reset at every sequence, starting from the measured far side. Rows that are not scored are
 //!   stepped and not fitted; a missing near-side value is the one before it.
 //! * Long logs are thinned to about 6000 rows for the fit, keeping 50 rows between reversals where they
@@ -15,7 +15,8 @@
 //! * Positive parameters are fitted as logarithms, from several starts, by Levenberg-Marquardt.
 //! * Intervals are `+- 1.96` standard deviations from `s^2 tau (J^T J)^-1` (in the logarithm where that was
 //!   fitted). `tau = 1 + 2 sum_k rho_k` is the autocorrelation time of the residuals, summed until
-//!   `rho_k < 0.05`. They hold if the structure of the law does; the remark names residuals that are not noise.
+//!   `rho_k < 0.05`. They hold if the structure of the law does; the remark names residuals that are not
+//!   noise.
 
 mod capstan;
 mod law;

@@ -11,8 +11,8 @@ const ROWS_PER_SWING: usize = 50;
 const REVERSAL: f64 = 0.01;
 /// Share of the 95 % quantile of the speed below which the drive is at rest.
 const REST: f64 = 0.02;
-/// Distance from a reversal, in standard deviations of the drive's noise, from which the direction is certain: noise
-/// displaces both the extreme and the sample.
+/// Distance from a reversal, in standard deviations of the drive's noise, from which the direction is
+/// certain: noise displaces both the extreme and the sample.
 const NOISE_MARGIN: f64 = 10.0;
 
 /// Flat columns of all runs, one after the other; `runs` holds the rows of each.
@@ -29,8 +29,8 @@ pub(super) struct Samples {
     pub(super) rate: Vec<f64>,
     /// Sign of the change of `drive`; 0 before its first motion.
     pub(super) direction: Vec<f64>,
-    /// Whether the cable slides for certain in that direction: the drive moves, and is further than the dead band
-    /// from the reversals before and after.
+    /// Whether the cable slides for certain in that direction: the drive moves, and is further than the dead
+    /// band from the reversals before and after.
     pub(super) sliding: Vec<bool>,
     /// Time since the sample before, s; 0 at the start of a run.
     pub(super) interval: Vec<f64>,

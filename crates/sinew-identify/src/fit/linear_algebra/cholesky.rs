@@ -94,7 +94,8 @@ impl WithSimd for Factorise<'_> {
     }
 }
 
-/// Of `A^-1 = M^T M`, `M = L^-1`: squares of the columns of `M`, a panel of them at a time by forward substitution.
+/// Of `A^-1 = M^T M`, `M = L^-1`: squares of the columns of `M`, a panel of them at a time by forward
+/// substitution.
 pub(super) struct InverseDiagonal<'a>(pub(super) &'a Matrix);
 
 impl InverseDiagonal<'_> {

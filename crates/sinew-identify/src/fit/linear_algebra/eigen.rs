@@ -2,8 +2,9 @@
 
 use super::Matrix;
 
-/// Eigenvalues `[p]` and eigenvectors, the columns of `[p x p]`, of the symmetric matrix with this lower triangle, by
-/// cyclic Jacobi rotations (Golub and Van Loan, Matrix Computations, 8.5); `None` where an entry is not finite.
+/// Eigenvalues `[p]` and eigenvectors, the columns of `[p x p]`, of the symmetric matrix with this lower
+/// triangle, by cyclic Jacobi rotations (Golub and Van Loan, Matrix Computations, 8.5); `None` where an entry
+/// is not finite.
 pub(crate) fn symmetric_eigen(matrix: &Matrix) -> Option<(Vec<f64>, Matrix)> {
     /// Sweeps over all pairs; convergence is quadratic and takes six to ten.
     const SWEEPS: usize = 60;

@@ -34,8 +34,8 @@ impl Matrix {
         matrix
     }
 
-    /// Numbers from one column of a `[p x p]` matrix to the next: room for a tile that begins in the last row, and an
-    /// odd number of cache lines, so that the same rows of many columns fit the cache.
+    /// Numbers from one column of a `[p x p]` matrix to the next: room for a tile that begins in the last
+    /// row, and an odd number of cache lines, so that the same rows of many columns fit the cache.
     pub(crate) fn stride(p: usize) -> usize {
         const LINE: usize = 8;
         ((p + TALLEST).div_ceil(LINE) | 1) * LINE
@@ -56,7 +56,8 @@ impl Matrix {
         self.entries.iter_mut().for_each(|entry| *entry *= factor);
     }
 
-    /// Adds the lower triangle of `J^T J`, `J: [n x p]` row-major, rows of [`Matrix::stride`] that end in zeros.
+    /// Adds the lower triangle of `J^T J`, `J: [n x p]` row-major, rows of [`Matrix::stride`] that end in
+    /// zeros.
     pub(crate) fn add_square(&mut self, jacobian: &[f64]) {
         Arch::new().dispatch(AddSquare { jacobian, to: self });
     }
@@ -120,8 +121,8 @@ impl WithSimd for AddSquare<'_> {
     }
 }
 
-/// The lower triangle of `out += left^T right` in the given columns: `out: [columns x right.width]`. Entries above it
-/// are left undefined.
+/// The lower triangle of `out += left^T right` in the given columns: `out: [columns x right.width]`. Entries
+/// above it are left undefined.
 #[inline(always)]
 pub(super) fn add_lower_product<S: Simd, const TALL: usize>(
     simd: S,

@@ -1,6 +1,7 @@
 //! Dense symmetric systems, on the calling thread so that results do not depend on the number of threads.
 //!
-//! The three products that cost time, `J^T J` and the updates of factor and inverse, are those of `fit/tiles.rs`.
+//! The three products that cost time, `J^T J` and the updates of factor and inverse, are those of
+//! `fit/tiles.rs`.
 
 mod cholesky;
 mod eigen;

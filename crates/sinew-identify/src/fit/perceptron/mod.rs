@@ -5,8 +5,8 @@
 //! (J^T J / n + mu I) step = -J^T e / n
 //! ```
 //!
-//! [`train`] poses the problem, `normal_equations` sums over fixed chunks of samples in parallel with the products of
-//! `fit/tiles.rs`.
+//! [`train`] poses the problem, `normal_equations` sums over fixed chunks of samples in parallel with the
+//! products of `fit/tiles.rs`.
 
 mod network;
 mod normal_equations;

@@ -1,4 +1,5 @@
-//! Sums over samples against their definitions. What trains whole networks is in `tests/identify/perceptron.rs`, which is optimised.
+//! Sums over samples against their definitions. What trains whole networks is in
+//! `tests/identify/perceptron.rs`, which is optimised.
 
 use super::network::Net;
 use super::normal_equations::{Normal, normal_equations, squared_error};

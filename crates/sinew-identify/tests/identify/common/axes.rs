@@ -1,4 +1,5 @@
-//! Simulated positioning axes: a mass on dry and viscous friction, with or without a spring, moved by a servo loop.
+//! Simulated positioning axes: a mass on dry and viscous friction, with or without a spring, moved by a servo
+//! loop.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

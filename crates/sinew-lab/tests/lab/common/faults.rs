@@ -66,8 +66,8 @@ fn part_of(failure: Failure) -> Fault {
     }
 }
 
-/// Every kind of fault with the same probability, durations uniform in their logarithm; a joint without an encoder
-/// has no fault of it.
+/// Every kind of fault with the same probability, durations uniform in their logarithm; a joint without an
+/// encoder has no fault of it.
 fn drawn(random: &mut Random, machine: &Machine, motion: f64) -> InjectedFault {
     use SensorFailure::{Lost, NotANumber, Stuck};
     let encoders: Vec<usize> =
@@ -91,8 +91,8 @@ fn drawn(random: &mut Random, machine: &Machine, motion: f64) -> InjectedFault {
     InjectedFault { start, duration, failure }
 }
 
-/// Runs `count` single faults on the machine of a seed: each branches off one fault-free run, which is continued to
-/// its end; what that one reports comes second.
+/// Runs `count` single faults on the machine of a seed: each branches off one fault-free run, which is
+/// continued to its end; what that one reports comes second.
 pub(crate) fn campaign(
     machine: &Machine,
     trajectory: &Trajectory,

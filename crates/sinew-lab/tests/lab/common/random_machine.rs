@@ -37,8 +37,8 @@ pub(crate) struct RandomMachine {
     pub(crate) first_link: f64,
 }
 
-/// One to eight joints, one more muscle than joints to twice as many and three, from a finger to an arm; every mass
-/// is multiplied by `lighter`.
+/// One to eight joints, one more muscle than joints to twice as many and three, from a finger to an arm;
+/// every mass is multiplied by `lighter`.
 pub(crate) fn machine(seed: u64, lighter: f64) -> Result<RandomMachine, sinew::Error> {
     let mut draw = Draw(Random::new(0x6d61_6368 ^ seed.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
     let joints = 1 + draw.below(8);
@@ -132,7 +132,8 @@ fn add_muscle(draw: &mut Draw, parts: &mut Parts, links: &[f64], arm: f64, over:
         let axis = parts.joints[joint].axis;
         // A positive rotation about y moves x toward -z, about z toward y: the site on this side shortens.
         let offset = |r: f64| if axis[1] > 0.5 { [0.0, 0.0, -side * r] } else { [0.0, side * r, 0.0] };
-        // Sites near the joint keep the moment arm: one that grows as the muscle pulls is a negative stiffness.
+        // Sites near the joint keep the moment arm: one that grows as the muscle pulls is a negative
+        // stiffness.
         let along = if wrapped { 1.5 * radius } else { 0.7 * radius };
         let parent_x = if joint == 0 { -along } else { links[joint - 1] - along };
         let before = offset(if wrapped { 0.5 * radius } else { radius });

@@ -25,7 +25,8 @@ const RECOVERY: f64 = 40.0;
 
 /// Time in which the winches have come to rest after a stop, s.
 const BRAKING: f64 = 0.25;
-/// Time for which a load has to keep the tension above its limit, s: twice the time after which it is a fault.
+/// Time for which a load has to keep the tension above its limit, s: twice the time after which it is a
+/// fault.
 const OVERLOAD: f64 = 0.02;
 
 /// Kinds of faults that are injected.
@@ -134,7 +135,8 @@ pub(crate) struct Case {
     pub(crate) let_down: Option<f64>,
     /// Whether the name is right.
     pub(crate) named: bool,
-    /// Largest true speed of a joint from [`BRAKING`] after the stop on, over the largest of the motion before.
+    /// Largest true speed of a joint from [`BRAKING`] after the stop on, over the largest of the motion
+    /// before.
     pub(crate) speed: f64,
     /// The same in rad/s or m/s.
     pub(crate) fall: f64,
@@ -165,7 +167,8 @@ pub(crate) struct Bench {
 
 impl Bench {
     pub(crate) fn new(machine: &Machine, trajectory: Trajectory, seed: u64) -> Self {
-        // Twice the motion, so that it goes on after a fault: a sensor that sticks at rest shows nothing false.
+        // Twice the motion, so that it goes on after a fault: a sensor that sticks at rest shows nothing
+        // false.
         Self { arm: CalibratedArm::new(machine, seed).unwrap(), trajectory, seed, repeats: 2 }
     }
 
@@ -193,8 +196,8 @@ impl Bench {
         BEFORE + self.trajectory.duration() * f64::from(self.repeats)
     }
 
-    /// Single faults, `per_kind` of each, at random times while the machine is tracked; each branches off one run without
-    /// a fault.
+    /// Single faults, `per_kind` of each, at random times while the machine is tracked; each branches off one
+    /// run without a fault.
     pub(crate) fn faults(&self, per_kind: usize) -> (Vec<Case>, Healthy) {
         let mut random = Random::new(self.seed ^ 0x5afe);
         let robot = &self.arm.machine.robot;
@@ -380,8 +383,8 @@ impl Bench {
         case
     }
 
-    /// The least of some loads that raises the tension of a muscle, at its drive, above its limit of 1.1 times the peak of
-    /// the motion and keeps it there, or that ends the run by another fault before.
+    /// The least of some loads that raises the tension of a muscle, at its drive, above its limit of 1.1
+    /// times the peak of the motion and keeps it there, or that ends the run by another fault before.
     fn overload(&self, healthy: &TrackSession<'_>, (muscle, start): (usize, f64), peak: f64) -> Failure {
         let machine = &self.arm.machine;
         let mut body = sinew::muscle::MuscleDynamics::new(&machine.robot).unwrap();

@@ -1,5 +1,5 @@
-//! Octets as a play of frames, time and faults on a line, and what must hold of every answer. Used by the tests and by
-//! the fuzz target.
+//! Octets as a play of frames, time and faults on a line, and what must hold of every answer. Used by the
+//! tests and by the fuzz target.
 
 use sinew_segment::{
     AlState, AlStatusCode, Device, DeviceSettings, Fault, FaultKind, Passed, Segment, builtin,
@@ -289,7 +289,8 @@ fn check_frame(sent: &[u8], back: &[u8]) {
 
 /// A message that the master could read fits into the mailbox and has a type that the drive speaks.
 fn check_mailbox(frame: &[u8]) -> bool {
-    // Behind the registers of the sync manager: start, length, control, status with the full flag, switched on.
+    // Behind the registers of the sync manager: start, length, control, status with the full flag, switched
+    // on.
     let (registers, first) = (&frame[26..34], 36 + 10);
     let message = &frame[first..first + MAILBOX];
     let counter = u16::from_le_bytes([frame[first + MAILBOX], frame[first + MAILBOX + 1]]);

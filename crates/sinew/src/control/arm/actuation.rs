@@ -66,8 +66,8 @@ pub(super) struct ActuationInputs<'a> {
     pub(super) repeat_time: Option<f64>,
     /// Whether the reference is at rest and the arm near it.
     pub(super) at_rest: bool,
-    /// Integral terms of tensions that are followed wherever the joints go: `[muscles]`; none where the joints are
-    /// followed.
+    /// Integral terms of tensions that are followed wherever the joints go: `[muscles]`; none where the
+    /// joints are followed.
     pub(super) tension_alone: Option<&'a [f64]>,
 }
 
@@ -169,7 +169,8 @@ impl Actuation {
         Ok(())
     }
 
-    /// `e_+` and `e_-` of every cable at its desired tension. Where the anchor moves the other way, without drag.
+    /// `e_+` and `e_-` of every cable at its desired tension. Where the anchor moves the other way, without
+    /// drag.
     fn evaluate_sliding(&mut self, inputs: &ActuationInputs<'_>) -> Result<(), Error> {
         let ActuationInputs { anchors, cables, .. } = inputs;
         let followed = inputs.tension_alone.is_some();

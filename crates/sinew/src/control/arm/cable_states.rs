@@ -105,8 +105,8 @@ impl CableStates {
         self.unexplained.fill(0.0);
     }
 
-    /// Lets the bends of the sheaths follow the pose: `[muscles]`, each scaled to the bend for which its friction was
-    /// identified.
+    /// Lets the bends of the sheaths follow the pose: `[muscles]`, each scaled to the bend for which its
+    /// friction was identified.
     pub(super) fn set_sheath_bends(&mut self, bends: &[SheathBend]) -> Result<(), Error> {
         check_length("bends", bends.len(), self.samples.len())?;
         self.bends.clear();
@@ -120,8 +120,8 @@ impl CableStates {
         Ok(())
     }
 
-    /// One step of `h` s with measured motor positions, m, and tensions, N, in a pose of the independent joints in
-    /// which the body was evaluated, and the tensions desired before, N.
+    /// One step of `h` s with measured motor positions, m, and tensions, N, in a pose of the independent
+    /// joints in which the body was evaluated, and the tensions desired before, N.
     pub(super) fn update(
         &mut self,
         h: f64,
@@ -209,8 +209,8 @@ impl CableStates {
         self.observers.cables().law(cable).ok_or(Error::WrongLength { name: "cables", expected, got: cable })
     }
 
-    /// Sets the wrap angles and bends of the pose: of all cables at first, then of one cable per cycle, because poses
-    /// change slowly.
+    /// Sets the wrap angles and bends of the pose: of all cables at first, then of one cable per cycle,
+    /// because poses change slowly.
     fn update_angles(&mut self, body: &MuscleDynamics, pose: &[f64]) -> Result<(), Error> {
         let n = self.wraps.len();
         let first = self.wraps.iter().any(|wrap| wrap.angle.is_nan());

@@ -187,9 +187,9 @@ impl ArmController {
         Ok(self)
     }
 
-    /// Lets the bends of the sheaths that pass joints follow the estimated pose: `[muscles]`, as designed. The friction
-    /// angle of a model holds in the bends' reference, in which it was identified, and changes in proportion to the
-    /// bend.
+    /// Lets the bends of the sheaths that pass joints follow the estimated pose: `[muscles]`, as designed.
+    /// The friction angle of a model holds in the bends' reference, in which it was identified, and changes
+    /// in proportion to the bend.
     ///
     /// # Errors
     /// [`Error::WrongLength`] for bends of another number than muscles; as [`SheathBend::scaled_to`].
@@ -198,8 +198,9 @@ impl ArmController {
         Ok(self)
     }
 
-    /// Tensions at the anchors to be followed from the next control cycle on, N, within the gains' limits: `[muscles]`; none
-    /// lets the joints follow their reference again. The reference is to be the estimated pose meanwhile.
+    /// Tensions at the anchors to be followed from the next control cycle on, N, within the gains' limits:
+    /// `[muscles]`; none lets the joints follow their reference again. The reference is to be the estimated
+    /// pose meanwhile.
     ///
     /// # Errors
     /// [`Error::WrongLength`], [`Error::OutOfDomain`] for tensions that are not finite.
@@ -213,8 +214,8 @@ impl ArmController {
         [self.dimensions.muscles, self.dimensions.joints]
     }
 
-    /// Stops the arm for a fault that was found outside of the controller: from the next control cycle on its winches are
-    /// braked to rest. A controller that has stopped keeps its first fault.
+    /// Stops the arm for a fault that was found outside of the controller: from the next control cycle on its
+    /// winches are braked to rest. A controller that has stopped keeps its first fault.
     pub fn stop(&mut self, fault: Fault) {
         self.faults.stop(fault, Symptom::Reported);
     }
@@ -239,8 +240,8 @@ impl ArmController {
         &self.gains
     }
 
-    /// The next control cycle is its first: observers, detected faults and the state of the winches' laws begin anew. What
-    /// iterative learning has learned is kept. Nothing is allocated.
+    /// The next control cycle is its first: observers, detected faults and the state of the winches' laws
+    /// begin anew. What iterative learning has learned is kept. Nothing is allocated.
     pub fn restart(&mut self) {
         self.faults.restart();
         self.cables.restart();
@@ -257,8 +258,8 @@ impl ArmController {
         self.body.robot()
     }
 
-    /// Takes the measured coordinates, rad or m: `[joints]`, for its estimates, in modes in which it does not command; far
-    /// tensions are then not estimated (NaN).
+    /// Takes the measured coordinates, rad or m: `[joints]`, for its estimates, in modes in which it does not
+    /// command; far tensions are then not estimated (NaN).
     pub(in crate::control) fn observe_pose(&mut self, joint: &[f64]) {
         let measured = self.joints.q.iter_mut().zip(joint).filter(|(_, measured)| measured.is_finite());
         measured.for_each(|(q, measured)| *q = *measured);
@@ -336,8 +337,8 @@ impl ArmController {
     /// beginning. Nothing is allocated.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] for slices of another robot; [`Error::EntryOutOfDomain`] for references that are not
-    /// finite.
+    /// [`Error::WrongLength`] for slices of another robot; [`Error::EntryOutOfDomain`] for references that
+    /// are not finite.
     pub fn step(
         &mut self,
         h: f64,

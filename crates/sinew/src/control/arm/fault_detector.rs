@@ -33,7 +33,8 @@ pub(super) struct Prediction<'a> {
 const PERSISTENCE_TIME: f64 = 0.03;
 /// The same for a joint encoder, which the muscles replace.
 const JOINT_PERSISTENCE_TIME: f64 = 0.25;
-/// Share of a missing tension that the commanded travel of an unchanged motor encoder explains where it is at fault.
+/// Share of a missing tension that the commanded travel of an unchanged motor encoder explains where it is at
+/// fault.
 const UNSEEN_SHARE: f64 = 0.5;
 /// Time of equal readings of a motor encoder, two at least, with which a winch that lags its command is one
 /// that stands, s.
@@ -41,8 +42,8 @@ const STANDING_TIME: f64 = 0.005;
 /// Any origin of a motor encoder, m, and of a load cell, N.
 const ANY_ORIGIN: f64 = 1e4;
 
-/// Share of the commanded travel that a load cell has to confirm for the fault of an unchanged motor encoder to
-/// be its own and not its drive's, 1.
+/// Share of the commanded travel that a load cell has to confirm for the fault of an unchanged motor encoder
+/// to be its own and not its drive's, 1.
 const CONFIRMED_SHARE: f64 = 0.5;
 /// Time constant with which the residual of a winch's travel is forgotten, s.
 const WINCH_RESIDUAL_DECAY: f64 = 0.2;
@@ -52,8 +53,8 @@ const TRAVEL_FORGETTING_TIME: f64 = 1.0;
 /// cycle, s; what it may do meanwhile, as a share of full speed, 1.
 const MOTOR_STEP_TIME: f64 = 1.3e-3;
 const MOTOR_UNCERTAINTY: f64 = 0.01;
-/// `t_m`, s: time for which a tension has to be missing before it is rejected; a light limb that vibrates at the mode
-/// of its cables lets the drives' ends go slack for some milliseconds.
+/// `t_m`, s: time for which a tension has to be missing before it is rejected; a light limb that vibrates at
+/// the mode of its cables lets the drives' ends go slack for some milliseconds.
 const MISSING_TIME: f64 = 0.005;
 /// `c`, share of its estimate by which a tension has to be below it, beside `dT`, to be missing.
 const MISSING_SHARE: f64 = 0.8;
@@ -89,8 +90,8 @@ const BROKEN_SHARES: [f64; 2] = [0.12, 0.3];
 ///
 /// A winch that moves while its encoder stands changes the tension; a winch that stands does not. A fault
 /// degrades the arm at once; it stops it after the persistence time, but for that of a load cell. A rejected
-/// motor position is continued by `h v_c`; a rejected joint angle or tension becomes NaN. A tracking error while a
-/// tension is missing has the same cause as that. Stopping is final.
+/// motor position is continued by `h v_c`; a rejected joint angle or tension becomes NaN. A tracking error
+/// while a tension is missing has the same cause as that. Stopping is final.
 ///
 /// # Source
 /// Residual evaluation with thresholds and persistence times, as usual; analytical redundancy as in
@@ -313,7 +314,8 @@ impl FaultDetector {
         }
     }
 
-    /// Whether the load cell of a winch confirms its commanded travel while the encoder's output is unchanged.
+    /// Whether the load cell of a winch confirms its commanded travel while the encoder's output is
+    /// unchanged.
     fn is_travel_confirmed(&self, k: usize, estimated: f64) -> bool {
         let [by_tension, by_command] = self.unchanged_travel[k];
         let innovation = self.tension[k] - estimated;

@@ -70,8 +70,8 @@ pub struct JointGains {
     pub tracking_error: f64,
 }
 
-/// Gains of one muscle's winch, its limits, and the thresholds beyond which its sensors, its drive or its cable
-/// are at fault.
+/// Gains of one muscle's winch, its limits, and the thresholds beyond which its sensors, its drive or its
+/// cable are at fault.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MuscleGains {
@@ -90,7 +90,8 @@ pub struct MuscleGains {
     /// `v_max` in `|v| <= v_max`, m/s, > 0: largest commanded speed of a winch.
     #[serde(rename = "max_winch_speed_m_per_s")]
     pub max_winch_speed: f64,
-    /// `a_max` in `|v'| <= a_max`, m/s^2, > 0: largest commanded acceleration of a winch, at most its drive's.
+    /// `a_max` in `|v'| <= a_max`, m/s^2, > 0: largest commanded acceleration of a winch, at most its
+    /// drive's.
     #[serde(rename = "max_winch_acceleration_m_per_s2")]
     pub max_winch_acceleration: f64,
     /// `a_s`, m/s^2, > 0: deceleration when the machine is stopped.
@@ -113,7 +114,8 @@ pub struct MuscleGains {
     /// anchor's position error at rest, and its limit.
     #[serde(rename = "rest_tolerance_m")]
     pub rest_tolerance: [f64; 2],
-    /// m, rising: position error of the anchor at which the machine comes to rest, and up to which it is at rest.
+    /// m, rising: position error of the anchor at which the machine comes to rest, and up to which it is at
+    /// rest.
     #[serde(rename = "rest_error_m")]
     pub rest_error: [f64; 2],
     /// m/s: largest speed of the anchor at which the machine comes to rest.
@@ -131,7 +133,8 @@ pub struct MuscleGains {
     /// N/s: largest rate of change of the load cell.
     #[serde(rename = "max_tension_rate_n_per_s")]
     pub max_tension_rate: f64,
-    /// Number of equal samples of the load cell that are a fault; large where its noise is below its resolution.
+    /// Number of equal samples of the load cell that are a fault; large where its noise is below its
+    /// resolution.
     pub max_equal_tensions: f64,
     /// `dT`, N: tension below its estimate that is a fault.
     #[serde(rename = "missing_tension_n")]

@@ -7,7 +7,8 @@ use crate::transmission::cable::CableLaw;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// The pose of some that a machine leaves fastest, or to which it returns most slowly, while its winches are held.
+/// The pose of some that a machine leaves fastest, or to which it returns most slowly, while its winches are
+/// held.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeastStable {
     /// Its index among the poses.
@@ -20,11 +21,11 @@ pub struct LeastStable {
 
 /// Rate at which a machine may leave a pose by itself and still be tracked at a cycle of a millisecond, 1/s.
 ///
-/// Of random machines whose largest rate on their tour was above it, 3 of 90 were tracked in simulation; of those
-/// between half of it and itself 6 of 34, of those without an unstable pose 22 of 25 (`docs/campaigns.md`). A controller
-/// stabilises rates well below the crossover of its damping alone
-/// ([`ControlRules::damping_crossover`](crate::machine::ControlRules::damping_crossover), 60 rad/s); friction of the
-/// cables, which sticks, holds the rest.
+/// Of random machines whose largest rate on their tour was above it, 3 of 90 were tracked in simulation; of
+/// those between half of it and itself 6 of 34, of those without an unstable pose 22 of 25
+/// (`docs/campaigns.md`). A controller stabilises rates well below the crossover of its damping alone
+/// ([`ControlRules::damping_crossover`](crate::machine::ControlRules::damping_crossover), 60 rad/s); friction
+/// of the cables, which sticks, holds the rest.
 pub const MAX_UNSTABLE_RATE: f64 = 100.0;
 
 /// The least stable of some poses, under the tensions with which the controller holds the machine in each.
@@ -34,8 +35,8 @@ pub const MAX_UNSTABLE_RATE: f64 = 100.0;
 /// F_ref = F_min + c (F_max - F_min);   F_ref = 0 for c = 0, which is the controller's
 /// ```
 ///
-/// Poses that no tensions within the limits hold ([`unheld_poses`]) are passed over; none where that is all of them. `level` is
-/// `c`, in `[0, 1]`; machine with its payload in the body.
+/// Poses that no tensions within the limits hold ([`unheld_poses`]) are passed over; none where that is all
+/// of them. `level` is `c`, in `[0, 1]`; machine with its payload in the body.
 ///
 /// # Shapes
 /// `laws: [muscles]`, `poses: [places][joints]`.
@@ -65,8 +66,8 @@ pub fn least_stable_pose(
     Ok(least)
 }
 
-/// The largest rate at which a machine leaves any of some poses by itself, mostly by a motion of each joint, under the
-/// tensions with which the controller holds it, 1/s; 0 where it stays: `[joints]`.
+/// The largest rate at which a machine leaves any of some poses by itself, mostly by a motion of each joint,
+/// under the tensions with which the controller holds it, 1/s; 0 where it stays: `[joints]`.
 ///
 /// # Shapes
 /// `laws: [muscles]`, `poses: [places][joints]`.
@@ -194,7 +195,8 @@ mod tests {
         (machine, laws, poses)
     }
 
-    /// By hand, because no two muscles share a joint: torque, tension of every muscle, and what it does not give.
+    /// By hand, because no two muscles share a joint: torque, tension of every muscle, and what it does not
+    /// give.
     fn held(machine: &Machine, laws: &[CableLaw], pose: &[f64]) -> [Vec<f64>; 3] {
         let mut model = MuscleDynamics::new(&machine.robot).unwrap();
         let mut torque = vec![0.0; 3];

@@ -618,8 +618,8 @@ impl Watched {
         *self = Self::unseen(self.stiffness, self.noise, self.arm_error);
     }
 
-    /// Whether a change of the reading, N, is no cable's. A reading after a gap has no change: it has to agree
-    /// with its estimate.
+    /// Whether a change of the reading, N, is no cable's. A reading after a gap has no change: it has to
+    /// agree with its estimate.
     fn has_stepped(&self, change: f64, estimated: f64) -> bool {
         let limit = 8.0 * self.noise + 0.3 * estimated + self.stiffness * 1e-4;
         change.abs() > limit || change.is_nan()

@@ -55,7 +55,8 @@ struct Repeat {
 
 /// Most bins of a motion: finer details of stick-slip do not repeat.
 const BINS: usize = 288;
-/// Least `b`, s: faster than the feedback's delay allows, repeats would increase errors instead of reducing them.
+/// Least `b`, s: faster than the feedback's delay allows, repeats would increase errors instead of reducing
+/// them.
 const LEAST_BIN_WIDTH: f64 = 0.2;
 /// `t_a`, s.
 const FORWARD_SHIFT: f64 = 0.12;
@@ -182,8 +183,8 @@ mod tests {
         assert!(falls && largest[7] < 0.2 * largest[0], "{largest:?}");
     }
 
-    /// A plant whose answer to the feedforward comes with a delay of other size than the one compensated: largest
-    /// feedback of every repeat.
+    /// A plant whose answer to the feedforward comes with a delay of other size than the one compensated:
+    /// largest feedback of every repeat.
     fn repeated(duration: f64, disturbance: impl Fn(f64) -> f64, gain: f64, delay: usize) -> Vec<f64> {
         let h = 1e-3;
         let mut learning = IterativeLearning::new(1, duration).unwrap();

@@ -22,7 +22,8 @@ pub const ACCURACY_CHANGES: [DesignChange; 4] = [
 /// zeta = min_k sum_i B_ki t_d,i/(2 Om_k)    damping ratio of the cables' modes by the winches
 /// ```
 ///
-/// over the muscles `k` whose largest moment arm about the joint, `r_kj`, is at least a tenth of that of the strongest.
+/// over the muscles `k` whose largest moment arm about the joint, `r_kj`, is at least a tenth of that of the
+/// strongest.
 ///
 /// | symbol | meaning                                                | unit         |
 /// |--------|--------------------------------------------------------|--------------|
@@ -52,8 +53,8 @@ pub enum LimitedBy {
     NoMuscle,
     /// It has no encoder: its position follows from the stretch of its cables.
     NoEncoder,
-    /// The time in which the winches cross the dead band: it takes half a radian or more of the loop's phase at its
-    /// bandwidth.
+    /// The time in which the winches cross the dead band: it takes half a radian or more of the loop's phase
+    /// at its bandwidth.
     Crossing,
     /// Uncertain friction: `x_f > x_r`.
     Friction,
@@ -127,8 +128,8 @@ impl JointLimit {
     }
 }
 
-/// What limits every joint of a machine with its gains by the rules, and what each change of the design does to it,
-/// found by evaluating the rules again: `[joints]`.
+/// What limits every joint of a machine with its gains by the rules, and what each change of the design does
+/// to it, found by evaluating the rules again: `[joints]`.
 ///
 /// # Shapes
 /// `models: [muscles]`, as designed or identified; `poses: [places][joints]`.

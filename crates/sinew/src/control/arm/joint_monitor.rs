@@ -123,7 +123,8 @@ pub(super) enum EncoderCheck {
     Absent,
     /// Accepted.
     Accepted,
-    /// Rejected, first sample: the estimate moves by an angle, rad, and its disturbance, rad/s^2, is replaced.
+    /// Rejected, first sample: the estimate moves by an angle, rad, and its disturbance, rad/s^2, is
+    /// replaced.
     Withdrawn {
         /// `x`, rad.
         shift: f64,
@@ -172,8 +173,8 @@ const RETURNED_SHARE: f64 = 0.5;
 /// `t_d`, s: the error of the prediction grows by `x` in this time.
 const DRIFT_TIME: f64 = 0.15;
 
-/// Share of `x_max` by which the reference has to have moved, too, where `x_max` is larger than this number of counts: a
-/// joint lags by as much within a large dead band.
+/// Share of `x_max` by which the reference has to have moved, too, where `x_max` is larger than this number
+/// of counts: a joint lags by as much within a large dead band.
 const LEAST_SHARE: f64 = 0.7;
 const LARGE_LAG_COUNTS: f64 = 100.0;
 
@@ -192,7 +193,8 @@ fn hidden_travel(gains: &JointGains) -> f64 {
     gains.jump.min(WIDEST_BAND * gains.dead_band)
 }
 
-/// `x_l`: `x_d` of a light joint, whose jump when it breaks away is larger than what its encoder tells; 0 of another, rad.
+/// `x_l`: `x_d` of a light joint, whose jump when it breaks away is larger than what its encoder tells; 0 of
+/// another, rad.
 fn hidden_by_friction(gains: &JointGains) -> f64 {
     if gains.jump > 1.001 * JUMP_COUNTS * gains.resolution { hidden_travel(gains) } else { 0.0 }
 }
@@ -484,8 +486,8 @@ mod tests {
         }
     }
 
-    /// Outcomes of samples after an encoder gave nothing for a number of cycles, while the joint is predicted to stand at
-    /// 0.5 rad.
+    /// Outcomes of samples after an encoder gave nothing for a number of cycles, while the joint is predicted
+    /// to stand at 0.5 rad.
     fn after_loss(lost_cycles: u32, gains: JointGains, samples: &[f64]) -> alloc::vec::Vec<EncoderCheck> {
         let standing = JointPrediction { speed: 0.0, reference_speed: 0.0, gains: &gains, ..MOVING };
         let mut monitor = started();
@@ -495,7 +497,8 @@ mod tests {
         samples.iter().map(|y| monitor.update(H, *y, &standing)).collect()
     }
 
-    /// A living output about an angle: samples that differ by a count. The first follows no number, and does not agree.
+    /// A living output about an angle: samples that differ by a count. The first follows no number, and does
+    /// not agree.
     fn living(angle: f64) -> [f64; 5] {
         core::array::from_fn(|k| angle + if k % 2 == 0 { 0.0 } else { GAINS.resolution })
     }
@@ -522,7 +525,8 @@ mod tests {
         for lost_cycles in [1, 2] {
             assert!(returns(&after_loss(lost_cycles, gains, &living(0.65))), "{lost_cycles}");
         }
-        // Still the output that was rejected: within 25 counts it may be believed, beyond it is the false one.
+        // Still the output that was rejected: within 25 counts it may be believed, beyond it is the false
+        // one.
         let standing = JointPrediction { speed: 0.0, reference_speed: 0.0, gains: &gains, ..MOVING };
         for (angle, believed) in [(0.509, true), (0.53, false)] {
             let mut monitor = started();
@@ -587,8 +591,8 @@ mod tests {
         monitor
     }
 
-    /// Cycles until an output that stands at 0.5 rad is rejected; in cycle `k` the joint is predicted at an angle under a
-    /// torque of the disturbances, while the reference moves.
+    /// Cycles until an output that stands at 0.5 rad is rejected; in cycle `k` the joint is predicted at an
+    /// angle under a torque of the disturbances, while the reference moves.
     fn rejected_after(
         reference_speed: f64,
         gains: JointGains,
@@ -634,7 +638,8 @@ mod tests {
         let far = |_: f64| [0.6003, -1.0];
         let (cycles, _) = rejected_after(0.3, gains, far).unwrap();
         assert_eq!(cycles, 117 + LATER, "35 mrad at 0.3 mrad per cycle");
-        // Of 50 counts, five suffice; of a light joint what the dead band hides, and five counts where there is none.
+        // Of 50 counts, five suffice; of a light joint what the dead band hides, and five counts where there
+        // is none.
         let small = JointGains { implied: 0.02, ..gains };
         let (cycles, _) = rejected_after(0.3, small, far).unwrap();
         assert_eq!(cycles, 7 + LATER, "2 mrad at 0.3 mrad per cycle");

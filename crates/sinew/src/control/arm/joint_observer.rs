@@ -26,9 +26,9 @@ use alloc::vec::Vec;
 /// | c_b    | compliance of a cable whose far end sticks, its last cell                      | m/N     |
 ///
 /// The estimated tensions follow `q^`: a far end that sticks is a spring, whose mode an explicit step of `h`
-/// cannot integrate above `sqrt(3 w_o/h)`, 417 rad/s at a millisecond. Without a measurement, `e = 0`: the joint
-/// moves on its model. The low bandwidth filters the encoder's quantisation; the high one follows a joint that
-/// breaks away from stiction.
+/// cannot integrate above `sqrt(3 w_o/h)`, 417 rad/s at a millisecond. Without a measurement, `e = 0`: the
+/// joint moves on its model. The low bandwidth filters the encoder's quantisation; the high one follows a
+/// joint that breaks away from stiction.
 ///
 /// # Departs
 /// The implicit step has no term `-h^2 K q'^` on the right: the winch moves along, so that it would only be a

@@ -19,12 +19,14 @@ use alloc::vec::Vec;
 /// | d^     | disturbances of the joints' observers                                  | rad/s^2 |
 /// | k_j    | torque of the model per angle by which joint j is off its muscles        | Nm/rad  |
 ///
-/// An angle of joint `j` that is wrong by `x` makes the estimated tensions wrong by `-K R x` and the torque at that
-/// joint by `-k_j x`. The disturbances of all joints compensate the accelerations that follow from it; their torque
-/// at joint `j`, unlike its own acceleration, does not depend on how light its neighbours are.
+/// An angle of joint `j` that is wrong by `x` makes the estimated tensions wrong by `-K R x` and the torque
+/// at that joint by `-k_j x`. The disturbances of all joints compensate the accelerations that follow from
+/// it; their torque at joint `j`, unlike its own acceleration, does not depend on how light its neighbours
+/// are.
 ///
 /// # Assumes
-/// The whole cable slides; where a part of it sticks, the remainder is stiffer, and `x = -tau_d/k` is too large.
+/// The whole cable slides; where a part of it sticks, the remainder is stiffer, and `x = -tau_d/k` is too
+/// large.
 ///
 /// # Source
 /// Analytical redundancy as in `chow1984`: a residual of measurements that a model relates.

@@ -1,7 +1,7 @@
 use crate::machine::{ControlRules, DEFAULT_PERIOD, Machine, dead_time};
 
-/// The rules' constants at the period of a machine: what the rules ask for, as far as samples a period apart and commands
-/// that come late allow.
+/// The rules' constants at the period of a machine: what the rules ask for, as far as samples a period apart
+/// and commands that come late allow.
 ///
 /// ```text
 /// D   = min(T, 1 ms) + T/2 + t_d,   s = max(D/D_0, 1)
@@ -18,8 +18,8 @@ use crate::machine::{ControlRules, DEFAULT_PERIOD, Machine, dead_time};
 /// | r      | largest growth of the bandwidth of the joints' observers                      | 1     |
 ///
 /// # Source
-/// An observer of three equal poles with explicit innovations is unstable above `w T = 0.53`. The rest: random
-/// machines at 1 to 10 ms.
+/// An observer of three equal poles with explicit innovations is unstable above `w T = 0.53`. The rest:
+/// random machines at 1 to 10 ms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pace {
     pub(super) rules: ControlRules,

@@ -11,8 +11,8 @@ use alloc::vec::Vec;
 /// tracked at T:   rate <= 100 1/s D_0/max(D, D_0)   and   w <= w_o,T/3
 /// ```
 ///
-/// with the symbols of the rules at [`synthesize`](super::synthesize); `rate` is that at which the machine leaves a
-/// pose by itself while its winches are held.
+/// with the symbols of the rules at [`synthesize`](super::synthesize); `rate` is that at which the machine
+/// leaves a pose by itself while its winches are held.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PeriodCost {
     /// `D`, s.
@@ -45,14 +45,15 @@ pub struct SlowestPeriod {
 pub enum PeriodLimit {
     /// With held winches it leaves a pose by itself at this rate, 1/s.
     Instability(f64),
-    /// Its observer is to be three times as fast as it at least: beyond, it follows its reference more slowly.
+    /// Its observer is to be three times as fast as it at least: beyond, it follows its reference more
+    /// slowly.
     Bandwidth,
     /// Nothing within the range of periods.
     Range,
 }
 
-/// Rate at which a machine with this dead time, s, may leave a pose by itself and still be tracked, 1/s: that of a
-/// millisecond, [`MAX_UNSTABLE_RATE`], with the same growth within the dead time.
+/// Rate at which a machine with this dead time, s, may leave a pose by itself and still be tracked, 1/s: that
+/// of a millisecond, [`MAX_UNSTABLE_RATE`], with the same growth within the dead time.
 #[must_use]
 pub fn max_unstable_rate(dead_time_s: f64) -> f64 {
     MAX_UNSTABLE_RATE * (dead_time(DEFAULT_PERIOD, 0.0) / dead_time_s).min(1.0)

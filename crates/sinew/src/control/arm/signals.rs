@@ -14,7 +14,8 @@ pub struct ArmMeasurement<'a> {
     pub motor: &'a [f64],
     /// Tension at every drive's outlet by its load cell, N: `[muscles]`.
     pub tension: &'a [f64],
-    /// Coordinate of every independent joint by its encoder, rad or m: `[joints]`; not read where a joint has none.
+    /// Coordinate of every independent joint by its encoder, rad or m: `[joints]`; not read where a joint has
+    /// none.
     pub joint: &'a [f64],
 }
 
@@ -57,11 +58,12 @@ pub(super) struct Dimensions {
 }
 
 impl Dimensions {
-    /// Checks the lengths of all slices of a control cycle, and that the references are finite; readings need not be.
+    /// Checks the lengths of all slices of a control cycle, and that the references are finite; readings need
+    /// not be.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] names the first slice of another length, [`Error::EntryOutOfDomain`] the first entry of a reference that is not
-    /// finite.
+    /// [`Error::WrongLength`] names the first slice of another length, [`Error::EntryOutOfDomain`] the first
+    /// entry of a reference that is not finite.
     pub(super) fn check(
         self,
         measurement: &ArmMeasurement<'_>,

@@ -47,8 +47,8 @@ use alloc::vec::Vec;
 /// As [`Characteristics::new`] and [`CableModel::law`].
 ///
 /// # Source
-/// A study on random machines of one to eight joints and on the LM-Arm. What decides is the damping `t_d`: its
-/// crossover with the mode of a cable that slides has to stay below that of winch and drive.
+/// A study on random machines of one to eight joints and on the LM-Arm. What decides is the damping `t_d`:
+/// its crossover with the mode of a cable that slides has to stay below that of winch and drive.
 pub fn synthesize(
     machine: &Machine,
     models: &[CableModel],
@@ -88,8 +88,8 @@ pub fn synthesize(
 /// tensions, `T_0 + 1.2 F_min`, with moment arms that are off by the tolerance of the attachments.
 ///
 /// # Shapes
-/// `laws: [muscles]`, at the start; `poses: [places][joints]`. A sheath that passes joints counts with its largest bend
-/// in these poses.
+/// `laws: [muscles]`, at the start; `poses: [places][joints]`. A sheath that passes joints counts with its
+/// largest bend in these poses.
 ///
 /// # Errors
 /// As [`Characteristics::new`].
@@ -147,8 +147,8 @@ fn of_joint(
     }
 }
 
-/// `t_d` of every muscle, s. Muscles that move the same joints damp the same motion: the rate at which all of them
-/// together take the speed of an anchor is limited, beside that of each alone.
+/// `t_d` of every muscle, s. Muscles that move the same joints damp the same motion: the rate at which all of
+/// them together take the speed of an anchor is limited, beside that of each alone.
 fn rate_gains(rules: &ControlRules, found: &Characteristics) -> Vec<f64> {
     let m = found.muscles.len();
     let alone = |muscle: &MuscleCharacteristics| {
@@ -221,8 +221,8 @@ const ATTACHMENT_SHARE: f64 = 0.8;
 const LEAST_ARM: f64 = 1e-5;
 
 /// Number of equal samples of a load cell that noise produces once in 1e12: each with the probability
-/// `r/(2 sqrt(pi) sigma)`; at least those of 8 ms, and four. What noise does is a number of samples whatever their
-/// period.
+/// `r/(2 sqrt(pi) sigma)`; at least those of 8 ms, and four. What noise does is a number of samples whatever
+/// their period.
 fn equal_samples(drive: &DriveParameters, period: f64) -> f64 {
     let cell = &drive.load_cell;
     let probability = cell.resolution / (2.0 * libm::sqrt(core::f64::consts::PI) * cell.noise);
@@ -263,7 +263,8 @@ mod tests {
         let limits = tension_limits(&machine, &laws);
         let pretension = laws[0].pretension();
         assert_near(&[limits[0][0]], &[pretension + 14.0 * 2.0]);
-        // The drive's end at 1 nm/s. Paying out, the drive keeps half more than the tension below which it would not; winding in, it works.
+        // The drive's end at 1 nm/s. Paying out, the drive keeps half more than the tension below which it
+        // would not; winding in, it works.
         let drive = |far: f64, velocity: f64| laws[0].sliding(far, velocity, 1.0, 0.0).unwrap().tension_in;
         let least = drive(limits[1][0], -1e-9);
         assert!((least / 30.0 - 1.0).abs() < 4e-9, "{least}");
@@ -352,7 +353,8 @@ mod tests {
 
     #[test]
     fn muscles_side_by_side_share_the_damping_that_they_may_have_together() {
-        // Each alone takes the speed of an anchor at 60/s; four together at 240/s, of which these rules allow a part.
+        // Each alone takes the speed of an anchor at 60/s; four together at 240/s, of which these rules allow
+        // a part.
         let rules = |shared_damping| ControlRules { shared_damping, ..ControlRules::default() };
         for (shared, share) in [(0.5, 0.125), (2.0, 0.5), (5.0, 1.0)] {
             let gains = damping(&rules(shared), &[200.0; 4], &[4e4; 16]);

@@ -55,11 +55,12 @@ pub(super) struct MuscleReference {
 /// | t_p       | [`PREVIEW_HORIZON`](crate::control::stretch::PREVIEW_HORIZON)                  | s      |
 /// | v_c       | [`CREEP_SPEED`]                                                              | m/s    |
 ///
-/// The other symbols are those of [`ArmGains`] and [`MuscleGains`]. At a reversal of the reference the winch crosses the dead band
-/// while the anchor travels `x_t`; the last share `beta` of the crossing is left to feedback, because a cable
-/// that is driven across too far breaks away. `e_+` and `e_-` take the friction at the speed of slip. The
-/// term `t_d` damps break-away. At rest the growing dead zone `delta` ends limit cycles between stiction and
-/// integral; a winch within it stands although others still correct their joints, which stiction may delay by a minute.
+/// The other symbols are those of [`ArmGains`] and [`MuscleGains`]. At a reversal of the reference the winch
+/// crosses the dead band while the anchor travels `x_t`; the last share `beta` of the crossing is left to
+/// feedback, because a cable that is driven across too far breaks away. `e_+` and `e_-` take the friction at
+/// the speed of slip. The term `t_d` damps break-away. At rest the growing dead zone `delta` ends limit
+/// cycles between stiction and integral; a winch within it stands although others still correct their joints,
+/// which stiction may delay by a minute.
 ///
 /// # Departs
 /// `yuan2023` commands the tension of the drive (8); this law commands the speed of its winch.
@@ -189,7 +190,8 @@ mod tests {
     use super::*;
     use alloc::vec::Vec;
 
-    /// At every cycle of a winch at rest whose anchor has these position errors, m: whether it stands, and its speed, m/s.
+    /// At every cycle of a winch at rest whose anchor has these position errors, m: whether it stands, and
+    /// its speed, m/s.
     fn at_rest(errors: &[f64]) -> Vec<(bool, f64)> {
         let gains = ArmGains::for_tests(1, 1);
         let muscle = &gains.muscles[0];

@@ -46,8 +46,8 @@ impl Directions {
         all
     }
 
-    /// Velocity of the joints with least squares that moves the end point along `direction`, as far as it can:
-    /// `J^T (J J^T)^+ d`.
+    /// Velocity of the joints with least squares that moves the end point along `direction`, as far as it
+    /// can: `J^T (J J^T)^+ d`.
     pub(super) fn velocity(&self, direction: [f64; 3]) -> Vec<f64> {
         let n = self.rows.len() / 3;
         let mut velocity = vec![0.0; n];

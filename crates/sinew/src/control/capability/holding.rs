@@ -24,8 +24,8 @@ pub enum TensionLimit {
 pub struct HeldPayload {
     /// kg; infinite where its weight needs no torque.
     pub mass: f64,
-    /// The muscle whose limit, changed by one per cent, changes it most, and which limit that is; none where no muscle
-    /// limits it.
+    /// The muscle whose limit, changed by one per cent, changes it most, and which limit that is; none where
+    /// no muscle limits it.
     pub limited_by: Option<(usize, TensionLimit)>,
 }
 
@@ -44,7 +44,8 @@ impl TensionLimit {
 }
 
 impl CapabilityModel {
-    /// The same with drives that hold their tension for a time from room temperature on, s; infinite for ever.
+    /// The same with drives that hold their tension for a time from room temperature on, s; infinite for
+    /// ever.
     ///
     /// A motion of a plan may use a share of this heat alone
     /// ([`ControlRules::margin`](crate::machine::ControlRules::margin)).
@@ -61,8 +62,8 @@ impl CapabilityModel {
         self
     }
 
-    /// Largest mass at the end point that is held in each pose, whichever way the cables slid before: none where the
-    /// muscles do not hold the machine itself; empty without gravity and without an end point
+    /// Largest mass at the end point that is held in each pose, whichever way the cables slid before: none
+    /// where the muscles do not hold the machine itself; empty without gravity and without an end point
     /// ([`Machine::payload_site`](crate::machine::Machine::payload_site)).
     ///
     /// # Shapes

@@ -21,8 +21,8 @@ pub enum CableMotion<'a> {
     Frictionless,
 }
 
-/// Range of the tension at an anchor while the tension of its drive is within a range, N; none where no tension is
-/// possible in every state.
+/// Range of the tension at an anchor while the tension of its drive is within a range, N; none where no
+/// tension is possible in every state.
 ///
 /// ```text
 /// toward the motor      T_out = T_in exp(-A) + T_0

@@ -17,8 +17,8 @@ use alloc::vec::Vec;
 /// | w      | `load`    | Nm or N | `[joints]` | torque that one unit of the load needs        |
 /// | h      |           |         |            | support function of [`TorqueSet`]             |
 ///
-/// Every step cuts off multiples that the half space `a^T tau <= h(a)` excludes. The last one touches the set at
-/// the torque of the largest load: muscles on either side of it are at their limits and bind.
+/// Every step cuts off multiples that the half space `a^T tau <= h(a)` excludes. The last one touches the set
+/// at the torque of the largest load: muscles on either side of it are at their limits and bind.
 ///
 /// # Source
 /// Textbook: cutting planes (Kelley), with the normals of the projection.

@@ -1,5 +1,5 @@
-//! What the muscles of a machine can give in a pose: joint torques, forces of the end point, payload, speed and
-//! stiffness, through the transmission.
+//! What the muscles of a machine can give in a pose: joint torques, forces of the end point, payload, speed
+//! and stiffness, through the transmission.
 //!
 //! ```text
 //! T(q) = { R^T F :  F_min,k <= F_k <= F_max,k }                 torques of the joints: a zonotope
@@ -17,8 +17,8 @@
 //! | s       | +1 while the drive winds in, -1 while it pays out  | 1     |
 //! | F_drive | tension at the drive                               | N     |
 //!
-//! Sets are given by their support function and by the largest multiple of a load that they contain, sets of two
-//! joints also by their outline.
+//! Sets are given by their support function and by the largest multiple of a load that they contain, sets of
+//! two joints also by their outline.
 
 mod directions;
 mod holding;

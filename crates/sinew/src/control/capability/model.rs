@@ -104,8 +104,8 @@ impl CapabilityModel {
         Ok(needed)
     }
 
-    /// Limits of the tensions at the anchors in the pose, N: `[muscles]`; none where a cable has no tension that
-    /// both directions allow.
+    /// Limits of the tensions at the anchors in the pose, N: `[muscles]`; none where a cable has no tension
+    /// that both directions allow.
     #[must_use]
     pub fn tension_limits(&self, motion: CableMotion<'_>) -> Option<Vec<[f64; 2]>> {
         let n = self.model.joints();
@@ -165,16 +165,16 @@ impl CapabilityModel {
         Ok(Some(found))
     }
 
-    /// Joint torques that hold 1 kg at the end point in the pose, Nm or N: `[joints]`; none without gravity or end
-    /// point.
+    /// Joint torques that hold 1 kg at the end point in the pose, Nm or N: `[joints]`; none without gravity
+    /// or end point.
     pub(super) fn weight(&self) -> Result<Option<Vec<f64>>, Error> {
         let up = self.machine.robot.parts().gravity.map(|g| -g);
         let rows = self.payload_jacobian()?.filter(|_| up.iter().any(|x| *x != 0.0));
         Ok(rows.map(|rows| transposed(&rows, up)))
     }
 
-    /// Jacobian of the end point that carries a payload, in all axes: its weight acts along axes that the task does not
-    /// track, too.
+    /// Jacobian of the end point that carries a payload, in all axes: its weight acts along axes that the
+    /// task does not track, too.
     pub(super) fn payload_jacobian(&self) -> Result<Option<Vec<f64>>, Error> {
         self.machine.payload_site().map(|site| Ok(self.jacobian(site)?.rows)).transpose()
     }
@@ -190,9 +190,9 @@ impl CapabilityModel {
         Ok(EndPointJacobian { position: point, rows })
     }
 
-    /// Outline of the forces that the end point can exert within a plane of the world's axes, N: the largest force in
-    /// `count` directions about the origin, with no force across the plane; not finite where the pose blocks the
-    /// force. Empty where the pose itself is not held, or without an end point.
+    /// Outline of the forces that the end point can exert within a plane of the world's axes, N: the largest
+    /// force in `count` directions about the origin, with no force across the plane; not finite where the
+    /// pose blocks the force. Empty where the pose itself is not held, or without an end point.
     ///
     /// # Errors
     /// As [`largest_load`](Self::largest_load).
@@ -215,8 +215,8 @@ impl CapabilityModel {
         Ok(outline)
     }
 
-    /// Set of the joint torques that the muscles give in the pose; none where a cable has no tension that both
-    /// directions allow.
+    /// Set of the joint torques that the muscles give in the pose; none where a cable has no tension that
+    /// both directions allow.
     ///
     /// # Errors
     /// As [`TorqueSet::new`].
@@ -225,8 +225,8 @@ impl CapabilityModel {
         limits.map(|limits| TorqueSet::new(self.moment_arms(), self.model.joints(), &limits)).transpose()
     }
 
-    /// The largest multiple of a load, a torque of the joints, that the muscles hold in the pose beside what the
-    /// pose needs; with the limits of [`tension_limits`](Self::tension_limits).
+    /// The largest multiple of a load, a torque of the joints, that the muscles hold in the pose beside what
+    /// the pose needs; with the limits of [`tension_limits`](Self::tension_limits).
     ///
     /// # Errors
     /// As [`LoadSearch::largest`].

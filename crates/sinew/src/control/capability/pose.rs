@@ -39,8 +39,8 @@ pub struct JointCapability {
     pub torque: Option<[Extreme; 2]>,
     /// Largest speed, rad/s or m/s.
     pub speed: Extreme,
-    /// Stiffness while the winches stand and the other joints are free, Nm/rad or N/m; none where a joint has no
-    /// muscle.
+    /// Stiffness while the winches stand and the other joints are free, Nm/rad or N/m; none where a joint has
+    /// no muscle.
     pub stiffness: Option<f64>,
 }
 
@@ -54,8 +54,8 @@ pub struct EndPointCapability {
     pub payload: [Option<Extreme>; 3],
     /// Largest force in the direction in which it is least, N, with that direction.
     pub force: Option<(Extreme, [f64; 3])>,
-    /// Largest speed in the direction in which it is least, m/s, with that direction; of the joints' velocities
-    /// with least squares.
+    /// Largest speed in the direction in which it is least, m/s, with that direction; of the joints'
+    /// velocities with least squares.
     pub speed: Option<(Extreme, [f64; 3])>,
     /// Least and largest stiffness over all directions while the winches stand, N/m.
     pub stiffness: Option<[f64; 2]>,

@@ -12,7 +12,8 @@ pub(super) struct JointStiffness {
     joints: usize,
 }
 
-/// Of moment arms, `[muscles x joints]`, and compliances of the whole cables, m/N; none where a joint is not held.
+/// Of moment arms, `[muscles x joints]`, and compliances of the whole cables, m/N; none where a joint is not
+/// held.
 pub(super) fn joint_stiffness(
     moment_arms: &[f64],
     compliance: &[f64],
@@ -48,7 +49,8 @@ impl JointStiffness {
     }
 }
 
-/// Least and largest eigenvalue of `(J K^-1 J^T)^-1`, N/m, over the directions in which the end point can move.
+/// Least and largest eigenvalue of `(J K^-1 J^T)^-1`, N/m, over the directions in which the end point can
+/// move.
 pub(super) fn end_point_stiffness(stiffness: &JointStiffness, rows: &[f64]) -> Option<[f64; 2]> {
     let n = stiffness.joints;
     let levers: Vec<Vec<f64>> = directions(rows)

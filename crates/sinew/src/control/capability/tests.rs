@@ -57,7 +57,8 @@ fn close(got: f64, expected: f64) -> bool {
 #[test]
 fn every_joint_of_the_gantry_has_the_torque_and_the_speed_of_its_cables() {
     let found = model().at(&[0.1, -0.2]).unwrap();
-    // Joint by joint: torque against and along it with the muscle whose limit changes it most, speed with its muscle.
+    // Joint by joint: torque against and along it with the muscle whose limit changes it most, speed with its
+    // muscle.
     for (j, (torques, (speed, muscle))) in [
         ([(force(0, -1.0), 1, true), (force(0, 1.0), 1, false)], (0.3 / 0.8, 0)),
         ([(force(1, -1.0) + WEIGHT, 2, false), (force(1, 1.0) - WEIGHT, 2, true)], (0.4 / 1.2, 2)),

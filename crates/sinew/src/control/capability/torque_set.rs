@@ -39,8 +39,8 @@ impl TorqueSet {
     /// Of muscles with moment arms, m, and limits of their tensions, N.
     ///
     /// # Errors
-    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite; limits that cross
-    /// are [`Error::OutOfDomain`].
+    /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite; limits that
+    /// cross are [`Error::OutOfDomain`].
     pub fn new(moment_arms: &[f64], joints: usize, limits: &[[f64; 2]]) -> Result<Self, Error> {
         within("joints", "at least one", joints as f64, joints > 0)?;
         check_entries("moment_arms", moment_arms, joints * limits.len())?;
@@ -101,8 +101,8 @@ impl TorqueSet {
         Ok(Self { joints, center: map(&self.center), generators })
     }
 
-    /// Vertices of a set of two joints in counter-clockwise order; muscles that pull along one line leave points within a
-    /// side.
+    /// Vertices of a set of two joints in counter-clockwise order; muscles that pull along one line leave
+    /// points within a side.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] for another number of joints.

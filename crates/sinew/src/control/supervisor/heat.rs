@@ -7,7 +7,8 @@ use crate::drive::{DriveParameters, MotorTemperatures};
 /// C_w dT_w/dt = R i^2 - ..                     the laws of `Motor`
 /// ```
 ///
-/// The mean square of the current is collected over [`INTERVAL`], then the temperatures advance by an implicit step.
+/// The mean square of the current is collected over [`INTERVAL`], then the temperatures advance by an
+/// implicit step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct WindingHeat {
     temperatures: MotorTemperatures,

@@ -31,7 +31,8 @@ impl HeldReference {
         Self { reference: Reference::new(joints), previewed: Reference::new(joints) }
     }
 
-    /// At rest in a measured pose, rad or m; a coordinate that is not measured is that of the given reference.
+    /// At rest in a measured pose, rad or m; a coordinate that is not measured is that of the given
+    /// reference.
     pub(super) fn rest_at(&mut self, measured: &[f64], given: &Reference) {
         let coordinates = measured.iter().zip(&given.q);
         for (held, (measured, given)) in self.reference.q.iter_mut().zip(coordinates) {

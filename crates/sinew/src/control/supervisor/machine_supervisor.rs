@@ -15,16 +15,18 @@ use crate::error::check_length;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Operates a machine: takes it from standing without tension to following a reference and back, and answers its faults.
+/// Operates a machine: takes it from standing without tension to following a reference and back, and answers
+/// its faults.
 ///
 /// ```text
 /// exchange, measurement -> limits, faults -> mode (TRANSITIONS) -> winches:
 ///   off: amplifiers off   ready, fault: stand   pretension: take up   hold, run: ArmController   safe stop: brake, let down
 /// ```
 ///
-/// The controller's own detection of faults is part of it; limits, slack, lost and late cycles, stale commands and reports of
-/// drives are added. Within one control cycle it passes any number of modes: a machine whose cables are tense follows its
-/// reference from the first cycle of [`Request::Run`] on, with the same commands to the bit as its controller alone.
+/// The controller's own detection of faults is part of it; limits, slack, lost and late cycles, stale
+/// commands and reports of drives are added. Within one control cycle it passes any number of modes: a
+/// machine whose cables are tense follows its reference from the first cycle of [`Request::Run`] on, with the
+/// same commands to the bit as its controller alone.
 ///
 /// # Assumes
 /// One fault at a time; a brake at every drive.
@@ -88,7 +90,8 @@ impl Supervisor {
     /// A machine that is off.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] for limits of another machine; as [`MuscleDynamics::new`](crate::muscle::MuscleDynamics::new).
+    /// [`Error::WrongLength`] for limits of another machine; as
+    /// [`MuscleDynamics::new`](crate::muscle::MuscleDynamics::new).
     pub fn new(controller: ArmController, limits: Limits) -> Result<Self, Error> {
         let [muscles, joints] = controller.dimensions();
         check_length("limits of muscles", limits.muscles.len(), muscles)?;
@@ -144,7 +147,8 @@ impl Supervisor {
     /// Other limits from the next cycle on: those of another task.
     ///
     /// # Errors
-    /// [`Error::WrongLength`] for limits of another machine; as [`SafetyLimits::validate`](crate::machine::SafetyLimits::validate).
+    /// [`Error::WrongLength`] for limits of another machine; as
+    /// [`SafetyLimits::validate`](crate::machine::SafetyLimits::validate).
     pub fn set_limits(&mut self, limits: Limits) -> Result<(), Error> {
         let [muscles, joints] = self.dimensions();
         check_length("limits of muscles", limits.muscles.len(), muscles)?;
@@ -172,7 +176,8 @@ impl Supervisor {
         self.health.health()
     }
 
-    /// Temperature of a motor's winding by its thermal model, degrees Celsius; 25 where the drive is not known.
+    /// Temperature of a motor's winding by its thermal model, degrees Celsius; 25 where the drive is not
+    /// known.
     #[must_use]
     pub fn winding(&self, muscle: usize) -> f64 {
         self.monitor.winding(muscle)
@@ -186,8 +191,8 @@ impl Supervisor {
         self.controller.set_tensions(tensions.filter(|_| self.mode == Mode::Run))
     }
 
-    /// One control cycle: the commands for the `h` s to come, from measurements, references, request and exchange at their
-    /// beginning. Nothing is allocated.
+    /// One control cycle: the commands for the `h` s to come, from measurements, references, request and
+    /// exchange at their beginning. Nothing is allocated.
     ///
     /// # Errors
     /// As [`ArmController::step`].

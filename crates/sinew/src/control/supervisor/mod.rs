@@ -1,7 +1,8 @@
 //! Operation of a machine: modes, limits, faults with their reactions, cable health.
 //!
-//! Physics and logic without clock and I/O: time is the length of the control cycles and what an [`ExchangeStatus`] tells.
-//! `docs/supervisor.md` is the same for users; its table of transitions is written from [`TRANSITIONS`].
+//! Physics and logic without clock and I/O: time is the length of the control cycles and what an
+//! [`ExchangeStatus`] tells. `docs/supervisor.md` is the same for users; its table of transitions is written
+//! from [`TRANSITIONS`].
 
 mod fault_code;
 mod fault_kind;

@@ -101,8 +101,8 @@ impl LimitMonitor {
         self.muscles.get(muscle).map_or(f64::NAN, |muscle| muscle.heat.winding())
     }
 
-    /// Compares the measurements of one cycle, `h` s after the one before, with the limits; `tension_in` is that of the
-    /// observers, N, where the controller runs.
+    /// Compares the measurements of one cycle, `h` s after the one before, with the limits; `tension_in` is
+    /// that of the observers, N, where the controller runs.
     pub(super) fn update(
         &mut self,
         h: f64,

@@ -21,10 +21,11 @@ use alloc::vec::Vec;
 /// | t_h, t_l | [`SafetyLimits`](crate::machine::SafetyLimits)                                | s     |
 /// | t_a    | [`EASING`]                                                                      | s     |
 ///
-/// It needs no joint encoder, no model and no observer. Standing winches hold the limb by the stiffness and the friction
-/// of the cables; then all anchors give way in proportion to their moment arms, so that the joint that a cable carries
-/// sinks at most at the lowering speed, while the antagonists give way alike. A drive that cannot be trusted is braked and
-/// stays so: its cable holds. A cable without a load cell is paid out until all others are slack.
+/// It needs no joint encoder, no model and no observer. Standing winches hold the limb by the stiffness and
+/// the friction of the cables; then all anchors give way in proportion to their moment arms, so that the
+/// joint that a cable carries sinks at most at the lowering speed, while the antagonists give way alike. A
+/// drive that cannot be trusted is braked and stays so: its cable holds. A cable without a load cell is paid
+/// out until all others are slack.
 ///
 /// # Source
 /// Our own.

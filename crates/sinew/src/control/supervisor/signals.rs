@@ -119,16 +119,16 @@ impl MuscleState {
 pub struct SupervisorCommand<'a> {
     /// The mode.
     pub mode: Mode,
-    /// The fault: in [`Mode::SafeStop`] and [`Mode::Fault`] the one that led there, else the one that is bridged, or the
-    /// reason for which [`Mode::Hold`] was entered last.
+    /// The fault: in [`Mode::SafeStop`] and [`Mode::Fault`] the one that led there, else the one that is
+    /// bridged, or the reason for which [`Mode::Hold`] was entered last.
     pub fault: Option<NamedFault>,
     /// State of every muscle: `[muscles]`.
     pub muscles: &'a [MuscleState],
-    /// Reference that is followed: in [`Mode::Run`] the one that was given, in [`Mode::Hold`] the held pose, else the
-    /// measured pose.
+    /// Reference that is followed: in [`Mode::Run`] the one that was given, in [`Mode::Hold`] the held pose,
+    /// else the measured pose.
     pub reference: &'a Reference,
-    /// Commands of the drives with estimates. Where the mode is neither [`Mode::Hold`] nor [`Mode::Run`], far tensions are
-    /// not estimated (NaN).
+    /// Commands of the drives with estimates. Where the mode is neither [`Mode::Hold`] nor [`Mode::Run`], far
+    /// tensions are not estimated (NaN).
     pub arm: ArmCommand<'a>,
 }
 

@@ -25,7 +25,8 @@ pub enum Threshold {
 }
 
 impl Threshold {
-    /// Of a fault under these limits and gains; none where it is judged by a prediction, or where there is no limit.
+    /// Of a fault under these limits and gains; none where it is judged by a prediction, or where there is no
+    /// limit.
     #[must_use]
     pub fn of(fault: Fault, limits: &Limits, gains: &ArmGains) -> Option<Self> {
         let muscle = |k: usize| limits.muscles.get(k);

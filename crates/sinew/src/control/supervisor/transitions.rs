@@ -1,4 +1,5 @@
-//! The modes' transitions: the table from which the supervisor decides and from which the documentation is written.
+//! The modes' transitions: the table from which the supervisor decides and from which the documentation is
+//! written.
 
 use super::mode::{Mode, Request};
 use alloc::format;

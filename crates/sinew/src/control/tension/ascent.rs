@@ -163,8 +163,8 @@ impl<S: Scalar> Ascent<S> {
         self.residual.measure(block, tensions);
     }
 
-    /// Sets the diagonal of the Newton matrix with every muscle free, and the smallest pivots; the largest entry,
-    /// or 1 where there is none.
+    /// Sets the diagonal of the Newton matrix with every muscle free, and the smallest pivots; the largest
+    /// entry, or 1 where there is none.
     pub(super) fn set_floor<R: Rows, T>(&mut self, block: &Block<R, T>) -> f64 {
         let n = block.rows.joints();
         let pivot = 10.0 * self.tolerances.rounding;

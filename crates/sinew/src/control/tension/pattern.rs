@@ -36,7 +36,8 @@ pub(super) struct Pattern {
     pub(super) column: Vec<usize>,
     /// Place of each entry in the problem's matrix.
     source: Vec<usize>,
-    /// First joint of each joint's and of each muscle's group; the number of joints for muscles that cross none.
+    /// First joint of each joint's and of each muscle's group; the number of joints for muscles that cross
+    /// none.
     joint_group: Vec<usize>,
     muscle_group: Vec<usize>,
 }

@@ -7,8 +7,9 @@ pub struct Settings {
     /// needs more ends with [`Status::NotConverged`](super::Status::NotConverged). Default 20 000, which no
     /// problem known needs.
     pub max_iterations: u32,
-    /// Multiplications allowed per group of joints in one solution, and a hundredth as many in the numbers with
-    /// more digits: bounds the time of large problems, with the same end. Default 5e9, one to two seconds.
+    /// Multiplications allowed per group of joints in one solution, and a hundredth as many in the numbers
+    /// with more digits: bounds the time of large problems, with the same end. Default 5e9, one to two
+    /// seconds.
     pub max_operations: u64,
     /// A torque counts as reached where no joint's residual exceeds this part of `|tau_j| + sum_i |R_ij
     /// F_i|`. Default 1e-12.
@@ -33,9 +34,9 @@ pub struct Tolerances {
     /// The ascent stops at residuals below this part of `|tau_j| + sum_i |R_ij F_i|`, or below fifty times as
     /// much where rounding keeps them from falling further.
     pub residual: f64,
-    /// Regularization of the dual, relative to the largest diagonal entry of the Newton matrix. First, and again
-    /// once the closest torque is known: small enough to leave the active set as it is. Between: large enough
-    /// for multipliers, which grow with its inverse, to leave the residual accurate.
+    /// Regularization of the dual, relative to the largest diagonal entry of the Newton matrix. First, and
+    /// again once the closest torque is known: small enough to leave the active set as it is. Between: large
+    /// enough for multipliers, which grow with its inverse, to leave the residual accurate.
     pub regularization: [f64; 2],
     /// The ascent of the regularized dual stops at gradients below this part of `|tau_j| + sum_i |R_ij F_i|`:
     /// the rounding of multipliers that grow with the inverse of the regularization.

@@ -1,5 +1,5 @@
-//! The method: ascent of the dual, the closest torque where that is unbounded, and the latter again in numbers
-//! with more digits where rounding prevents a proof.
+//! The method: ascent of the dual, the closest torque where that is unbounded, and the latter again in
+//! numbers with more digits where rounding prevents a proof.
 
 use super::ascent::{Ascent, Proximal, Steps};
 use super::block::{Block, Muscle, Residual, relative};
@@ -18,8 +18,8 @@ pub(super) struct Solver {
     wide: Search<Wide>,
 }
 
-/// Newton steps without which the search in more digits, which starts from nothing, ends nowhere: one that finds the
-/// closest torque and one that confirms it, and both again for the tensions that give it.
+/// Newton steps without which the search in more digits, which starts from nothing, ends nowhere: one that
+/// finds the closest torque and one that confirms it, and both again for the tensions that give it.
 const LEAST_WIDE_STEPS: u32 = 4;
 
 /// Multipliers of a group's last solution, where the next search starts; those of the new one.
@@ -118,7 +118,8 @@ struct Search<S> {
     settings: Settings,
     tolerances: Tolerances,
     ascent: Ascent<S>,
-    /// Multipliers to start [`Search::approach`] from, then those after its first step; and those that it ends at.
+    /// Multipliers to start [`Search::approach`] from, then those after its first step; and those that it
+    /// ends at.
     start: Vec<S>,
     lambda: Vec<S>,
     center: Vec<S>,

@@ -34,8 +34,8 @@ impl Catalogue {
     /// Reads a catalogue and checks every number; `file` names the text in errors.
     ///
     /// TOML: tables `[[motor]]`, `[[reducer]]`, `[[winch]]`, each with a `name`, a `source`, the
-    /// keys of the numbers that have none in `assumed` (`"all"` for every one), catalogue data, and `parameters` as
-    /// [`Motor`], [`ReducerLosses`], [`Winch`].
+    /// keys of the numbers that have none in `assumed` (`"all"` for every one), catalogue data, and
+    /// `parameters` as [`Motor`], [`ReducerLosses`], [`Winch`].
     ///
     /// # Errors
     /// The first error: file, line, entry, key, value and what was expected.

@@ -36,8 +36,8 @@ pub struct MachineDescription {
 /// Reads a machine from its TOML.
 ///
 /// `file` names the text in errors; `read` gives the text of the files that it names: the body, the muscles
-/// of a body in URDF, identified models of cables, files that a body in MJCF includes. What identifies devices
-/// on their bus is left out: see [`machine_on_bus`].
+/// of a body in URDF, identified models of cables, files that a body in MJCF includes. What identifies
+/// devices on their bus is left out: see [`machine_on_bus`].
 ///
 /// # Errors
 /// The first error: file, line, table, key, the value and what was expected.

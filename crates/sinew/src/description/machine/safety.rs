@@ -9,7 +9,8 @@ use crate::machine::{Machine, SafetyLimits};
 use alloc::format;
 use alloc::vec::Vec;
 
-/// Reads the table `[safety]`. Its limits are listed, and for every muscle those that the table leaves to the drive.
+/// Reads the table `[safety]`. Its limits are listed, and for every muscle those that the table leaves to the
+/// drive.
 pub(super) fn safety(
     root: &Table<'_>,
     machine: &Machine,

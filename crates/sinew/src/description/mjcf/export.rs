@@ -12,8 +12,8 @@ use core::fmt::Write as _;
 /// The robot as MJCF: radians, no classes, every number in the shortest form that reads back to the same
 /// bits.
 ///
-/// Unnamed parts get a name (`site_3`), because tendons and actuators refer by name. MJCF has no sheaths: they are
-/// custom data, which MuJoCo keeps and [`from_mjcf`](super::from_mjcf) reads.
+/// Unnamed parts get a name (`site_3`), because tendons and actuators refer by name. MJCF has no sheaths:
+/// they are custom data, which MuJoCo keeps and [`from_mjcf`](super::from_mjcf) reads.
 #[must_use]
 pub fn to_mjcf(parts: &Parts) -> String {
     let parts = &named(parts);

@@ -34,7 +34,8 @@ pub(super) struct Import<'a> {
     pub(super) defaults: &'a Defaults,
     pub(super) parts: Parts,
     pub(super) surfaces: BTreeMap<String, Surface>,
-    /// Files of shapes by the names of their assets; none where the triangles stand in the model itself or are made by MuJoCo.
+    /// Files of shapes by the names of their assets; none where the triangles stand in the model itself or
+    /// are made by MuJoCo.
     pub(super) meshes: BTreeMap<String, Option<MeshGeom>>,
     /// Groups of the shapes of bodies, and of those in files.
     pub(super) geom_groups: Vec<f64>,

@@ -1,4 +1,5 @@
-//! Sheaths of tendons, which MJCF lacks, as custom data: `<numeric name="sheath:TENDON" data="length bend x y z"/>`.
+//! Sheaths of tendons, which MJCF lacks, as custom data:
+//! `<numeric name="sheath:TENDON" data="length bend x y z"/>`.
 //!
 //! | entry   | unit | domain | meaning                                                                     |
 //! |---------|------|--------|-----------------------------------------------------------------------------|

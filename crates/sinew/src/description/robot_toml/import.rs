@@ -75,8 +75,8 @@ const WRAP_KINDS: [(WrapKind, &str); 2] = [(WrapKind::Sphere, "sphere"), (WrapKi
 
 /// Reads a robot from this project's TOML, or from a machine file that contains it.
 ///
-/// SI units; orientations are quaternions `[w, x, y, z]`; parts refer to each other by name, and the first body is `world`. Keys are
-/// optional where a default stands.
+/// SI units; orientations are quaternions `[w, x, y, z]`; parts refer to each other by name, and the first
+/// body is `world`. Keys are optional where a default stands.
 ///
 /// | table | keys | default |
 /// |---|---|---|
@@ -119,7 +119,8 @@ pub(in crate::description) fn description(root: &Table<'_>) -> Result<Descriptio
     Ok(Description { parts: reader.parts, warnings: Vec::new(), origins: reader.origins })
 }
 
-/// Adds the sites, wraps, shapes, muscles and actuators of a file to a robot whose bodies come from elsewhere.
+/// Adds the sites, wraps, shapes, muscles and actuators of a file to a robot whose bodies come from
+/// elsewhere.
 pub(in crate::description) fn add_muscles(
     parts: Parts,
     mut origins: Origins,

@@ -74,9 +74,9 @@ pub(crate) fn linked(kinds: &[JointKind]) -> Robot {
     Robot::new(parts).unwrap()
 }
 
-/// A surface on a floating body, a hinge behind it, and muscles from the world over both, their names: `short`,
-/// `left`, `right` with a side on either side, `ring` through the surface's inside, `clear` of it, a `tackle`
-/// without it, and `fixed`.
+/// A surface on a floating body, a hinge behind it, and muscles from the world over both, their names:
+/// `short`, `left`, `right` with a side on either side, `ring` through the surface's inside, `clear` of it, a
+/// `tackle` without it, and `fixed`.
 pub(crate) fn floating(kind: WrapKind, radius: f64) -> Robot {
     use PathElement::{Pulley, Site, Wrap as Over};
     let spatial = |name: &str, path: &[PathElement]| tendon(name, TendonPath::Spatial(path.to_vec()));

@@ -1,7 +1,7 @@
 //! Rates of a sampled signal, from the past alone.
 
-/// Value, rate and second rate of a signal by a polynomial of degree two fitted to its past: at first to all of it with
-/// equal weights, later with exponentially fading ones.
+/// Value, rate and second rate of a signal by a polynomial of degree two fitted to its past: at first to all
+/// of it with equal weights, later with exponentially fading ones.
 ///
 /// ```text
 /// p = x + v dt + a dt^2/2,   q = v + a dt,   e = u - p,   theta = tau/(tau + dt)
@@ -21,9 +21,9 @@
 /// | dt      | time since the sample before               | s, >= 0     |
 /// | n       | samples since the first                    | 1           |
 ///
-/// A signal of constant second rate is followed without lag, from its third sample on where samples are evenly spaced;
-/// noise is attenuated the more, the larger `tau`. At `n = 3.2/(1 - theta)` both have the same variance. Samples closer than
-/// a thousandth of `tau` are left out, which bounds the divisions by `dt`.
+/// A signal of constant second rate is followed without lag, from its third sample on where samples are
+/// evenly spaced; noise is attenuated the more, the larger `tau`. At `n = 3.2/(1 - theta)` both have the same
+/// variance. Samples closer than a thousandth of `tau` are left out, which bounds the divisions by `dt`.
 ///
 /// # Departs
 /// `theta` is the first-order approximation of `exp(-dt/tau)`. The equal weights are those of even samples.

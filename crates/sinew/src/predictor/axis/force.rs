@@ -25,8 +25,8 @@ use serde::{Deserialize, Serialize};
 /// | g, F       | `gains`                        | forces of the near side that pass through the axis        | \[y\]/\[F\], \[F\]      |
 /// | c          | `offset`                       | constant force                                           | \[y\]               |
 ///
-/// Without a position `dx = x' dt`, and there is no spring. The constants are those of the motion itself, whatever the
-/// lag of the differentiator.
+/// Without a position `dx = x' dt`, and there is no spring. The constants are those of the motion itself,
+/// whatever the lag of the differentiator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisForce {
@@ -247,7 +247,8 @@ mod tests {
 
     #[test]
     fn every_term_of_the_law_adds_to_the_force_from_position_velocity_or_both() {
-        // A constant acceleration, which the differentiator follows exactly, and two constant forces of the near side.
+        // A constant acceleration, which the differentiator follows exactly, and two constant forces of the
+        // near side.
         let (x0, v0, a, dt) = (0.2, 0.05, 0.4, 0.01);
         let (near, passed) = ([2.0, 0.7], 0.3 * 2.0 - 4.0 * 0.7);
         for (position, velocity) in [(Some(0), None), (None, Some(1)), (Some(0), Some(1))] {

@@ -1,7 +1,7 @@
 //! A moving mass between the two sides: the force that a motion takes, or the motion that a force makes.
 //!
-//! Both laws are those of an axis with inertia, viscous and dry friction and a spring. Which one a model holds
-//! follows from what it reads: [`AxisForce`] from motions, [`AxisMotion`] from forces.
+//! Both laws are those of an axis with inertia, viscous and dry friction and a spring. Which one a model
+//! holds follows from what it reads: [`AxisForce`] from motions, [`AxisMotion`] from forces.
 
 mod differentiator;
 mod force;
@@ -54,8 +54,8 @@ pub(super) struct AxisState {
 }
 
 impl AxisState {
-    /// Advances by one sample, `dt_s` after the one before; the first one starts the state, at the far side where that
-    /// is measured.
+    /// Advances by one sample, `dt_s` after the one before; the first one starts the state, at the far side
+    /// where that is measured.
     #[inline]
     pub(super) fn step(
         &mut self,

@@ -22,8 +22,9 @@ use serde::{Deserialize, Serialize};
 /// | y      | `far_is_velocity`         | the far side: velocity, or position               | \[v\], or \[v\] s         |
 /// | o      | `offset`                  | zero of the far side                              | \[y\]                   |
 ///
-/// A step takes the mean force of its two samples and the mean velocity `u` by the trapezoidal rule, with dry friction as
-/// a threshold on it: where `|v + dt/2 (b F - c - k x)| <= dt/2 f` the axis sticks. It is stable for every `dt`.
+/// A step takes the mean force of its two samples and the mean velocity `u` by the trapezoidal rule, with dry
+/// friction as a threshold on it: where `|v + dt/2 (b F - c - k x)| <= dt/2 f` the axis sticks. It is stable
+/// for every `dt`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisMotion {

@@ -25,7 +25,8 @@ pub struct CableModel {
     #[serde(rename = "correction_m_per_n_s")]
     pub correction: f64,
     /// Gain of the drag's adaptation while the cable slides, 1/(N m): grease warms and ages. 0 for none; 1
-    /// suffices. Needs the anchor's measured travel: from a body's geometry, its errors would be adapted as drag.
+    /// suffices. Needs the anchor's measured travel: from a body's geometry, its errors would be adapted as
+    /// drag.
     #[serde(rename = "learning_per_n_m", default)]
     pub learning: f64,
     /// Stretch, m, at zero positions of motor and anchor, where their zeros are fixed: it replaces

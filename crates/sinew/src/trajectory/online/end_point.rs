@@ -6,7 +6,8 @@ use crate::trajectory::nearest::Nearest;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Pose of the joints that follows a target of the end point: some steps of damped least squares per control cycle.
+/// Pose of the joints that follows a target of the end point: some steps of damped least squares per control
+/// cycle.
 ///
 /// ```text
 /// y = argmin 1/2 |p_t - p(x) - J (y - x)|^2 + m/2 |y - r|_W^2   so that   low <= y <= high
@@ -59,7 +60,8 @@ impl EndPointStep {
     /// For a site and the axes of the world that are followed, within ranges of the joints: `[joints]`.
     ///
     /// # Errors
-    /// As [`Redundancy::validate`]; [`Error::OutOfDomain`] for a site that is not there; [`Error::WrongLength`].
+    /// As [`Redundancy::validate`]; [`Error::OutOfDomain`] for a site that is not there;
+    /// [`Error::WrongLength`].
     pub fn new(
         robot: &Robot,
         rule: &Redundancy,
@@ -98,7 +100,8 @@ impl EndPointStep {
         Ok(self.robot.site_pose(&self.poses, self.site).origin)
     }
 
-    /// Moves a pose toward one whose end point is at the target; returns the distance that is left, m. Nothing is allocated.
+    /// Moves a pose toward one whose end point is at the target; returns the distance that is left, m.
+    /// Nothing is allocated.
     ///
     /// # Errors
     /// As [`Reduction::expand`]; the pose is unchanged then.

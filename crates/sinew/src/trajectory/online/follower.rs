@@ -23,8 +23,8 @@ pub enum Setpoint<'a> {
 
 /// References of the joints for the control cycle from set-points that are not known ahead.
 ///
-/// The reference is that of a horizon before, so that the newest one is its preview: what is commanded takes effect a
-/// preview horizon later. A set-point of another kind continues where the one before was followed.
+/// The reference is that of a horizon before, so that the newest one is its preview: what is commanded takes
+/// effect a preview horizon later. A set-point of another kind continues where the one before was followed.
 #[derive(Debug, Clone)]
 pub struct SetpointFollower {
     h: f64,
@@ -93,7 +93,8 @@ impl SetpointFollower {
     /// One control cycle: the current reference and the previewed one. Nothing is allocated.
     ///
     /// # Errors
-    /// [`Error::WrongLength`]; [`Error::OutOfDomain`] for an end point that the machine lacks, and numbers that are not finite.
+    /// [`Error::WrongLength`]; [`Error::OutOfDomain`] for an end point that the machine lacks, and numbers
+    /// that are not finite.
     pub fn step(
         &mut self,
         setpoint: Setpoint<'_>,
@@ -153,7 +154,8 @@ impl SetpointFollower {
         Ok(if unreached { Limited::Yes } else { limited })
     }
 
-    /// Rates of a pose that was solved for; none where it moves faster than the joints may, because it jumps then.
+    /// Rates of a pose that was solved for; none where it moves faster than the joints may, because it jumps
+    /// then.
     fn differentiate(&mut self) {
         let Self { pose, rate, before, limiter, h, .. } = self;
         let mut jumps = false;

@@ -20,15 +20,16 @@ use alloc::vec::Vec;
 /// | w            | bandwidth with which a target within the limits is followed, at most 1/(2 h) | 1/s |
 /// | e_0          | error up to which the reference is a critically damped second-order system | rad |
 ///
-/// `f` is the speed from which the reference comes to rest within `e` at half of the largest acceleration; the other half is
-/// left to the following of `f`. A target of constant speed is followed without error, one of constant acceleration `b`
-/// with `b/w^2`.
+/// `f` is the speed from which the reference comes to rest within `e` at half of the largest acceleration;
+/// the other half is left to the following of `f`. A target of constant speed is followed without error, one
+/// of constant acceleration `b` with `b/w^2`.
 ///
 /// # Assumes
 /// `2 w h <= 1`; otherwise the speed could overshoot its limit.
 ///
 /// # Source
-/// Textbook: time-optimal control of a double integrator, with a linear zone around the target; ours in this form.
+/// Textbook: time-optimal control of a double integrator, with a linear zone around the target; ours in this
+/// form.
 #[derive(Debug, Clone)]
 pub struct JointLimiter {
     limits: JointLimits,

@@ -38,8 +38,8 @@ impl JointLimits {
         self.acceleration.iter().try_for_each(|a| non_negative("acceleration limit", *a).map(drop))
     }
 
-    /// Limits from a motion that the machine is known to track: the largest speed and acceleration of every joint in it,
-    /// with the given ranges.
+    /// Limits from a motion that the machine is known to track: the largest speed and acceleration of every
+    /// joint in it, with the given ranges.
     ///
     /// # Shapes
     /// `range: [joints]`, rad or m.

@@ -56,8 +56,8 @@ impl MuscleLengthStep {
         Ok(self.body.lengths())
     }
 
-    /// Moves a pose toward one with the target lengths; returns the largest error of a length before the step, m. Nothing is
-    /// allocated.
+    /// Moves a pose toward one with the target lengths; returns the largest error of a length before the
+    /// step, m. Nothing is allocated.
     ///
     /// # Errors
     /// As [`MuscleDynamics::evaluate`]; the pose is unchanged then.

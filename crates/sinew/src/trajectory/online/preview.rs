@@ -3,8 +3,8 @@ use crate::trajectory::Reference;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// A delay by the preview horizon: what was put in last is the previewed reference, what was put in a horizon before is
-/// the current one. So reversals of a reference that is not known ahead are previewed exactly.
+/// A delay by the preview horizon: what was put in last is the previewed reference, what was put in a horizon
+/// before is the current one. So reversals of a reference that is not known ahead are previewed exactly.
 #[derive(Debug, Clone)]
 pub struct Preview {
     held: Vec<Reference>,

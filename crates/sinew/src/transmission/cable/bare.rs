@@ -1,4 +1,5 @@
-//! For tests: cables of chosen compliances over pulleys of chosen friction, and the motion of one end by bisection.
+//! For tests: cables of chosen compliances over pulleys of chosen friction, and the motion of one end by
+//! bisection.
 
 use super::law::CableLaw;
 use super::parameters::CableParameters;
@@ -9,7 +10,8 @@ use alloc::vec::Vec;
 /// Compliance of the cables, 1/N.
 const COMPLIANCE: f64 = 1e-4;
 
-/// Free cable between pulleys without drag, efficiency and pretension: `compliance: [cells]`, m/N, `half_angle: [cells - 1]`.
+/// Free cable between pulleys without drag, efficiency and pretension: `compliance: [cells]`, m/N,
+/// `half_angle: [cells - 1]`.
 pub(super) fn law(compliance: &[f64], half_angle: &[f64]) -> CableLaw {
     let mut segments = vec![Segment::Free { length: compliance[0] / COMPLIANCE }];
     for (c, h) in compliance[1..].iter().zip(half_angle) {
@@ -29,8 +31,8 @@ pub(super) fn law(compliance: &[f64], half_angle: &[f64]) -> CableLaw {
 
 /// Tensions after the end in front has moved by `distance`, m, while the other is held: positive pulls.
 ///
-/// A cell slides where the tension that reaches it from the end exceeds its own; where the end yields, where it falls
-/// below. The tension of the end is found by bisection. Returns its sweep's tensions.
+/// A cell slides where the tension that reaches it from the end exceeds its own; where the end yields, where
+/// it falls below. The tension of the end is found by bisection. Returns its sweep's tensions.
 pub(super) fn swept(tension: &[f64], compliance: &[f64], half_angle: &[f64], distance: f64) -> Vec<f64> {
     let s = distance.signum();
     let profile = |end: f64| -> Vec<f64> {

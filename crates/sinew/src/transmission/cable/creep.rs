@@ -24,8 +24,8 @@ impl<const N: usize> LaneGroup<N> {
     }
 }
 
-/// Lets the cables creep over an interval, s: cells lengthen, tensions are clipped at zero. An interval that is not above zero
-/// and finite changes nothing.
+/// Lets the cables creep over an interval, s: cells lengthen, tensions are clipped at zero. An interval that
+/// is not above zero and finite changes nothing.
 #[inline(always)]
 pub(super) fn creep<const N: usize>(lanes: &mut LaneGroup<N>, interval: f64) {
     let Some(creep) = &mut lanes.creep else { return };

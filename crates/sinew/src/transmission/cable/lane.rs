@@ -124,8 +124,8 @@ impl<const N: usize> LaneGroup<N> {
         Ok(())
     }
 
-    /// Multiplies the compliance of a lane as built by a factor. Its cells keep their lengths, so that tensions fall as the
-    /// compliance grows.
+    /// Multiplies the compliance of a lane as built by a factor. Its cells keep their lengths, so that
+    /// tensions fall as the compliance grows.
     pub(super) fn scale_compliance(&mut self, k: usize, factor: f64) -> Result<(), Error> {
         positive("compliance factor", factor)?;
         let cells = self.tension.iter_mut().zip(&mut self.compliance).zip(&mut self.stiffness);

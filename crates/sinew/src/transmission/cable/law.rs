@@ -107,8 +107,8 @@ impl CableLaw {
     /// The same with this bend of all its sheaths, rad, distributed as it was.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] for a negative bend, for a path without a sheath, or for a friction angle that is too
-    /// large for one node.
+    /// [`Error::OutOfDomain`] for a negative bend, for a path without a sheath, or for a friction angle that
+    /// is too large for one node.
     pub fn with_sheath_bend(mut self, bend: f64) -> Result<Self, Error> {
         self.set_sheath_bend(bend)?;
         Ok(self)

@@ -104,8 +104,8 @@ impl CableBatch {
         Ok(())
     }
 
-    /// Stretch, m, of every cable that slides steadily toward the motor, and away from it: `sliding: [cables]` in,
-    /// `stretch: [cables]` out. The states take no part.
+    /// Stretch, m, of every cable that slides steadily toward the motor, and away from it:
+    /// `sliding: [cables]` in, `stretch: [cables]` out. The states take no part.
     ///
     /// # Errors
     /// As [`CableLaw::sliding`], and [`Error::WrongLength`].
@@ -224,7 +224,8 @@ impl CableBatch {
         lanes.into_iter().flat_map(move |lanes| lanes.tension.iter().map(move |row| row.0[cable % LANES]))
     }
 
-    /// The law of one cable as built, with its current wraps and bend, without changes of drag and compliance.
+    /// The law of one cable as built, with its current wraps and bend, without changes of drag and
+    /// compliance.
     #[must_use]
     pub fn law(&self, cable: usize) -> Option<&CableLaw> {
         let (group, k) = self.place(cable).ok()?;
@@ -247,8 +248,8 @@ impl CableBatch {
         Ok(0.5 * self.groups[group].energy.0[k])
     }
 
-    /// Numbers that [`save`](Self::save) writes for one cable: `2 cells + 1`, and `cells - 1` more where friction of a cable
-    /// of the batch weakens with speed.
+    /// Numbers that [`save`](Self::save) writes for one cable: `2 cells + 1`, and `cells - 1` more where
+    /// friction of a cable of the batch weakens with speed.
     #[must_use]
     pub fn state_len(&self) -> usize {
         let weakens = self.groups.iter().any(|group| !group.memory.is_empty());
@@ -260,7 +261,8 @@ impl CableBatch {
     /// Wraps, bends, drag and compliance that were changed, and creep, are not part of it.
     ///
     /// # Shapes
-    /// `state: [state_len]`: stretch, m; twice the energy, J; tensions, N; slips of the last step, m; lagged speeds, m/s.
+    /// `state: [state_len]`: stretch, m; twice the energy, J; tensions, N; slips of the last step, m; lagged
+    /// speeds, m/s.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] for an index out of range, [`Error::WrongLength`].
@@ -274,8 +276,8 @@ impl CableBatch {
     /// Takes over a state that [`save`](Self::save) wrote for a cable of the same law.
     ///
     /// # Errors
-    /// As [`save`](Self::save), and [`Error::OutOfDomain`] for a number that is not finite or a negative tension; the
-    /// cable is then unchanged.
+    /// As [`save`](Self::save), and [`Error::OutOfDomain`] for a number that is not finite or a negative
+    /// tension; the cable is then unchanged.
     pub fn restore(&mut self, cable: usize, state: &[f64]) -> Result<(), Error> {
         check_length("state", state.len(), self.state_len())?;
         let (group, k) = self.place(cable)?;

@@ -49,8 +49,8 @@ impl Cable {
     /// The same with `count` Newton steps per time step instead of one, at least one.
     ///
     /// One suffices for steps of 1 ms at up to 0.3 m/s; after a jump of many millimetres five reach balance
-    /// in one step where the cable slides on. A jump that reverses it may be off by as much as friction holds,
-    /// with any number (1 mm in a step of 1 ms: up to 11 N on the bench): take shorter steps there.
+    /// in one step where the cable slides on. A jump that reverses it may be off by as much as friction
+    /// holds, with any number (1 mm in a step of 1 ms: up to 11 N on the bench): take shorter steps there.
     #[must_use]
     pub fn with_iterations(mut self, count: usize) -> Self {
         self.lanes.iterations = count.max(1);
@@ -182,8 +182,8 @@ impl Cable {
         self.lanes.scale_drag(0, factor)
     }
 
-    /// Sets the compliance of every cell to a multiple of the law's, as where strands have broken. The lengths of the cells are
-    /// kept: tensions and energy fall as the compliance grows.
+    /// Sets the compliance of every cell to a multiple of the law's, as where strands have broken. The
+    /// lengths of the cells are kept: tensions and energy fall as the compliance grows.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] where the factor is not positive and finite.
@@ -193,8 +193,8 @@ impl Cable {
         Ok(())
     }
 
-    /// Lets the cable creep from now on, and recover: a Kelvin-Voigt element in every cell, whose strain approaches `share`
-    /// of the elastic one with the time constant `time`, s.
+    /// Lets the cable creep from now on, and recover: a Kelvin-Voigt element in every cell, whose strain
+    /// approaches `share` of the elastic one with the time constant `time`, s.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] for a negative share or a time that is not above 0.
@@ -202,8 +202,8 @@ impl Cable {
         self.lanes.set_creep(0, share, time)
     }
 
-    /// Creep over an interval, s, after a step; tensions are clipped at zero. Without [`set_creep`](Self::set_creep), or where
-    /// the interval is not above zero and finite, nothing changes.
+    /// Creep over an interval, s, after a step; tensions are clipped at zero. Without
+    /// [`set_creep`](Self::set_creep), or where the interval is not above zero and finite, nothing changes.
     pub fn creep(&mut self, interval: f64) {
         creep(&mut self.lanes, interval);
     }

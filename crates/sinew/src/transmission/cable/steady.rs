@@ -86,8 +86,8 @@ impl CableLaw {
     }
 }
 
-/// `T_(i-1)` from `T_i`, the ratio of the node behind, which becomes that of this one, `s h_i + g_i v`, `d_i v` and
-/// `2 T_d`.
+/// `T_(i-1)` from `T_i`, the ratio of the node behind, which becomes that of this one, `s h_i + g_i v`,
+/// `d_i v` and `2 T_d`.
 #[inline(always)]
 fn before(tension: f64, ratio: &mut f64, half: f64, drag: f64, fade: f64) -> f64 {
     let mut ahead = tension * *ratio;

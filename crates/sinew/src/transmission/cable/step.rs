@@ -445,7 +445,8 @@ mod tests {
         let new = [33.0, 29.0, 25.5, 22.0, 21.0];
         let (mut lanes, energy) = ending(&old, [new; 2]);
         let before = lanes.stretch;
-        // The first lane is pulled far enough to do the work, the second one yields and cannot have gained tension.
+        // The first lane is pulled far enough to do the work, the second one yields and cannot have gained
+        // tension.
         let motion = Motion { motor: Row([3e-3, -1e-3]), anchor: Row([5e-4, -4e-4]) };
         for k in 0..2 {
             lanes.stretch.0[k] += motion.motor.0[k] - motion.anchor.0[k];
@@ -475,7 +476,8 @@ mod tests {
 
     #[test]
     fn a_cable_that_was_slack_starts_as_sliding_everywhere_whether_or_not_the_step_created_energy() {
-        // Tensions of no sliding cable: the first lane's were paid for by the ends, the second one's were not.
+        // Tensions of no sliding cable: the first lane's were paid for by the ends, the second one's were
+        // not.
         let new = [1.0, 3.0, 2.0, 2.0, 4.0];
         let (mut lanes, energy) = ending(&[0.0; 5], [new; 2]);
         let motion = Motion { motor: Row([2e-2, 1e-3]), anchor: Row([1e-3, 1e-3]) };

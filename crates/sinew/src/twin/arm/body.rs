@@ -19,9 +19,9 @@ const STOP_DAMPING: f64 = 0.3;
 /// stop:  -k x - 2 zeta_s sqrt(k I) v,   x beyond the range,   k = min(k_s, I (0.5/h)^2),   I = 1/(M^-1)_jj at the start
 /// ```
 ///
-/// A cable whose far end sticks is a spring on the joint's inertia. Semi-implicit steps are stable up to 2/h and
-/// conserve energy in the mean; [`ArmSpecimen`](super::ArmSpecimen) chooses their number. A light
-/// joint has softer stops, whose mode these steps integrate, too.
+/// A cable whose far end sticks is a spring on the joint's inertia. Semi-implicit steps are stable up to 2/h
+/// and conserve energy in the mean; [`ArmSpecimen`](super::ArmSpecimen) chooses their number. A light joint
+/// has softer stops, whose mode these steps integrate, too.
 #[derive(Debug, Clone)]
 pub(super) struct Limb {
     model: MuscleDynamics,

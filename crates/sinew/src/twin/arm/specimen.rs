@@ -28,8 +28,8 @@ pub struct ArmSpecimen {
     pub resolution: Resolution,
 }
 
-/// Largest product of step and natural frequency of the stiffest mode, 1: 2 is the limit of stability, the margin
-/// is for poses that were not sampled and for tolerances.
+/// Largest product of step and natural frequency of the stiffest mode, 1: 2 is the limit of stability, the
+/// margin is for poses that were not sampled and for tolerances.
 const MAX_STEP_ANGLE: f64 = 1.2;
 /// Largest product of step and rate of the joints' dampers, 1: 2 is the limit of an explicit step.
 const MAX_DAMPING_STEP: f64 = 0.5;
@@ -50,13 +50,14 @@ impl ArmSpecimen {
     /// stiffest mode of cables and bodies needs in poses over all ranges of the joints.
     ///
     /// # Errors
-    /// [`Error::Part`] with the joint, or [`Error::OutOfDomain`] for its damping, where more than 100 substeps in a
-    /// millisecond would be needed.
+    /// [`Error::Part`] with the joint, or [`Error::OutOfDomain`] for its damping, where more than 100
+    /// substeps in a millisecond would be needed.
     pub fn nominal(machine: &Machine) -> Result<Self, Error> {
         Self::nominal_at(machine, Resolution::default())
     }
 
-    /// [`nominal`](Self::nominal) with cables of this many cells, and at least this many substeps of a millisecond.
+    /// [`nominal`](Self::nominal) with cables of this many cells, and at least this many substeps of a
+    /// millisecond.
     ///
     /// # Errors
     /// As there and as [`CablePlants::new`](crate::twin::cable::CablePlants::new).
@@ -82,7 +83,8 @@ impl ArmSpecimen {
         Ok(specimen)
     }
 
-    /// Step of drives and sensors, s: the period, or one of as few equal parts of it as are at most a millisecond.
+    /// Step of drives and sensors, s: the period, or one of as few equal parts of it as are at most a
+    /// millisecond.
     #[must_use]
     pub fn step(&self) -> f64 {
         self.period / parts_of(self.period, LONGEST_STEP) as f64

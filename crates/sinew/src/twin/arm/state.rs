@@ -154,8 +154,8 @@ impl ArmTwin {
         Ok(self)
     }
 
-    /// All drives execute their commands for `h` seconds, usually a period: in as few equal steps as are at most
-    /// [`ArmSpecimen::step`]. Measurements are those at the beginning of the last one.
+    /// All drives execute their commands for `h` seconds, usually a period: in as few equal steps as are at
+    /// most [`ArmSpecimen::step`]. Measurements are those at the beginning of the last one.
     ///
     /// # Shapes
     /// `commands: [muscles]`; one that is not finite counts as [`DriveCommand::Off`].
@@ -346,7 +346,8 @@ impl ArmTwin {
         self.reading.update(*time, drives, &specimen.encoders, &limb.q, faults);
     }
 
-    /// Sets the wrap of every cable at its joint, and the bend of the sheaths that pass joints, from the pose.
+    /// Sets the wrap of every cable at its joint, and the bend of the sheaths that pass joints, from the
+    /// pose.
     fn update_angles(&mut self) -> Result<(), Error> {
         for (k, cable) in self.specimen.cables.iter().enumerate() {
             let last = cable.path.pulleys().saturating_sub(1);
@@ -360,7 +361,8 @@ impl ArmTwin {
             _ => None,
         };
         for muscle in self.faults.iter().filter_map(worn) {
-            // More of the friction angle: as by a larger bend of the sheath, which counts for the pulley as well.
+            // More of the friction angle: as by a larger bend of the sheath, which counts for the pulley as
+            // well.
             let share = self.wear(muscle, Worn::Friction);
             let own = self.bends.iter().find(|(k, _)| *k == muscle).map(|(_, bend)| bend.at(&self.limb.q));
             let sheath = own.unwrap_or(self.specimen.cables[muscle].path.sheath_bend());

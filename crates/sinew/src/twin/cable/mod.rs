@@ -10,8 +10,8 @@
 //! | [`SlowFriction`]              | friction is higher at creeping speed                  | a tenth at rest, half of that at 3 mm/s |
 //! | [`Breakage`]                  | the cable breaks                                      | above 800 N                      |
 //!
-//! [`CablePlant::set_wrap`] sets a wrap that changes with a joint, [`CablePlants::set_sheath_bend`] such a bend. A
-//! [`Specimen`] holds parameters and effects of one cable; [`Specimen::draw`] draws them from a seed.
+//! [`CablePlant::set_wrap`] sets a wrap that changes with a joint, [`CablePlants::set_sheath_bend`] such a
+//! bend. A [`Specimen`] holds parameters and effects of one cable; [`Specimen::draw`] draws them from a seed.
 
 mod effects;
 mod many;

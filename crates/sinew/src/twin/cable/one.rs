@@ -10,8 +10,9 @@ use crate::transmission::cable::{Cable, CableLaw, EndMotion};
 /// Discretisation of the plant in space and time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Resolution {
-    /// Cells of every cable, from [`CablePath::fewest_cells`](crate::transmission::cable::CablePath::fewest_cells) to 1024;
-    /// exactly the fewest for a path without a sheath.
+    /// Cells of every cable, from
+    /// [`CablePath::fewest_cells`](crate::transmission::cable::CablePath::fewest_cells) to 1024; exactly the
+    /// fewest for a path without a sheath.
     pub cells: usize,
     /// Steps of the law in one step of the plant, 1 to 100. With 100, the shortest step of the arm, 10 us, is
     /// divided into the shortest ones that the law accepts, 0.1 us.
@@ -120,7 +121,8 @@ impl CablePlant {
         Ok(reading)
     }
 
-    /// Its law with the present wraps, without the changes by heat and creep: for an oracle, which knows the true cable.
+    /// Its law with the present wraps, without the changes by heat and creep: for an oracle, which knows the
+    /// true cable.
     #[must_use]
     pub fn law(&self) -> &CableLaw {
         self.cable.law()

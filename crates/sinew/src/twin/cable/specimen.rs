@@ -19,8 +19,8 @@ pub struct Specimen {
     pub effects: Effects,
 }
 
-/// Ratio of the cable's own compliance to the calibrated one: the wall of the sheath adds a tenth over half of the
-/// length, creep about 2 %.
+/// Ratio of the cable's own compliance to the calibrated one: the wall of the sheath adds a tenth over half
+/// of the length, creep about 2 %.
 const COMPLIANCE_LEFT: f64 = 0.93;
 /// Ratio of the cold cable's drag to the calibrated one: half a minute at the higher speeds warms it by a few
 /// kelvin. Of 1.05 to 1.2 in steps of 0.05, 1.15 is closest to Tables II and III of `yuan2023` (7.4 % rms).
@@ -29,9 +29,9 @@ const COLD_DRAG: f64 = 1.15;
 impl Specimen {
     /// The bench as calibrated, every effect at its default size.
     ///
-    /// The tables of `yuan2023` were measured with all effects present: the cable's own compliance is lower than the
-    /// calibrated one by the contribution of sheath and creep (`COMPLIANCE_LEFT`), and its cold drag higher by that of
-    /// heat (`COLD_DRAG`).
+    /// The tables of `yuan2023` were measured with all effects present: the cable's own compliance is lower
+    /// than the calibrated one by the contribution of sheath and creep (`COMPLIANCE_LEFT`), and its cold drag
+    /// higher by that of heat (`COLD_DRAG`).
     #[must_use]
     pub fn bench() -> Self {
         let calibrated = CableParameters::bench();
@@ -59,8 +59,9 @@ impl Specimen {
         Self::drawn_around(&Self::bench(), seed)
     }
 
-    /// A random specimen of another design: its parameters, its near free length and its effects times the factors of
-    /// [`draw`](Self::draw). Uneven curvature, where present, is drawn anew as six parts; the breaking tension is kept.
+    /// A random specimen of another design: its parameters, its near free length and its effects times the
+    /// factors of [`draw`](Self::draw). Uneven curvature, where present, is drawn anew as six parts; the
+    /// breaking tension is kept.
     #[must_use]
     pub fn drawn_around(of: &Self, seed: u64) -> Self {
         let mut draw = Draws(Random::new(seed));
@@ -116,8 +117,8 @@ impl Specimen {
 struct Draws(Random);
 
 impl Draws {
-    /// A factor around 1 of this relative standard deviation, clipped to two: approximately normal, as the sum of twelve
-    /// uniform numbers.
+    /// A factor around 1 of this relative standard deviation, clipped to two: approximately normal, as the
+    /// sum of twelve uniform numbers.
     fn around(&mut self, deviation: f64) -> f64 {
         let sum: f64 = (0..12).map(|_| self.0.unit()).sum();
         1.0 + deviation * (sum - 6.0).clamp(-2.0, 2.0)

@@ -1,4 +1,5 @@
-//! Every field of a machine file huge, empty, of another length or another unit: refused with its line, key and value.
+//! Every field of a machine file huge, empty, of another length or another unit: refused with its line, key
+//! and value.
 
 use super::wrong::{EVERY_KEY, Kind, check, error, fields, line_of};
 

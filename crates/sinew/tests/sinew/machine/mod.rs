@@ -1,5 +1,5 @@
-//! Machine files: what is read is what was written, what is missing is a default, and what is wrong is refused
-//! with its place.
+//! Machine files: what is read is what was written, what is missing is a default, and what is wrong is
+//! refused with its place.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 

@@ -7,8 +7,8 @@ use sinew::machine::{HeldStability, Machine, NegativeStiffness};
 use sinew::muscle::MuscleDynamics;
 use sinew::random::Random;
 
-/// A bar of 50 mm and 20 g on a hinge between two straight cables, their ends `along` m from the joint, `across` m off
-/// its axis; upright where `up` is 1, hanging where it is -1.
+/// A bar of 50 mm and 20 g on a hinge between two straight cables, their ends `along` m from the joint,
+/// `across` m off its axis; upright where `up` is 1, hanging where it is -1.
 fn bar(along: f64, across: f64, up: f64) -> Machine {
     let site = |name: &str, body: &str, x: f64, z: f64| {
         format!("[[site]]\nname = \"{name}\"\nbody = \"{body}\"\nposition_m = [{x}, 0.0, {z}]\n")

@@ -1,4 +1,5 @@
-//! Every field of a machine file wrong in turn: one error each, with its line, key, value and the nearest name.
+//! Every field of a machine file wrong in turn: one error each, with its line, key, value and the nearest
+//! name.
 
 use super::read;
 use proptest::prelude::*;

@@ -57,8 +57,8 @@ pub(crate) fn compliance() -> f64 {
     design().1[0].law().unwrap().compliance().iter().sum()
 }
 
-/// Tensions at the drives that carry the lever in a pose, N: the least ones at the anchors that balance gravity, both
-/// cables having slid toward their drives.
+/// Tensions at the drives that carry the lever in a pose, N: the least ones at the anchors that balance
+/// gravity, both cables having slid toward their drives.
 pub(crate) fn carrying(q: f64) -> [f64; 2] {
     // 0.8 kg at 0.11 m on a drum of 30 mm.
     let (torque, arm) = (0.8 * 9.81 * 0.11 * q.sin(), 0.03);

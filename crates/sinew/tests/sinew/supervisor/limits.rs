@@ -6,7 +6,8 @@ use sinew::control::supervisor::{CableHealth, Limits, Mode, Request, Supervisor,
 use sinew::machine::Machine;
 use sinew::predictor::CableModel;
 
-/// Muscles on two hinges and a slide with known moment arms: 30 mm on both hinges, 40 mm on the first, 1 on the slide.
+/// Muscles on two hinges and a slide with known moment arms: 30 mm on both hinges, 40 mm on the first, 1 on
+/// the slide.
 fn fixed_arms() -> Machine {
     let text = include_str!("../machine/every_key.toml");
     sinew::description::machine_from_toml("every_key.toml", text, &mut |_| Err("no other file".into()))

@@ -79,7 +79,8 @@ fn a_taut_cable_is_tightened_by_its_compliance_toward_a_target_that_waits_for_th
     }
 }
 
-/// Two cables as springs: the cycle in which pretension is left, the mode then, the tensions of every cycle, N.
+/// Two cables as springs: the cycle in which pretension is left, the mode then, the tensions of every cycle,
+/// N.
 fn taken_up(bench: &mut Bench, slack: [f64; 2]) -> (usize, Mode, Vec<[f64; 2]>) {
     let mut wound = slack.map(|slack| -slack);
     let mut tensions = Vec::new();

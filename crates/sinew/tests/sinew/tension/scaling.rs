@@ -1,5 +1,5 @@
-//! The tension distribution where joints, arms, weights and limits differ by many powers of ten: what is claimed
-//! is proved anew from the answer alone, with sums of twice the digits.
+//! The tension distribution where joints, arms, weights and limits differ by many powers of ten: what is
+//! claimed is proved anew from the answer alone, with sums of twice the digits.
 
 use super::{Owned, below};
 use sinew::control::tension::{Distribution, Solution, Status};
@@ -14,8 +14,8 @@ const DECADES: f64 = 9.0;
 const CLOSE: f64 = 1e-6;
 
 impl Owned {
-    /// Any of joints, muscles' arms, weights and limits scaled, or several of them; torques within reach, at the
-    /// corners of what is, and beyond.
+    /// Any of joints, muscles' arms, weights and limits scaled, or several of them; torques within reach, at
+    /// the corners of what is, and beyond.
     fn draw(random: &mut Random) -> Self {
         let (muscles, joints) = SIZES[below(random, SIZES.len())];
         let mut scales = |count: usize| -> Vec<f64> {
@@ -70,8 +70,8 @@ fn dot(terms: impl Iterator<Item = (f64, f64)>) -> f64 {
     sum + error
 }
 
-/// Largest relative error of what is claimed, of the torque or the cost; none where the rounding of multipliers
-/// and residual hides it. (`benches/peers/tension_scaling.py` proves these, too.)
+/// Largest relative error of what is claimed, of the torque or the cost; none where the rounding of
+/// multipliers and residual hides it. (`benches/peers/tension_scaling.py` proves these, too.)
 fn claim_error(owned: &Owned, solution: &Solution) -> Option<f64> {
     let (n, m) = (owned.joints, owned.minimum.len());
     let arm = |i: usize, j: usize| owned.arms[i * n + j];

@@ -88,8 +88,8 @@ pub(super) fn recorded_controller(setup: &RunSetup, motion: &Motion) -> Result<S
     Ok(PreparedRun::new(&arm, motion.variant, &task)?.supervisor()?)
 }
 
-/// A controller with another machine's design or other gains, and the cables as they were identified. Where another machine
-/// is given without gains, they follow from its design.
+/// A controller with another machine's design or other gains, and the cables as they were identified. Where
+/// another machine is given without gains, they follow from its design.
 pub(super) fn other_controller(
     setup: &RunSetup,
     motion: &Motion,

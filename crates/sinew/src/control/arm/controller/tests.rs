@@ -4,8 +4,8 @@ use crate::muscle::tests::robots::lever;
 const H: f64 = 1e-3;
 const REST: f64 = 0.2;
 
-/// A lever as it is modelled: winches follow their commands, and load cells and encoder read what is predicted, the
-/// former with noise.
+/// A lever as it is modelled: winches follow their commands, and load cells and encoder read what is
+/// predicted, the former with noise.
 struct Rig {
     controller: ArmController,
     motor: [f64; 2],
@@ -117,7 +117,8 @@ fn an_arm_at_rest_on_its_reference_is_found_at_rest_and_holds_with_the_least_ten
         assert_eq!(rig.controller.status(), ArmStatus::Holding, "{source:?}");
         let controller = &mut rig.controller;
         assert!((controller.joints.q[0] - REST).abs() < 1e-4 && controller.joints.v[0].abs() < 1e-3);
-        // (23) for the acceleration that the law asks for, and (22): the muscle that does not help is at its least.
+        // (23) for the acceleration that the law asks for, and (22): the muscle that does not help is at its
+        // least.
         let mut needed = [0.0];
         let (v, wanted) = (controller.joints.v.clone(), controller.law.output.clone());
         controller.body.inverse_dynamics(&v, &wanted, &mut needed).unwrap();

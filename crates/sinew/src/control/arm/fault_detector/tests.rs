@@ -102,8 +102,8 @@ fn an_unchanged_motor_encoder_is_its_own_fault_where_the_load_cell_confirms_the_
     assert_eq!(unchanged(|k| 40.0 + 0.5 * f64::from(k)), Fault::MotorSensor(0));
 }
 
-/// What the second of two muscles and the second of two joints show in one cycle, and what is predicted for them. The
-/// first ones are without a fault.
+/// What the second of two muscles and the second of two joints show in one cycle, and what is predicted for
+/// them. The first ones are without a fault.
 #[derive(Clone, Copy)]
 struct Cycle {
     speed: f64,

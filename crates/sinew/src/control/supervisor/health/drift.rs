@@ -17,9 +17,9 @@
 /// | s_x    | standard deviation that the fit of `x` states, in the mean of the first values |     |
 /// | s_min, d_min | least deviation, least drift that is reported    | [`DriftRule`] |
 ///
-/// Of eight values the deviation is known to a quarter: differences of successive values, to which a slow drift adds little, make it more
-/// precise. A step counts as three deviations. Values of one motion are not independent, and the mean of eight errs as well: so the
-/// allowance.
+/// Of eight values the deviation is known to a quarter: differences of successive values, to which a slow
+/// drift adds little, make it more precise. A step counts as three deviations. Values of one motion are not
+/// independent, and the mean of eight errs as well: so the allowance.
 ///
 /// # Source
 /// `page1954` (CUSUM), `vonneumann1941` (differences).
@@ -81,7 +81,8 @@ pub struct Drift {
     pub error: f64,
     /// Whether it is significant.
     pub found: bool,
-    /// Time until it reaches its limit, a fifth (of a pretension the half), at its present rate, s; infinite where it does not grow.
+    /// Time until it reaches its limit, a fifth (of a pretension the half), at its present rate, s; infinite
+    /// where it does not grow.
     pub remaining: f64,
 }
 
@@ -98,7 +99,8 @@ impl Drift {
         self.share / self.error
     }
 
-    /// Two independent estimates of one drift, weighted by their variances; the forecast is that of the more precise one, `found` that of `self`.
+    /// Two independent estimates of one drift, weighted by their variances; the forecast is that of the more
+    /// precise one, `found` that of `self`.
     pub(super) fn joined(&self, other: &Self) -> Self {
         let [own, others] = [self, other].map(|drift| 1.0 / (drift.error * drift.error));
         let precision = own + others;

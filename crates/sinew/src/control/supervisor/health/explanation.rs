@@ -41,18 +41,21 @@ pub(super) struct Shown {
     pub(super) significance: f64,
 }
 
-/// Share of the most from which on the frictions of two cables explain the torques alike: a correlation of 0.77.
+/// Share of the most from which on the frictions of two cables explain the torques alike: a correlation of
+/// 0.77.
 const ALIKE: f64 = 0.6;
-/// Significance by which the travel of a cable must show more friction than that of one whose friction explains the torques better.
+/// Significance by which the travel of a cable must show more friction than that of one whose friction
+/// explains the torques better.
 const CLEARLY: f64 = 2.0;
-/// Standard errors by which the torques must show less friction than at the beginning to contradict a travel that shows more.
+/// Standard errors by which the torques must show less friction than at the beginning to contradict a travel
+/// that shows more.
 const CONTRADICTED: f64 = 2.0;
 
 /// The one change of one cable that explains most of what all `cables` show; none where nothing has changed.
 ///
-/// A change of one cable changes the tensions, with them the errors of all models, and so what the travel of its neighbours shows: the
-/// change of largest significance is the cause. A short cable shows more in the torques than in its travel: they decide where they are
-/// further from their beginning.
+/// A change of one cable changes the tensions, with them the errors of all models, and so what the travel of
+/// its neighbours shows: the change of largest significance is the cause. A short cable shows more in the
+/// torques than in its travel: they decide where they are further from their beginning.
 ///
 /// # Source
 /// Our own.
@@ -68,8 +71,8 @@ pub(super) fn best(cables: impl Iterator<Item = Evidence> + Clone) -> Option<Exp
 
 /// The growth of friction or loss of stiffness that is most significant.
 ///
-/// The travel of an antagonist of a cable whose friction grows shows a growth, too, but its torques show a fall: a growth that the torques
-/// contradict does not count.
+/// The travel of an antagonist of a cable whose friction grows shows a growth, too, but its torques show a
+/// fall: a growth that the torques contradict does not count.
 fn by_travel(cables: impl Iterator<Item = Evidence>) -> Option<Explanation> {
     let changes =
         cables.enumerate().flat_map(|(cable, Evidence { friction, stiffness, friction_by_torque, .. })| {
@@ -85,8 +88,8 @@ fn by_travel(cables: impl Iterator<Item = Evidence>) -> Option<Explanation> {
     worn.max_by(|(one, _), (other, _)| one.total_cmp(other)).map(|(_, change)| change)
 }
 
-/// The growth of friction or loss of pretension that explains most of the torques. Of cables whose frictions explain them alike, as those
-/// of antagonists, it is the one whose travel shows most friction.
+/// The growth of friction or loss of pretension that explains most of the torques. Of cables whose frictions
+/// explain them alike, as those of antagonists, it is the one whose travel shows most friction.
 fn by_torque(cables: impl Iterator<Item = Evidence> + Clone) -> Option<Explanation> {
     let explained = |cable: &Evidence| cable.explained.into_iter().fold(0.0, f64::max);
     let most = cables.clone().map(|cable| explained(&cable)).fold(0.0, f64::max);
@@ -123,8 +126,8 @@ mod tests {
         }
     }
 
-    /// By travel: deviations of friction and stiffness, and their significances; by torque: deviations of friction and pretension, and
-    /// what they explain.
+    /// By travel: deviations of friction and stiffness, and their significances; by torque: deviations of
+    /// friction and pretension, and what they explain.
     fn cable(travel: [f64; 2], significance: [f64; 2], torque: [f64; 2], explained: [f64; 2]) -> Evidence {
         let shown = |k: usize| Shown { drift: drift(travel[k]), significance: significance[k] };
         Evidence {

@@ -1,4 +1,5 @@
-//! Slow changes of the cables: friction, pretension and stiffness, from motor-side signals and joint encoders.
+//! Slow changes of the cables: friction, pretension and stiffness, from motor-side signals and joint
+//! encoders.
 
 mod drift;
 mod explanation;

@@ -21,15 +21,16 @@ use crate::body::cholesky;
 /// | f, v   | drag that the observer has learned, over the model's; speed of the anchor | 1, m/s |
 /// | d_C, d_A | relative differences of the cable from its model                     | 1    |
 ///
-/// Sliding toward the motor the stretch shrinks with friction, away it grows: the hysteresis tells friction from compliance.
-/// A joint's estimate lags its encoder where friction changes its sign, which at the anchor of a short cable is as much as its stretch
-/// changes: without `e_q` friction of one muscle shows in all muscles of its joints.
-/// The observer corrects `x` more slowly than a cable reverses: `i` is what is left. It takes friction that grows for drag, which `f` takes
-/// back. Noise of the load cell is in `x'` by `i`: were it in `T_in` too, it would look like a stiffness.
+/// Sliding toward the motor the stretch shrinks with friction, away it grows: the hysteresis tells friction
+/// from compliance. A joint's estimate lags its encoder where friction changes its sign, which at the anchor
+/// of a short cable is as much as its stretch changes: without `e_q` friction of one muscle shows in all
+/// muscles of its joints. The observer corrects `x` more slowly than a cable reverses: `i` is what is left.
+/// It takes friction that grows for drag, which `f` takes back. Noise of the load cell is in `x'` by `i`:
+/// were it in `T_in` too, it would look like a stiffness.
 ///
 /// # Assumes
-/// Friction evenly along the cable. What else is wrong with the geometry, and creep, enter both numbers alike as long as the motion is
-/// the same: only their change counts.
+/// Friction evenly along the cable. What else is wrong with the geometry, and creep, enter both numbers alike
+/// as long as the motion is the same: only their change counts.
 ///
 /// # Source
 /// (10) of `yuan2023`, linearised.
@@ -79,8 +80,8 @@ pub(super) struct SlidingModel {
 
 /// Samples of each direction that a window needs.
 const ENOUGH: f64 = 40.0;
-/// Share of the samples in which a cable has to slide everywhere: one that slides less only breaks away again and again, and what it
-/// shows depends on how far it comes.
+/// Share of the samples in which a cable has to slide everywhere: one that slides less only breaks away again
+/// and again, and what it shows depends on how far it comes.
 const LEAST_SLIDING: f64 = 0.15;
 /// Standard deviations before a window: of `d_C` and `d_A`, and of `g`.
 const WEAR: f64 = 0.5;
@@ -131,7 +132,8 @@ impl SlidingFit {
         self.count[usize::from(sign > 0.0)] += 1.0;
     }
 
-    /// `d_C` and `d_A` of a window of so many samples; none where a direction is missing or the cable hardly slides.
+    /// `d_C` and `d_A` of a window of so many samples; none where a direction is missing or the cable hardly
+    /// slides.
     pub(super) fn solve(&self, samples: f64) -> Option<[Estimate; 2]> {
         let slides = self.count.iter().sum::<f64>() >= LEAST_SLIDING * samples;
         if !slides || self.count.iter().any(|count| *count < ENOUGH) {

@@ -1,5 +1,5 @@
-/// Force that a cable lacks at its anchor and friction that it has more, from the torques that the models of the cables do not explain, over
-/// one window.
+/// Force that a cable lacks at its anchor and friction that it has more, from the torques that the models of
+/// the cables do not explain, over one window.
 ///
 /// ```text
 /// tau = tau_d - sum_j R_j l_j                       torque that the laws as identified do not explain
@@ -18,12 +18,13 @@
 /// | f_k    | force in addition to the model's                      | N      |
 /// | a_k    | friction angle in addition to the model's, as a share of it | 1 |
 ///
-/// A force that the anchor lacks has one sign, friction that of the motion. Of all changes of all muscles the true one explains most: with
-/// `tau = r_k a`, a wrong one explains `a^2 (sum r_j . r_k)^2/sum r_j . r_j <= a^2 sum r_k . r_k`.
+/// A force that the anchor lacks has one sign, friction that of the motion. Of all changes of all muscles the
+/// true one explains most: with `tau = r_k a`, a wrong one explains
+/// `a^2 (sum r_j . r_k)^2/sum r_j . r_j <= a^2 sum r_k . r_k`.
 ///
 /// # Assumes
-/// One muscle changes. Errors of masses and friction recur with the same motion: only the changes of `f_k` and `a_k` count. A payload
-/// that changes looks the same.
+/// One muscle changes. Errors of masses and friction recur with the same motion: only the changes of `f_k`
+/// and `a_k` count. A payload that changes looks the same.
 ///
 /// # Source
 /// Our own: a residual of the torque balance (23), as in `chow1984`.
@@ -49,7 +50,8 @@ pub(super) struct Fitted {
 }
 
 impl TorqueFit {
-    /// One sample: moment arms and torques of all joints, and the force at the anchor that the model's friction angle takes, `s A (T_out - T_0)`.
+    /// One sample: moment arms and torques of all joints, and the force at the anchor that the model's
+    /// friction angle takes, `s A (T_out - T_0)`.
     pub(super) fn add(&mut self, arms: &[f64], torque: &[f64], friction: f64) {
         let (right, normal) = arms
             .iter()

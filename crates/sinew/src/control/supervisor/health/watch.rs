@@ -37,9 +37,10 @@ impl CableHealth {
 
 /// Estimates the slow changes of all cables while a machine follows its references.
 ///
-/// Once a window of [`WINDOW`] s of motion, friction and compliance are fitted to the travel that the observers do not explain
-/// ([`SlidingFit`]), and pretension and friction once more to the torques of the disturbances ([`TorqueFit`]); the drift of
-/// each number from its values in the first windows is judged ([`DriftWatch`]). One cable is sampled per control cycle.
+/// Once a window of [`WINDOW`] s of motion, friction and compliance are fitted to the travel that the
+/// observers do not explain ([`SlidingFit`]), and pretension and friction once more to the torques of the
+/// disturbances ([`TorqueFit`]); the drift of each number from its values in the first windows is judged
+/// ([`DriftWatch`]). One cable is sampled per control cycle.
 ///
 /// One change of one cable is named at a time, the one that explains most ([`explanation::best`]).
 ///
@@ -147,8 +148,8 @@ impl HealthMonitor {
         let sample = SlidingSample {
             position: -observed.lengths[k],
             speed,
-            // The estimate stands for the tension: noise of the reading on both sides of the fit would look like a
-            // stiffness.
+            // The estimate stands for the tension: noise of the reading on both sides of the fit would look
+            // like a stiffness.
             tension: observed.tension_in[k],
             unexplained: observed.unexplained[k],
             anchor_error: errors.map(|(arm, error)| arm * error).sum(),
@@ -178,8 +179,8 @@ impl HealthMonitor {
         }
     }
 
-    /// The observers begin anew: the window that was begun and the next one, in which they settle, do not count. What the
-    /// windows before showed is kept.
+    /// The observers begin anew: the window that was begun and the next one, in which they settle, do not
+    /// count. What the windows before showed is kept.
     pub(in crate::control::supervisor) fn restart(&mut self) {
         self.cables.iter_mut().for_each(Watched::discard);
         (self.time, self.settled) = (0.0, false);
@@ -279,7 +280,8 @@ mod tests {
 
     const ARMS: [f64; 2] = [0.03, -0.025];
 
-    /// What is observed of both cables `t` s after the start: they slide to and fro, and what the first one's change adds is left unexplained.
+    /// What is observed of both cables `t` s after the start: they slide to and fro, and what the first one's
+    /// change adds is left unexplained.
     fn observe(monitor: &mut HealthMonitor, t: f64, law: &CableLaw, change: Change, noise: &mut Random) {
         let angle = law.friction_angle();
         let compliance: f64 = law.compliance().iter().sum();
