@@ -3,7 +3,7 @@
 //! A column `position_in_m:biceps` is the field `position_in_m.biceps`, one without a part a field of its
 //! own. Time is that of the message.
 
-use crate::head::ColumnSpec;
+use crate::head::{ColumnSpec, Head};
 use prost::Message;
 use prost::encoding::{WireType, decode_key, decode_varint, encode_key, encode_varint};
 use prost_types::field_descriptor_proto::{Label, Type};
@@ -146,6 +146,20 @@ impl Fields {
             ..FileDescriptorProto::default()
         };
         FileDescriptorSet { file: vec![file] }.encode_to_vec()
+    }
+}
+
+impl Head {
+    /// The parts of a signal, and the paths of their numbers in the messages:
+    /// `/sinew/cycle.position_in_m.biceps`.
+    #[must_use]
+    pub fn paths(&self, signal: Signal) -> Vec<(String, String)> {
+        let (topic, columns) =
+            if signal.row().slow { ("/sinew/slow", &self.slow) } else { ("/sinew/cycle", &self.fast) };
+        let first = self.place(signal).unwrap_or(columns.len());
+        let paths = Fields::new(columns).paths(columns.len());
+        let of = |path: &(String, String)| (path.0.clone(), format!("{topic}.{}", path.1));
+        paths.iter().skip(first).take(self.names(signal).len()).map(of).collect()
     }
 }
 

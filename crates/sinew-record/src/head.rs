@@ -1,6 +1,5 @@
 //! What a recording says about itself, and its columns.
 
-use crate::fields::Fields;
 use crate::grid::Grid;
 use serde::{Deserialize, Serialize};
 use sinew::control::arm::{ArmStatus, Fault};
@@ -130,7 +129,7 @@ impl Head {
     }
 
     /// Names of the columns of a signal, one for every part.
-    fn names(&self, signal: Signal) -> Vec<String> {
+    pub(crate) fn names(&self, signal: Signal) -> Vec<String> {
         match signal.row().axis {
             Axis::Cycle => vec![signal.column("", "")],
             Axis::Joint => self.joints.iter().map(|joint| signal.column(&joint.name, &joint.unit)).collect(),
@@ -147,18 +146,6 @@ impl Head {
         let first = columns.iter().position(|column| Some(&column.name) == names.first())?;
         let found = columns.get(first..first + names.len())?;
         found.iter().zip(&names).all(|(column, name)| column.name == *name).then_some(first)
-    }
-
-    /// The parts of a signal, and the paths of their numbers in the messages:
-    /// `/sinew/cycle.position_in_m.biceps`.
-    #[must_use]
-    pub fn paths(&self, signal: Signal) -> Vec<(String, String)> {
-        let (topic, columns) =
-            if signal.row().slow { ("/sinew/slow", &self.slow) } else { ("/sinew/cycle", &self.fast) };
-        let first = self.place(signal).unwrap_or(columns.len());
-        let paths = Fields::new(columns).paths(columns.len());
-        let of = |path: &(String, String)| (path.0.clone(), format!("{topic}.{}", path.1));
-        paths.iter().skip(first).take(self.names(signal).len()).map(of).collect()
     }
 
     /// Cycles of so many milliseconds, at least one.

@@ -38,7 +38,7 @@ fn a_damaged_recording_of_format_1_is_refused_or_read_without_a_panic() {
         let mut bytes = OLD.to_vec();
         bytes[place] ^= 0x24;
         if let Ok(recording) = Recording::read(&bytes) {
-            recording.blocks().for_each(|block| drop(block));
+            recording.blocks().for_each(drop);
         }
     }
 }
