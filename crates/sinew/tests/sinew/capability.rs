@@ -76,7 +76,7 @@ impl Muscles {
             let rows: Vec<&[f64]> = (0..arms.len()).filter(|k| code >> k & 1 == 1).map(|k| arms[k]).collect();
             let minor = |j: usize| {
                 let columns: Vec<usize> = (0..n).filter(|&k| k != j).collect();
-                if j % 2 == 0 { determinant(&rows, &columns) } else { -determinant(&rows, &columns) }
+                if j.is_multiple_of(2) { determinant(&rows, &columns) } else { -determinant(&rows, &columns) }
             };
             (0..n).map(minor).collect::<Vec<f64>>()
         };
@@ -103,7 +103,7 @@ fn determinant(rows: &[&[f64]], columns: &[usize]) -> f64 {
     let Some((first, rest)) = rows.split_first() else { return 1.0 };
     let term = |k: usize| {
         let others: Vec<usize> = columns.iter().copied().filter(|&column| column != columns[k]).collect();
-        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
         sign * first[columns[k]] * determinant(rest, &others)
     };
     (0..columns.len()).map(term).sum()
