@@ -4,6 +4,8 @@ use crate::tree;
 use std::path::Path;
 
 const MOST_LINES: usize = 800;
+/// Of a comment.
+const MAX_COLUMNS: usize = 110;
 const MOST_BYTES: u64 = 1 << 20;
 
 /// Third-party files, kept as they came.
@@ -68,6 +70,12 @@ fn findings_in(name: &str, text: &str, retired: &[(&str, &str)]) -> Vec<String> 
     if name.ends_with(".rs") && lines > MOST_LINES {
         findings.push((0, format!("{name}: {lines} lines, expected at most {MOST_LINES}")));
     }
+    if name.ends_with(".rs") {
+        findings.extend(
+            wide_comments(text)
+                .map(|line| (line, format!("{name}:{line}: a comment of more than {MAX_COLUMNS} columns"))),
+        );
+    }
     let mut report = |what: &str, part: &str, is: fn(&str, usize, &str) -> bool| {
         // The whole text at once: to begin a search costs more than to go on with it.
         for (at, _) in text.match_indices(part).filter(|(at, _)| is(text, *at, part)) {
@@ -85,6 +93,17 @@ fn findings_in(name: &str, text: &str, retired: &[(&str, &str)]) -> Vec<String> 
     }
     findings.sort();
     findings.into_iter().map(|(_, finding)| finding).collect()
+}
+
+/// Lines of comments that are too wide; equations and examples in fences, and tables, may be.
+fn wide_comments(text: &str) -> impl Iterator<Item = usize> {
+    let mut fenced = false;
+    text.lines().enumerate().filter_map(move |(number, line)| {
+        let comment = line.trim_start().starts_with("//");
+        fenced = comment && (fenced != line.contains("```"));
+        let free = fenced || line.contains("```") || line.contains('|');
+        (comment && !free && line.chars().count() > MAX_COLUMNS).then_some(number + 1)
+    })
 }
 
 /// Whether what stands at a place is not part of a longer word.
@@ -133,6 +152,16 @@ mod tests {
         assert!(found[0].contains(term), "{}", found[0]);
         assert!(found_in("xtask/retired_words.txt", word).is_empty());
         assert!(retired().len() > 20);
+    }
+
+    #[test]
+    fn a_wide_comment_is_found_and_an_equation_in_a_fence_is_not() {
+        let wide = format!("/// {}", "word ".repeat(25));
+        assert_eq!(
+            found_in("a.rs", &format!("{wide}\nfn f() {{}}")),
+            ["a.rs:1: a comment of more than 110 columns"]
+        );
+        assert!(found_in("a.rs", &format!("/// ```text\n{wide}\n/// ```\nfn f() {{}}")).is_empty());
     }
 
     #[test]

@@ -20,7 +20,8 @@ const ROWS: u64 = 3000;
 pub(super) fn run(arguments: &LogPlotArguments, general: &General) -> Result<Answer, Error> {
     let LogPlotArguments { file, report } = arguments;
     refuse_overwrite([file], std::slice::from_ref(report), general.no_clobber)?;
-    if !is_recording(file) {
+    // What is no file on disk is refused as a recording.
+    if std::fs::metadata(file).is_ok_and(|about| about.is_file()) && !is_recording(file) {
         return table::run(arguments, general);
     }
     let bytes = read_bytes(file)?;
