@@ -58,7 +58,7 @@ pub(crate) struct LogExportArguments {
 
 /// Draw a recording: end point, joints, tensions, commands and times of the cycle.
 ///
-/// The table (CSV) that --record writes of a simulated run is drawn as the report of that run.
+/// The table (CSV) of a simulated run is drawn as the report of that run.
 ///
 /// Example: sinew log plot run.mcap --report run.html
 #[derive(Debug, Args)]
