@@ -117,6 +117,7 @@ def verify(
 
     `path`, `duration_s`, `repeats`, `payload_kg`: as in `track`. The gains are lowered until all drawn machines come to the end of the motion with
     taut cables and small errors. Units are part of the names; the rules are those of the machine file's table `[control]`.
+    `joint_error:JOINT` is the largest error of a joint on these machines, rad or m, by which `track` judges a run.
 
     Warns where the dead bands of the cables leave a joint inaccurate. Raises `ValueError` for a motion that the machine cannot track, with the reason.
     """

@@ -310,7 +310,7 @@ def test_wrong_cables_and_models_are_refused_with_one_reason() -> None:
     [
         ("rope: free=1 pulley=1 free=1 friction=0.1 compliance_per_n=1e-4", "8", "no pattern fits tendon cable"),
         ("cable: free=1 pulley=1 free=1 friction=0.1", "8", "compliance_per_n is missing"),
-        ("cable: free=1 sheath=1/30 free=1 friction=0.5 compliance_per_n=1e-4", "8", "use more cells"),
+        ("cable: free=1 sheath=1/30 free=1 friction=0.5 compliance_per_n=1e-4", "8", "or more cells"),
         ("cable: free=1 pulley=1 free=1 friction=0.1 compliance_per_n=1e-4", "x", "cells: x must be a whole number"),
         ("cable: free=1 mu=1", "8", "unknown key mu"),
     ],

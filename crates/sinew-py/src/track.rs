@@ -7,6 +7,7 @@ use crate::machine::Machine;
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde_json::{Map, Value};
 use sinew::machine::ControlRules;
 use sinew::trajectory::{JointWaypoint, Reference, Waypoint};
 use sinew_lab::CompensationVariant;
@@ -176,9 +177,20 @@ pub(crate) fn verify(
         let repeats = number_of_repeats(repeats, trajectory.is_closed())?;
         progress.tell("checking and verifying the motion", 0.0);
         check_feasible(&machine, &trajectory, repeats)?;
-        let (rules, warning, _) = verified(&machine, &trajectory, repeats, false)?;
-        Ok((serde_json::to_string(&rules)?, warning))
+        let (rules, warning, errors) = verified(&machine, &trajectory, repeats, false)?;
+        let mut rules = serde_json::to_value(rules)?;
+        if let Some(rules) = rules.as_object_mut() {
+            rules.extend(error_names(&machine).zip(errors).map(|(name, error)| (name, error.into())));
+        }
+        Ok((rules.to_string(), warning))
     })
+}
+
+/// Under which the rules of `verify` have the largest error of every independent joint, by which a run is
+/// judged.
+fn error_names(machine: &sinew::machine::Machine) -> impl Iterator<Item = String> {
+    let joints = machine.robot.independent_joints().into_iter();
+    joints.map(|joint| format!("joint_error:{}", machine.robot.parts().joints[joint].name))
 }
 
 /// Rules with which drawn machines track a motion, a warning where they do so inaccurately, and the largest
@@ -241,8 +253,14 @@ pub(crate) fn track<'py>(
         check_feasible(&machine, &trajectory, repeats)?;
         let (mut warning, mut normal_errors) = (None, Vec::new());
         if let Some(rules) = &conditions.rules {
-            machine.rules = serde_json::from_str(rules)
-                .map_err(|error| Failure::refused(format!("rules must be those of `verify`: {error}")))?;
+            let refused = |error| Failure::refused(format!("rules must be those of `verify`: {error}"));
+            let mut rules: Map<String, Value> =
+                serde_json::from_str(rules).map_err(|error| refused(error.to_string()))?;
+            let errors =
+                error_names(&machine).map(|name| rules.remove(&name).and_then(|error| error.as_f64()));
+            normal_errors = errors.collect::<Option<Vec<f64>>>().unwrap_or_default();
+            machine.rules =
+                serde_json::from_value(rules.into()).map_err(|error| refused(error.to_string()))?;
             machine.validate()?;
         } else if variant == CompensationVariant::Observer {
             (machine.rules, warning, normal_errors) =

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import weakref
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, Self
@@ -38,6 +39,8 @@ class Journal:
         path.parent.mkdir(parents=True, exist_ok=True)
         self.trials: dict[int, Trial] = {}
         self._file: BinaryIO = open(path, "a+b")  # noqa: SIM115
+        # A study that nobody closes is closed with its last reference.
+        weakref.finalize(self, self._file.close)
         try:
             if fcntl is not None:
                 try:

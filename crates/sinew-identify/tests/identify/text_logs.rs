@@ -53,6 +53,18 @@ fn every_delimiter_is_found() {
 }
 
 #[test]
+fn a_duration_with_a_blank_is_one_value() {
+    let samples = samples(60, 0.3);
+    for delimiter in [",", ";", "\t"] {
+        let header = ["t", "tension_in_n", "tension_out_n"].join(delimiter) + "\n";
+        let rows = table("", &samples, delimiter, "\n");
+        let rows: String =
+            rows.lines().map(|row| row.replacen(delimiter, &format!(" sec{delimiter}"), 1) + "\n").collect();
+        reads_as(&(header + &rows), &samples);
+    }
+}
+
+#[test]
 fn a_decimal_comma_is_found_where_the_comma_does_not_delimit() {
     let samples = samples(60, 0.3);
     for delimiter in [";", "\t", "|", " "] {

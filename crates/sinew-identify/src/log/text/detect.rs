@@ -88,7 +88,8 @@ fn choose_delimiter(content: &[HeadLine<'_>]) -> (Delimiter, bool, usize) {
     best
 }
 
-/// Most frequent width, and the share of lines of that width times the share of numbers in them.
+/// Most frequent width, and the share of lines of that width times the share of numbers in them; half of it
+/// where the first line, as a rule the header, has another width: `0.01 sec` is one value under one name.
 fn width_and_score(content: &[HeadLine<'_>], delimiter: Delimiter, decimal_comma: bool) -> (usize, f64) {
     let mut fields = Vec::new();
     // The first line is as a rule the header: it counts only where it is alone.
@@ -96,6 +97,8 @@ fn width_and_score(content: &[HeadLine<'_>], delimiter: Delimiter, decimal_comma
     split(content[0].bytes, delimiter, &mut fields);
     // A last column with a name and without values is a column.
     let named = if fields.last().is_some_and(|name| !name.is_empty()) { fields.len() } else { 0 };
+    drop_trailing_empty(&mut fields);
+    let header = fields.len();
     let rows: Vec<(usize, usize)> = content[skip..]
         .iter()
         .map(|line| {
@@ -119,5 +122,5 @@ fn width_and_score(content: &[HeadLine<'_>], delimiter: Delimiter, decimal_comma
     let numeric: usize = regular.iter().map(|r| r.1).sum();
     let share = numeric as f64 / (regular.len() * width).max(1) as f64;
     let score = regular.len() as f64 / rows.len().max(1) as f64 * (share + 0.01);
-    (width, score)
+    (width, if width == header || width == named { score } else { 0.5 * score })
 }
