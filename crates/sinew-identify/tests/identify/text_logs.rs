@@ -60,7 +60,10 @@ fn a_duration_with_a_blank_is_one_value() {
         let rows = table("", &samples, delimiter, "\n");
         let rows: String =
             rows.lines().map(|row| row.replacen(delimiter, &format!(" sec{delimiter}"), 1) + "\n").collect();
-        reads_as(&(header + &rows), &samples);
+        let found = &read(&(header + &rows), &plain()).unwrap().sequences[0];
+        assert!(found.far.iter().eq(samples.iter().map(|[_, _, far]| far)));
+        // Durations are read to the nanosecond.
+        assert!(found.time_s.iter().zip(&samples).all(|(read, [time, ..])| (read - time).abs() < 1e-9));
     }
 }
 
