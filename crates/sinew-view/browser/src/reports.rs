@@ -9,13 +9,13 @@ use std::process::Command;
 
 /// What is run in turn, and the report that it writes.
 const REPORTS: [(&str, &str); 7] = [
-    ("bench run --duration 6 --speeds 0.02,0.05 --out bench.csv", ""),
+    ("twin bench --duration 6 --speeds 0.02,0.05 --out bench.csv", ""),
     ("identify bench.csv --out model --model linear,cell", "model/report.html"),
     ("track planar_leg --path step --no-learning --report track.html", "track.html"),
-    ("arm inspect lm_arm --report arm.html", "arm.html"),
+    ("machine body lm_arm --report arm.html", "arm.html"),
     ("machine tune bench_joint --out gains.json --report tune.html", "tune.html"),
     ("machine map planar_leg --report map.html", "map.html"),
-    ("plot first.mcap --report plot.html", "plot.html"),
+    ("log plot first.mcap --report plot.html", "plot.html"),
 ];
 
 /// All of them; `folder` holds a recording.
