@@ -84,4 +84,4 @@ catheter = sorted((data / "wy_catheter").glob("f*.csv"))
 for frequency in ("f002", "f010", "f015", "f020"):
     train = [log for log in catheter if not log.name.startswith(frequency)]
     test = [log for log in catheter if log.name.startswith(frequency)]
-    task(f"catheter, tension from stroke, {frequency} not seen, a foreign log among the others", train, test, "--far tension_N --motion stroke_mm")
+    task(f"catheter, tension from stroke, {frequency} not seen, an outlier log among the others", train, test, "--far tension_N --motion stroke_mm")

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Muscle geometry and inverse dynamics: this project and MuJoCo, dynibo and Pinocchio by turns, on the same robots.
+# Muscle geometry and inverse dynamics: this project and MuJoCo, dynibo and Pinocchio interleaved, on the same robots.
 #
 #   benches/peers/body.sh ROBOT.xml [ROUNDS]
 #

@@ -1,5 +1,5 @@
 #!/bin/sh
-# A cable in its sheath: this project's step and MuJoCo's nearest models, by turns in one run.
+# A cable in its sheath: this project's step and MuJoCo's nearest models, interleaved in one run.
 #
 #   benches/peers/cable.sh [ROUNDS]
 #

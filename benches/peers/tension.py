@@ -4,7 +4,7 @@
 
 SINEW is the program, CLARABEL the one in tension_clarabel. Prints, for every kind of problem, the largest difference of
 the answers relative to the largest tension; where one exceeds 1e-9, who is nearer to the optimum in exact arithmetic; then
-times. DAQP's times are those its C code takes of itself, set-up and solve, the least of several runs.
+times. DAQP's times are those its C code takes of itself, set-up and solve, the smallest of several runs.
 """
 
 import json
@@ -127,10 +127,10 @@ def exact(p, tension):
                 rows[r] = [x - rows[r][k] * y for x, y in zip(rows[r], rows[k])]
     best = []
     for i, t in enumerate(tension):
-        wanted = reference[i] + sum(a * row[n] for a, row in zip(arms[i], rows)) / weight[i]
-        if (i in free) != (low[i] < wanted < high[i]):
+        desired = reference[i] + sum(a * row[n] for a, row in zip(arms[i], rows)) / weight[i]
+        if (i in free) != (low[i] < desired < high[i]):
             return None
-        best.append(float(wanted) if i in free else t)
+        best.append(float(desired) if i in free else t)
     return np.array(best)
 
 

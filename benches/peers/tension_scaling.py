@@ -59,8 +59,8 @@ class Reference:
         self.eps = EPS * (most or 1)
 
     def tensions(self, x):
-        wanted = [r + sum(a * x[j] for j, a in row) / w for r, row, w in zip(self.reference, self.arms, self.weight)]
-        return wanted, [min(max(u, l), h) for u, l, h in zip(wanted, self.low, self.high)]
+        desired = [r + sum(a * x[j] for j, a in row) / w for r, row, w in zip(self.reference, self.arms, self.weight)]
+        return desired, [min(max(u, l), h) for u, l, h in zip(desired, self.low, self.high)]
 
     def left(self, tensions):
         left = list(self.torque)
@@ -72,11 +72,11 @@ class Reference:
     def newton(self, x, center):
         n = self.n
         for _ in range(500):
-            wanted, tensions = self.tensions(x)
+            desired, tensions = self.tensions(x)
             gradient = [r - self.eps * (a - b) for r, a, b in zip(self.left(tensions), x, center)]
             h = [[self.eps if i == j else mpfr(0) for j in range(n)] + [gradient[i]] for i in range(n)]
             for i, row in enumerate(self.arms):
-                if self.low[i] < wanted[i] < self.high[i]:
+                if self.low[i] < desired[i] < self.high[i]:
                     for j, a in row:
                         for k, b in row:
                             h[j][k] += a * b / self.weight[i]
@@ -91,13 +91,13 @@ class Reference:
             if abs(length - 1) < mpfr("1e-100"):
                 after, _ = self.tensions(x)
                 side = lambda u: [(a > l) + (a >= h) for a, l, h in zip(u, self.low, self.high)]
-                if side(after) == side(wanted):
+                if side(after) == side(desired):
                     return x
         return x
 
     def line_search(self, x, center, step):
         """Where the slope along the step, which falls, vanishes: by its breakpoints in order."""
-        wanted, _ = self.tensions(x)
+        desired, _ = self.tensions(x)
         rate = [sum(a * step[j] for j, a in row) / w for row, w in zip(self.arms, self.weight)]
 
         def slope(s):
@@ -105,7 +105,7 @@ class Reference:
             _, tensions = self.tensions(at)
             return sum(d * (r - self.eps * (a - b)) for d, r, a, b in zip(step, self.left(tensions), at, center))
 
-        points = sorted(s for u, r, l, h in zip(wanted, rate, self.low, self.high) if r != 0
+        points = sorted(s for u, r, l, h in zip(desired, rate, self.low, self.high) if r != 0
                         for s in ((l - u) / r, (h - u) / r) if s > 0)
         first, last = 0, len(points)
         while first < last:
@@ -125,7 +125,7 @@ class Reference:
         left = self.left(tensions)
         return y, left
 
-    def least_residual(self, d):
+    def min_residual(self, d):
         length = gmpy2.sqrt(sum(a * a for a in d))
         if length == 0:
             return mpfr(0)
@@ -153,7 +153,7 @@ def check(p, solution):
     norm = lambda x: gmpy2.sqrt(sum(a * a for a in x))
     if solution["status"] == "infeasible":
         _, d = reference.solve()
-        least = max(reference.least_residual(d), mpfr(0))
+        least = max(reference.min_residual(d), mpfr(0))
         if least <= 0:
             return "infeasible", "is not proved to be out of reach"
         over = norm(left) - least
@@ -166,7 +166,7 @@ def check(p, solution):
     # The dual for the torque that is given: what rounding leaves of it is not held against the cost.
     reference.torque = [t - r for t, r in zip(reference.torque, left)]
     y, _ = reference.solve()
-    wanted, best = reference.tensions(y)
+    desired, best = reference.tensions(y)
     dual = reference.cost(best) + sum(a * b for a, b in zip(y, reference.left(best)))
     cost = reference.cost(tensions)
     if cost - dual > mpfr("1e-6") * cost:

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Full-batch Levenberg-Marquardt, 500 000 samples x 4 inputs x 30 nodes: this project and NumPy by turns, on the
+# Full-batch Levenberg-Marquardt, 500 000 samples x 4 inputs x 30 nodes: this project and NumPy interleaved, on the
 # same files from the same initial weights, with the same rule for the damping.
 #
 #   benches/peers/train.sh [STEPS [ROUNDS [scikit-learn]]]

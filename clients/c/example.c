@@ -19,16 +19,16 @@ int main(int count, char **arguments) {
     double seconds = atof(arguments[3]);
     if (sinew_link_open(&robot, arguments[1], (unsigned)atoi(arguments[2]), with_key ? key : NULL, 5.0))
         return fprintf(stderr, "error: %s: no session\n", arguments[1]), 1;
-    double start[SINEW_MAX_JOINTS], wanted[SINEW_MAX_JOINTS];
+    double start[SINEW_MAX_JOINTS], desired[SINEW_MAX_JOINTS];
     sinew_link_command(&robot, SINEW_ASK_HOLD, SINEW_NONE, NULL, NULL, 0, 0, 0);
     if (!sinew_link_receive(&robot, 5.0)) return fprintf(stderr, "error: no state\n"), 1;
-    for (unsigned i = 0; i < robot.joints; i++) wanted[i] = start[i] = robot.state.joint[i].joint_reference;
+    for (unsigned i = 0; i < robot.joints; i++) desired[i] = start[i] = robot.state.joint[i].joint_reference;
     uint64_t begin = sinew_now(), states = 0;
     for (;;) {
         double t = (double)(sinew_now() - begin) * 1e-9;
         if (t > seconds) break;
-        wanted[0] = start[0] + 0.05 * sin(6.283185307179586 * t / seconds);
-        sinew_link_command(&robot, SINEW_ASK_RUN, SINEW_JOINT, NULL, wanted, robot.joints, 1, 0);
+        desired[0] = start[0] + 0.05 * sin(6.283185307179586 * t / seconds);
+        sinew_link_command(&robot, SINEW_ASK_RUN, SINEW_JOINT, NULL, desired, robot.joints, 1, 0);
         struct timespec pause = {0, 2000000};
         nanosleep(&pause, NULL);
         while (sinew_link_receive(&robot, 0.0001)) states++;

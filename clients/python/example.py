@@ -22,8 +22,8 @@ start = state["numbers"][2 : each * state["joint_count"] : each]  # the referenc
 link.socket.settimeout(0.002)
 begin, states = time.monotonic(), 0
 while (t := time.monotonic() - begin) < seconds:
-    wanted = [start[0] + 0.05 * math.sin(2 * math.pi * t / seconds), *start[1:]]
-    link.command(RUN, JOINT, [(0, wanted)])
+    desired = [start[0] + 0.05 * math.sin(2 * math.pi * t / seconds), *start[1:]]
+    link.command(RUN, JOINT, [(0, desired)])
     arrived = link.state()
     if arrived:
         state, states = arrived, states + 1

@@ -57,7 +57,7 @@ pub fn read_machine(bytes: &[u8]) {
             let robot = robot_from_toml("machine.toml", machine, &mut |_| Ok(body.to_string()))
                 .expect("read before")
                 .0;
-            let described = Description::of(&robot, "body");
+            let described = Description::from_robot(&robot, "body");
             machine_of(described).expect("a machine but for its file");
         }
         Err(error) => assert!(error.line >= 1 && error.line <= lines, "{error}"),

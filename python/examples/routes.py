@@ -135,7 +135,7 @@ def main(trials: int = 1200, seeds: int = 5) -> None:
 
 
 def shown(values: list[dict[str, float]]) -> list[str]:
-    """Least and largest of the seeds."""
+    """Smallest and largest of the seeds."""
     texts = []
     for name in VALUES:
         factor, unit, digits = (100, " %", 1) if name == "friction_loss" else (1, "", 3)

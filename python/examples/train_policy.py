@@ -90,7 +90,7 @@ def train(plant: str, generations: int, pairs: int, seed: int = 0) -> Floats:
 
 
 def main(generations: int = 60, episodes: int = 200, pairs: int = 48) -> dict[tuple[str, str], float]:
-    """Trains, evaluates, prints; mean errors by training and evaluation, as a share of the joint's range."""
+    """Trains, evaluates, prints; mean errors by training and evaluation, as a fraction of the joint's range."""
     found = {}
     for trained in PLANTS:
         policy = train(trained, generations, pairs)

@@ -12,9 +12,9 @@ def number(value: Any, digits: int = 4) -> str:
     return "–" if value is None or value != value else f"{value:.{digits}g}"
 
 
-def percent(share: Any) -> str:
-    """A share as text."""
-    return "–" if share is None else f"{100 * share:.1f} %"
+def percent(fraction: Any) -> str:
+    """A fraction as text."""
+    return "–" if fraction is None else f"{100 * fraction:.1f} %"
 
 
 def html_table(title: str, head: Sequence[str], rows: Iterable[Sequence[Any]], notes: Iterable[str] = ()) -> str:

@@ -113,9 +113,9 @@ def verify(
     payload_kg: float | None = None,
     progress: Progress | None = None,
 ) -> dict[str, float]:
-    """Rules of control with which SIMULATED machines, drawn within the tolerances, track a motion.
+    """Rules of control with which SIMULATED machines, sampled within the tolerances, track a motion.
 
-    `path`, `duration_s`, `repeats`, `payload_kg`: as in `track`. The gains are lowered until all drawn machines come to the end of the motion with
+    `path`, `duration_s`, `repeats`, `payload_kg`: as in `track`. The gains are lowered until all sampled machines come to the end of the motion with
     taut cables and small errors. Units are part of the names; the rules are those of the machine file's table `[control]`.
     `joint_error:JOINT` is the largest error of a joint on these machines, rad or m, by which `track` judges a run.
 

@@ -1,4 +1,4 @@
-"""What the tests of `sinew.mujoco` share: models, motions, comparisons to the bit."""
+"""What the tests of `sinew.mujoco` fraction: models, motions, comparisons bit for bit."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def all_state() -> int:
 
 
 def assert_copies_agree(model: Any, within: Range) -> None:
-    """Copies, pickles, restored states, resets and other threads continue to the bit."""
+    """Copies, pickles, restored states, resets and other threads continue bit for bit."""
     data = mujoco.MjData(model)
     drive(model, data, 100, within=within)
     others = [copy.copy(data), copy.deepcopy(data), pickle.loads(pickle.dumps(data))]

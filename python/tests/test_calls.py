@@ -65,14 +65,14 @@ def test_ctrl_c_ends_a_long_call_and_other_threads_run_meanwhile(name: str, log_
 def test_an_exception_of_the_progress_function_ends_the_call(log_files: list[Path]) -> None:
     seen = []
 
-    def progress(stage: str, share: float) -> None:
-        seen.append((stage, share))
-        if share > 0.1:
+    def progress(stage: str, fraction: float) -> None:
+        seen.append((stage, fraction))
+        if fraction > 0.1:
             raise LookupError("enough")
 
     with pytest.raises(LookupError, match="enough"):
         sinew.identify(log_files[:2], far="tension_out_n", progress=progress)
-    assert seen[0] == ("reading logs", 0.0) and all(0.0 <= share <= 1.0 for _, share in seen)
+    assert seen[0] == ("reading logs", 0.0) and all(0.0 <= fraction <= 1.0 for _, fraction in seen)
 
 
 def test_many_threads_share_a_machine() -> None:

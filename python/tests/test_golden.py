@@ -1,4 +1,4 @@
-"""Python and Rust agree to the bit: random requests, answered by both."""
+"""Python and Rust agree bit for bit: random requests, answered by both."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ def states(draw: st.DrawFn) -> dict[str, Any]:
     machine = MACHINES[name]
     low, high = machine.ranges.T
     joints, muscles = len(machine.joint_names), len(machine.muscle_names)
-    share = draw(arrays(float, joints, elements=st.floats(0.0, 1.0)))
+    fraction = draw(arrays(float, joints, elements=st.floats(0.0, 1.0)))
     return {
         "machine": name,
-        "q": low + share * (high - low),
+        "q": low + fraction * (high - low),
         "v": draw(numbers(joints, 5.0)),
         "a": draw(numbers(joints, 50.0)),
         "tension": draw(arrays(float, muscles, elements=st.floats(0.0, 400.0))),

@@ -1,4 +1,4 @@
-"""The same log as a file, as columns and as a data frame gives the same model to the bit."""
+"""The same log as a file, as columns and as a data frame gives the same model bit for bit."""
 
 from __future__ import annotations
 

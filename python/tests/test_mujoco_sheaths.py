@@ -158,15 +158,15 @@ def friction_work(model: Any, data: Any, steps: int) -> tuple[float, float]:
     return taken, given_back
 
 
-@pytest.mark.parametrize(("implicit", "share"), [(False, 4e-4), (True, 2.5e-3)])
-def test_friction_gives_no_work_back(implicit: bool, share: float) -> None:
+@pytest.mark.parametrize(("implicit", "fraction"), [(False, 4e-4), (True, 2.5e-3)])
+def test_friction_gives_no_work_back(implicit: bool, fraction: float) -> None:
     model, data = finger()
     if not implicit:
         model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
     # Where MuJoCo integrates damping of joints implicitly, its constraints do not know; these joints are light and damped.
     taken, given_back = friction_work(model, data, 4000)
     assert taken > 0.1
-    assert given_back <= share * taken
+    assert given_back <= fraction * taken
 
 
 def test_the_force_behind_the_sheath_is_within_the_band_for_any_tension() -> None:

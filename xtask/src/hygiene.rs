@@ -3,10 +3,10 @@
 use crate::tree;
 use std::path::Path;
 
-const MOST_LINES: usize = 800;
+const MAX_LINES: usize = 800;
 /// Of a comment.
 const MAX_COLUMNS: usize = 110;
-const MOST_BYTES: u64 = 1 << 20;
+const MAX_BYTES: u64 = 1 << 20;
 
 /// Third-party files, kept as they came.
 const VENDORED: [&str; 1] = ["crates/sinew-view/assets/vendor/"];
@@ -43,8 +43,8 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
         let name = file.to_string_lossy().replace('\\', "/");
         let place = root.join(file);
         let bytes = std::fs::metadata(&place).map_err(|e| format!("{name}: {e}"))?.len();
-        if bytes > MOST_BYTES {
-            findings.push(format!("{name}: {bytes} bytes, expected at most {MOST_BYTES}"));
+        if bytes > MAX_BYTES {
+            findings.push(format!("{name}: {bytes} bytes, expected at most {MAX_BYTES}"));
             continue;
         }
         // What is not UTF-8 is not text: pictures and test fixtures.
@@ -67,8 +67,8 @@ fn findings_in(name: &str, text: &str, retired: &[(&str, &str)]) -> Vec<String> 
     }
     let mut findings = Vec::new();
     let lines = text.lines().count();
-    if name.ends_with(".rs") && lines > MOST_LINES {
-        findings.push((0, format!("{name}: {lines} lines, expected at most {MOST_LINES}")));
+    if name.ends_with(".rs") && lines > MAX_LINES {
+        findings.push((0, format!("{name}: {lines} lines, expected at most {MAX_LINES}")));
     }
     if name.ends_with(".rs") {
         findings.extend(
@@ -138,10 +138,10 @@ mod tests {
 
     #[test]
     fn too_many_lines_of_rust_are_found_and_of_text_are_not() {
-        let long = "\n".repeat(MOST_LINES + 1);
+        let long = "\n".repeat(MAX_LINES + 1);
         assert_eq!(found_in("a.rs", &long).len(), 1);
         assert!(found_in("a.csv", &long).is_empty());
-        assert!(found_in("a.rs", &"\n".repeat(MOST_LINES)).is_empty());
+        assert!(found_in("a.rs", &"\n".repeat(MAX_LINES)).is_empty());
     }
 
     #[test]

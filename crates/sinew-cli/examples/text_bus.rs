@@ -135,11 +135,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut wire = (BUS.open)(address)?;
     let plant = wire.operate(&machine, &[])?;
     let schedule = Schedule::new(&trajectory, 1, 0.3, 0.7)?;
-    let limits = Limits::of(&machine, gains)?;
+    let limits = Limits::from_machine(&machine, gains)?;
     let mut cycle = Cycle::new(plant, Supervisor::new(controller, limits)?, schedule, machine.period);
     let (mut timing, mut error) = (Timing::new(), 0.0_f64);
     run(&mut cycle, &mut MonotonicClock, machine.period_ns(), &false.into(), &mut timing, |record| {
-        let errors = record.feedback.joint.iter().zip(&record.reference.q).map(|(q, wanted)| q - wanted);
+        let errors = record.feedback.joint.iter().zip(&record.reference.q).map(|(q, desired)| q - desired);
         error = errors.map(f64::abs).fold(error, f64::max);
         Ok(())
     })?;

@@ -22,7 +22,7 @@ pub(crate) enum Outcome {
 
 impl Outcome {
     /// As asked where `held`.
-    pub(crate) fn of(held: bool) -> Self {
+    pub(crate) fn new(held: bool) -> Self {
         if held { Self::AsAsked } else { Self::Otherwise }
     }
 

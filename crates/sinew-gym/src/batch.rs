@@ -44,7 +44,7 @@ pub struct Outcomes<'a> {
 }
 
 /// Most environments.
-const MOST_ENVIRONMENTS: usize = 1_000_000;
+const MAX_ENVIRONMENTS: usize = 1_000_000;
 
 /// One environment with its rows.
 type Rows<'a> = (
@@ -67,7 +67,7 @@ impl EnvironmentBatch {
         mode: ResetMode,
         threads: usize,
     ) -> Result<Self, Error> {
-        if !(1..=MOST_ENVIRONMENTS).contains(&seeds.len()) {
+        if !(1..=MAX_ENVIRONMENTS).contains(&seeds.len()) {
             let (name, expected) = ("number of environments", "from 1 to 1 000 000");
             return Err(Error::OutOfDomain { name, expected, got: seeds.len() as f64 });
         }

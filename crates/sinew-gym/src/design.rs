@@ -41,7 +41,7 @@ pub struct EnvironmentDesign {
     pub(crate) ranges: Vec<[f64; 2]>,
     /// Indices of the independent joints with encoders.
     pub(crate) encoded: Vec<usize>,
-    /// Least and largest tension at the anchors, N: `[muscles]`.
+    /// Smallest and largest tension at the anchors, N: `[muscles]`.
     pub(crate) tensions: Vec<[f64; 2]>,
     /// Lengths from sheath to anchor in the start, where the motors' encoders are zero, m: `[muscles]`.
     pub(crate) home: Vec<f64>,
@@ -56,10 +56,10 @@ pub struct EnvironmentDesign {
 
 /// Poses over the ranges in which the error's scale is found.
 const PLACES: usize = 40;
-/// Share of the mean error of these poses from the start at which the reward is a half.
+/// Fraction of the mean error of these poses from the start at which the reward is a half.
 const HALF_ERROR: f64 = 0.2;
 /// Tensions are commanded from this many times the least one below which a drive does not pay out.
-const LEAST_TENSION: f64 = 1.5;
+const MIN_TENSION: f64 = 1.5;
 
 /// Cycles of a machine with this period, s, in the interval of an action.
 fn cycles(settings: &Settings, period: f64) -> Result<u32, Error> {
@@ -148,7 +148,7 @@ impl EnvironmentDesign {
         &self.commands
     }
 
-    /// Error at which the reward is a half, m for an end point, else 1 as a share of the joints' ranges.
+    /// Error at which the reward is a half, m for an end point, else 1 as a fraction of the joints' ranges.
     #[must_use]
     pub fn half_error(&self) -> f64 {
         self.half_error
@@ -181,29 +181,30 @@ impl EnvironmentDesign {
     fn mean_error(&self) -> Result<f64, Error> {
         let mut place = Place::new(&self.machine);
         let robot = &self.machine.robot;
-        let wanted = place.point_of(robot, &self.machine.start)?;
+        let desired = place.point_of(robot, &self.machine.start)?;
         let poses = self.machine.poses(PLACES)?;
         let mut sum = 0.0;
         for pose in &poses {
             let point = place.point_of(robot, pose)?;
-            sum += self.error(pose, point, &self.machine.start, wanted);
+            sum += self.error(pose, point, &self.machine.start, desired);
         }
         // A machine that hardly moves has a finite scale as well.
         Ok((sum / poses.len() as f64).max(1e-6))
     }
 
-    /// Distance between the end point and the one that is wanted, along the axes that are tracked, m; without
-    /// an end point the root-mean-square error of the joints as a share of their ranges, 1.
-    pub(crate) fn error(&self, q: &[f64], point: [f64; 3], target: &[f64], wanted: [f64; 3]) -> f64 {
+    /// Distance between the end point and the one that is desired, along the axes that are tracked, m;
+    /// without an end point the root-mean-square error of the joints as a fraction of their ranges, 1.
+    pub(crate) fn error(&self, q: &[f64], point: [f64; 3], target: &[f64], desired: [f64; 3]) -> f64 {
         let squares: f64 = match self.machine.task {
             Space::EndPoint { axes, .. } => {
-                let along = axes.iter().zip(point.iter().zip(wanted)).filter(|(tracked, _)| **tracked);
-                along.map(|(_, (at, wanted))| (at - wanted) * (at - wanted)).sum()
+                let along = axes.iter().zip(point.iter().zip(desired)).filter(|(tracked, _)| **tracked);
+                along.map(|(_, (at, desired))| (at - desired) * (at - desired)).sum()
             }
             Space::Joints => {
                 let joints = q.iter().zip(target).zip(&self.ranges);
-                let shares = joints.map(|((q, target), [low, high])| (q - target) / (high - low).max(1e-6));
-                shares.map(|share| share * share).sum::<f64>() / q.len() as f64
+                let fractions =
+                    joints.map(|((q, target), [low, high])| (q - target) / (high - low).max(1e-6));
+                fractions.map(|fraction| fraction * fraction).sum::<f64>() / q.len() as f64
             }
         };
         libm::sqrt(squares)
@@ -256,7 +257,7 @@ fn bounds(actuation: Actuation, drive: &DriveParameters) -> [f64; 2] {
         }
         Actuation::Tension => {
             let most = drive.working_tension();
-            [(LEAST_TENSION * drive.least_tension).min(most), most]
+            [(MIN_TENSION * drive.min_tension).min(most), most]
         }
         Actuation::Torque => [-drive.motor.continuous_current, drive.motor.continuous_current],
     }

@@ -54,7 +54,8 @@ pub struct Outcome {
     pub terminated: bool,
     /// Whether that was the last step of the episode.
     pub truncated: bool,
-    /// Distance of the end point, m, or root-mean-square error of the joints as a share of their ranges, 1.
+    /// Distance of the end point, m, or root-mean-square error of the joints as a fraction of their ranges,
+    /// 1.
     pub error: f64,
 }
 
@@ -181,7 +182,7 @@ impl Environment {
         let joints = readings.joint_rate.iter_mut().zip(&readings.joint);
         joints.for_each(|(before, now)| *before = rate * (now - *before));
         self.steps += 1;
-        // The pose that was wanted for this time was told before the action.
+        // The pose that was desired for this time was told before the action.
         let evaluated = self.update_error();
         let truth = self.twin.truth();
         let broken = truth.cables.iter().any(|cable| cable.broken.is_some());
@@ -249,7 +250,7 @@ impl Environment {
         self.update_error()
     }
 
-    /// What is wanted at the end of the next interval.
+    /// What is desired at the end of the next interval.
     fn update_target(&mut self) -> Result<(), Error> {
         if let Task::Track(trajectory) = &self.design.task {
             let interval = MILLISECOND * f64::from(self.design.settings.interval_ms);

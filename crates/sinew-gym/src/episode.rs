@@ -1,7 +1,7 @@
-//! What is drawn at the beginning of an episode.
+//! What is sampled at the beginning of an episode.
 
 use crate::design::EnvironmentDesign;
-use crate::randomisation::Drawn;
+use crate::randomisation::Sampled;
 use crate::task::Task;
 use sinew::Error;
 use sinew::control::arm::resting_tensions;
@@ -24,32 +24,32 @@ pub(crate) struct Episode {
 
 /// Draws after which the machine as designed begins in its start.
 const ATTEMPTS: usize = 20;
-/// Deviation of the initial pose from the reference of a motion, as a share of that of other tasks.
-const TRACKING_SHARE: f64 = 0.1;
-/// Mean time between pushes, and the least and the largest duration of one, s.
+/// Deviation of the initial pose from the reference of a motion, as a fraction of that of other tasks.
+const TRACKING_FRACTION: f64 = 0.1;
+/// Mean time between pushes, and the smallest and the largest duration of one, s.
 const PUSH_INTERVAL: f64 = 1.0;
 const PUSH_DURATION: [f64; 2] = [0.1, 0.4];
 
 impl Episode {
     /// Draws specimen, initial pose, target, pushes and the seed of the noise.
     ///
-    /// Specimens and poses that the plant refuses are drawn again.
+    /// Specimens and poses that the plant refuses are sampled again.
     pub(crate) fn draw(design: &EnvironmentDesign, random: &mut Random) -> Result<Self, Error> {
         let mut last = None;
         for _ in 0..ATTEMPTS {
-            let drawn = design.randomisation.draw(random);
-            match Self::of(design, &drawn, design.settings.spread, random) {
+            let sampled = design.randomisation.draw(random);
+            match Self::new(design, &sampled, design.settings.spread, random) {
                 Ok(episode) => return Ok(episode),
                 Err(error) => last = Some(error),
             }
         }
         let plain = crate::randomisation::Randomisation::none().draw(random);
-        Self::of(design, &plain, 0.0, random).map_err(|error| last.unwrap_or(error))
+        Self::new(design, &plain, 0.0, random).map_err(|error| last.unwrap_or(error))
     }
 
-    fn of(
+    fn new(
         design: &EnvironmentDesign,
-        drawn: &Drawn,
+        sampled: &Sampled,
         spread: f64,
         random: &mut Random,
     ) -> Result<Self, Error> {
@@ -63,7 +63,7 @@ impl Episode {
                 offset = if trajectory.is_closed() { moment } else { 0.0 };
                 let mut reference = Reference::new(start.len());
                 trajectory.sample(offset, &mut reference)?;
-                initial = design.pose_near(&reference.q, TRACKING_SHARE * spread, random);
+                initial = design.pose_near(&reference.q, TRACKING_FRACTION * spread, random);
                 reference.q
             }
         };
@@ -72,22 +72,22 @@ impl Episode {
             Task::Reach | Task::Track(_) => Vec::new(),
         };
         let seed = random.bits();
-        let specimen = drawn.specimen(&design.specimen, &design.machine)?;
+        let specimen = sampled.specimen(&design.specimen, &design.machine)?;
         let mut tensions = resting_tensions(&specimen.robot, &initial, &design.tensions)?;
         for (tension, cable) in tensions.iter_mut().zip(&specimen.cables) {
             *tension = tension.max(cable.parameters.pretension);
         }
         let twin = ArmTwin::new(&specimen, &initial, &tensions, seed)?.with_faults(&pushes)?;
-        Ok(Self { twin, target, offset, delay_ms: drawn.delay_ms })
+        Ok(Self { twin, target, offset, delay_ms: sampled.delay_ms })
     }
 }
 
 impl EnvironmentDesign {
-    /// A pose at random: every joint up to a share of the way from `middle` to the ends of its range.
-    fn pose_near(&self, middle: &[f64], share: f64, random: &mut Random) -> Vec<f64> {
+    /// A pose at random: every joint up to a fraction of the way from `middle` to the ends of its range.
+    fn pose_near(&self, middle: &[f64], fraction: f64, random: &mut Random) -> Vec<f64> {
         let joints = middle.iter().zip(&self.ranges);
         let place = |(middle, [low, high]): (&f64, &[f64; 2])| {
-            let way = share * (2.0 * random.unit() - 1.0);
+            let way = fraction * (2.0 * random.unit() - 1.0);
             let pose = if way < 0.0 { middle + way * (middle - low) } else { middle + way * (high - middle) };
             pose.max(*low).min(*high)
         };
@@ -98,7 +98,7 @@ impl EnvironmentDesign {
 /// Pushes of an episode: at random times, of random joints.
 fn pushes(design: &EnvironmentDesign, largest: f64, random: &mut Random) -> Vec<InjectedFault> {
     let duration = 1e-3 * f64::from(design.settings.interval_ms) * f64::from(design.settings.steps);
-    let count = libm::ceil(duration / PUSH_INTERVAL).min(MOST_PUSHES) as usize;
+    let count = libm::ceil(duration / PUSH_INTERVAL).min(MAX_PUSHES) as usize;
     let [shortest, longest] = PUSH_DURATION;
     let push = |_| {
         let start = random.unit() * duration;
@@ -111,4 +111,4 @@ fn pushes(design: &EnvironmentDesign, largest: f64, random: &mut Random) -> Vec<
 }
 
 /// Most pushes of an episode: every one costs time in every step.
-const MOST_PUSHES: f64 = 60.0;
+const MAX_PUSHES: f64 = 60.0;

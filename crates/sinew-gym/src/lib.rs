@@ -10,7 +10,7 @@
 //! | `task`          | reach a pose, track a motion, hold a pose against pushes                       |
 //! | `design`        | a machine, a task and settings, checked together: what all environments share  |
 //! | `observation`   | the layout of observations                                                     |
-//! | `episode`       | what is drawn at the beginning of an episode                                   |
+//! | `episode`       | what is sampled at the beginning of an episode                                   |
 //! | `environment`   | one environment: reset, step                                                   |
 //! | `batch`         | many of them, with resets of ended episodes                                    |
 //! | `threads`       | how threads share them                                                         |

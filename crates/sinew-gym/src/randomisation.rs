@@ -6,11 +6,11 @@ use sinew::random::Random;
 use sinew::transmission::cable::{CablePath, Segment};
 use sinew::twin::arm::ArmSpecimen;
 
-/// How the machine of an episode differs from the design. Each is drawn evenly between two bounds, once for
+/// How the machine of an episode differs from the design. Each is sampled evenly between two bounds, once for
 /// the whole machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Randomisation {
-    /// Whether every part is also drawn within the machine's own tolerances, part by part.
+    /// Whether every part is also sampled within the machine's own tolerances, part by part.
     pub tolerances: bool,
     /// Factor on the coefficient of friction of all cables, >= 0; 0 and 0: cables without friction, whose
     /// drag, loss at the first node and friction at creeping speed are left out as well.
@@ -38,7 +38,7 @@ impl Default for Randomisation {
 
 /// One draw of the factors.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Drawn {
+pub(crate) struct Sampled {
     pub(crate) friction: f64,
     bend: f64,
     mass: f64,
@@ -76,23 +76,23 @@ impl Randomisation {
     }
 
     /// Draws all numbers, whether they differ or not: settling one of them changes no other.
-    pub(crate) fn draw(&self, random: &mut Random) -> Drawn {
+    pub(crate) fn draw(&self, random: &mut Random) -> Sampled {
         let mut between = |[low, high]: [f64; 2]| low + random.unit() * (high - low);
         let (friction, bend) = (between(self.friction), between(self.bend));
         let (mass, delay_ms) = (between(self.mass), between(self.delay_ms));
         let seed = random.bits();
-        Drawn { friction, bend, mass, delay_ms, tolerances: self.tolerances.then_some(seed) }
+        Sampled { friction, bend, mass, delay_ms, tolerances: self.tolerances.then_some(seed) }
     }
 }
 
-impl Drawn {
+impl Sampled {
     /// The specimen with these numbers.
     ///
     /// # Errors
-    /// As [`ArmSpecimen::drawn_around`] and [`CablePath::new`].
+    /// As [`ArmSpecimen::sampled_around`] and [`CablePath::new`].
     pub(crate) fn specimen(&self, design: &ArmSpecimen, machine: &Machine) -> Result<ArmSpecimen, Error> {
         let mut specimen = match self.tolerances {
-            Some(seed) => ArmSpecimen::drawn_around(design, machine, seed)?,
+            Some(seed) => ArmSpecimen::sampled_around(design, machine, seed)?,
             None => design.clone(),
         };
         if changes(self.mass) {

@@ -4,7 +4,7 @@ use sinew::twin::cable::Resolution;
 /// What an action commands of every drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Actuation {
-    /// Speed of the cable at the winch: -1 and 1 are the speed at which the drive takes up cable at half of
+    /// Speed of the cable at the winch: -1 and 1 are the speed at which the drive winds in cable at half of
     /// its working tension, away from and toward the motor.
     Speed,
     /// Tension at the drive's outlet: -1 is the least that keeps the cable from going slack, 1 the drive's
@@ -26,7 +26,7 @@ pub struct Settings {
     /// Cells of the cables, and least substeps of a millisecond; more are taken where the machine needs them.
     pub resolution: Resolution,
     /// Largest distance of the initial pose, and of the pose to be reached, from the machine's start, as a
-    /// share of the way to the ends of the joints' ranges, 0 to 1.
+    /// fraction of the way to the ends of the joints' ranges, 0 to 1.
     pub spread: f64,
     /// Weight of the mean square action in the reward, >= 0.
     pub effort: f64,

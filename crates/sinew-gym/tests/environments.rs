@@ -2,7 +2,7 @@
 //! seed and actions decides what they do.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot start may panic")]
-#![allow(clippy::float_cmp, reason = "equality to the bit is what is tested")]
+#![allow(clippy::float_cmp, reason = "equality bit for bit is what is tested")]
 
 use sinew::Error;
 use sinew::drive::DriveFault;

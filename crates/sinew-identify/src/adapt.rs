@@ -49,7 +49,7 @@ pub fn adapt(
 ) -> Result<Identification, Error> {
     let limits = union(&old.guards, &input_limits(data));
     let logs = ConditionedLogs::with_limits(data.clone(), limits, old.gap_s.max(gap_s(data)));
-    let folds = Folds::of(data);
+    let folds = Folds::new(data);
     let prior = &old.estimator;
     let fresh = |training: &[&Run]| fresh(prior, training, options.seed);
     let variants: [(&str, &str, &Variant<'_>); 4] = [
@@ -93,7 +93,7 @@ pub fn adapt(
     Ok(Identification { model, report })
 }
 
-/// The variant with the least error over all folds but `without`; the transfer unless another is clearly
+/// The variant with the smallest error over all folds but `without`; the transfer unless another is clearly
 /// better.
 fn choose(scored: &[ScoredCandidate], without: Option<usize>) -> Option<usize> {
     let score = |k: usize| scored[k].score(without);

@@ -46,7 +46,7 @@ impl Compared {
     fn scores(&self) -> Scores {
         let mut all = self.inside;
         all.merge(&self.outside);
-        let share = self.outside.count() as f64 / all.count() as f64;
+        let fraction = self.outside.count() as f64 / all.count() as f64;
         Scores {
             n: all.count(),
             mse: all.mse(),
@@ -54,7 +54,7 @@ impl Compared {
             pearson: all.pearson(),
             percent_of_range: all.percent_of_range(None),
             coverage95: all.coverage(),
-            out_of_range: share.is_finite().then_some(share),
+            out_of_range: fraction.is_finite().then_some(fraction),
             rmse_in_range: self.inside.rmse(),
             rmse_out_of_range: self.outside.rmse(),
         }

@@ -12,7 +12,7 @@ use crate::select::choice::{Choice, selection_rmse};
 use crate::select::cross_validation::cross_validate_all;
 use crate::select::folds::Folds;
 pub use crate::select::influence::Keep;
-use crate::select::influence::{check_keep, exclude_foreign_logs};
+use crate::select::influence::{check_keep, exclude_outlier_logs};
 use crate::select::trend::report_trend;
 use crate::training::fit;
 use sinew::predictor::Model;
@@ -28,7 +28,7 @@ pub struct Options {
     pub keep: Keep,
 }
 
-/// Receives the stage of an identification and the share that is done, for a progress display.
+/// Receives the stage of an identification and the fraction that is done, for a progress display.
 pub type Progress<'a> = dyn Fn(&str, f64) + Sync + 'a;
 
 /// A model with its report.
@@ -52,8 +52,8 @@ pub fn check_options(data: &Dataset, options: &Options) -> Result<(), Error> {
 /// Identifies the transmission that made a dataset.
 ///
 /// # Errors
-/// [`Error::UnknownModel`] where no candidate has a wanted name, [`Error::UnknownLog`] where no log has the
-/// name of one to keep, [`Error::NothingFitted`] where no candidate could be fitted.
+/// [`Error::UnknownModel`] where no candidate has a requested name, [`Error::UnknownLog`] where no log has
+/// the name of one to keep, [`Error::NothingFitted`] where no candidate could be fitted.
 pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> Result<Identification, Error> {
     // 1. Read: conditioned as the predictor conditions its samples.
     let logs = ConditionedLogs::new(data.clone());
@@ -61,10 +61,10 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
 
     progress("measuring the influence of each log", 0.05);
     let not_compared = if options.models.is_empty() { not_compared(&logs) } else { Vec::new() };
-    let (mut logs, influence) = exclude_foreign_logs(logs, &options.keep)?; // 2. Influence.
+    let (mut logs, influence) = exclude_outlier_logs(logs, &options.keep)?; // 2. Influence.
     report_shift(&mut logs);
     report_trend(&mut logs);
-    let folds = Folds::of(&logs.data); // 3. Folds.
+    let folds = Folds::new(&logs.data); // 3. Folds.
 
     let stage = |done: f64| progress("cross-validating the candidates", 0.1 + 0.7 * done);
     let scored = cross_validate_all(&candidates, &logs, &folds, options.seed, &stage); // 4. Cross-validation.

@@ -103,7 +103,7 @@ fn machine(name: &str) -> Machine {
                 .unwrap()
                 .parts;
         parts.gravity = [0.0; 3];
-        return Machine::of(&Robot::new(parts).unwrap()).unwrap();
+        return Machine::from_robot(&Robot::new(parts).unwrap()).unwrap();
     }
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/");
     let text = std::fs::read_to_string(format!("{path}{name}.toml")).unwrap();

@@ -78,13 +78,13 @@ fn muscle(bencher: Bencher, count: usize) {
 #[divan::bench(sample_count = 10)]
 fn bench_run(bencher: Bencher) {
     const SECONDS: f64 = 50.0;
-    let wanted = BenchRun::paper(Specimen::bench(), Programme::Track, 0.08, 1);
+    let desired = BenchRun::paper(Specimen::bench(), Programme::Track, 0.08, 1);
     let observer = ObserverCompensation::new(&CableModel::bench()).unwrap();
     bencher.counter(ItemsCount::new(1000 * SECONDS as usize)).bench_local(|| {
         let mut compensation = Compensation::Observer(Box::new(observer.clone()));
         let mut sum = 0.0;
         let stop =
-            run(&wanted, MuscleControl::Compensation(&mut compensation), SECONDS, |row| sum += row.far)
+            run(&desired, MuscleControl::Compensation(&mut compensation), SECONDS, |row| sum += row.far)
                 .unwrap();
         assert!(stop.is_none());
         sum

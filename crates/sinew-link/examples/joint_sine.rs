@@ -16,16 +16,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let seconds: f64 = seconds.parse()?;
     let second = Duration::from_secs(1);
     let mut client = Client::connect(address.parse()?, key.as_ref(), 5 * second)?;
-    client.send(&Command::of(Request::Hold))?;
+    client.send(&Command::from_request(Request::Hold))?;
     let start: Vec<f64> =
         client.receive(second)?.joints().iter().map(|joint| joint.joint_reference).collect();
     let begin = Instant::now();
     while begin.elapsed().as_secs_f64() < seconds {
         let phase = std::f64::consts::TAU * begin.elapsed().as_secs_f64() / seconds;
-        let mut wanted = start.clone();
-        wanted[0] += 0.05 * phase.sin();
-        let mut setpoints = Setpoints::new(SetpointKind::Joint, wanted.len());
-        setpoints.push(0, &wanted);
+        let mut desired = start.clone();
+        desired[0] += 0.05 * phase.sin();
+        let mut setpoints = Setpoints::new(SetpointKind::Joint, desired.len());
+        setpoints.push(0, &desired);
         client.send(&Command { request: Request::Run, advance_to_ns: 0, setpoints })?;
         client.receive(second)?; // states come 500 times a second
     }

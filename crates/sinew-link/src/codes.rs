@@ -21,7 +21,7 @@ macro_rules! codes {
 
             /// The code of a number; none for a number without meaning.
             #[must_use]
-            pub fn of(number: u8) -> Option<Self> {
+            pub fn from_number(number: u8) -> Option<Self> {
                 Self::ALL.iter().copied().find(|code| code.number() == number)
             }
 
@@ -55,7 +55,7 @@ codes! {
         Hold = 3,
         /// The machine follows set-points or its programme.
         Run = 4,
-        /// Tensions are let down on a ramp.
+        /// Tensions are released on a ramp.
         SafeStop = 5,
         /// A fault ended the motion.
         Fault = 6,
@@ -121,7 +121,7 @@ codes! {
 }
 
 impl Request {
-    /// Whether a machine under tension is let down for it.
+    /// Whether a machine under tension is released for it.
     #[must_use]
     pub fn is_stop(self) -> bool {
         matches!(self, Self::SafeStop | Self::GetReady | Self::TurnOff)

@@ -38,7 +38,7 @@ impl Command {
 
     /// A request without set-points, or with none at all a sign of life.
     #[must_use]
-    pub fn of(request: Request) -> Self {
+    pub fn from_request(request: Request) -> Self {
         Self { request, advance_to_ns: 0, setpoints: Setpoints::none() }
     }
 }
@@ -140,8 +140,8 @@ pub(crate) fn write(command: &Command, writer: &mut Writer<'_>) -> Option<()> {
 pub(crate) fn read(reader: &mut Reader<'_>) -> Result<Command, Rejection> {
     let head = CommandHead::read(reader).ok_or(Rejection::Length)?;
     let (values, points) = (usize::from(head.values), usize::from(head.points));
-    let request = Request::of(head.request).ok_or(Rejection::Code)?;
-    let kind = SetpointKind::of(head.setpoint).ok_or(Rejection::Code)?;
+    let request = Request::from_number(head.request).ok_or(Rejection::Code)?;
+    let kind = SetpointKind::from_number(head.setpoint).ok_or(Rejection::Code)?;
     if head.padding != [0; 2] {
         return Err(Rejection::Code);
     }

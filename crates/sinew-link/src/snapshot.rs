@@ -180,9 +180,9 @@ impl Snapshot {
         if !reader.is_empty() {
             return Err(Rejection::Length);
         }
-        next.mode = Mode::of(head.mode).ok_or(Rejection::Code)?;
-        next.request = Request::of(head.request).ok_or(Rejection::Code)?;
-        next.setpoint = SetpointKind::of(head.setpoint).ok_or(Rejection::Code)?;
+        next.mode = Mode::from_number(head.mode).ok_or(Rejection::Code)?;
+        next.request = Request::from_number(head.request).ok_or(Rejection::Code)?;
+        next.setpoint = SetpointKind::from_number(head.setpoint).ok_or(Rejection::Code)?;
         if head.padding != [0] {
             return Err(Rejection::Code);
         }
@@ -197,7 +197,7 @@ impl Snapshot {
             accepted: head.accepted,
             lost: head.lost,
             rejected: head.rejected,
-            last_rejection: Rejection::of(head.last_rejection),
+            last_rejection: Rejection::from_number(head.last_rejection),
         };
         Ok((counts, last))
     }

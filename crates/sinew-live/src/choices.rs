@@ -7,7 +7,7 @@ pub struct Choices {
     pub paths: Vec<String>,
     /// Names of compensations.
     pub variants: Vec<String>,
-    /// Least and largest tension at every anchor, N: `[muscles]`.
+    /// Smallest and largest tension at every anchor, N: `[muscles]`.
     pub tension_limits: Vec<[f64; 2]>,
     /// Failures that a muscle can be given, as
     /// [`SimulationSource::failure`](crate::SimulationSource::failure) reads them, with what they are; `{}`

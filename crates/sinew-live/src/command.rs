@@ -75,22 +75,23 @@ impl Command {
         let message: Value = serde_json::from_str(text)
             .map_err(|error| (Value::Null, format!("the command is no JSON: {error}")))?;
         let id = Some(&message["id"]).filter(|id| id.is_u64()).cloned().unwrap_or(Value::Null);
-        match Self::of(&message) {
+        match Self::from_message(&message) {
             Ok(command) => Ok((id, command)),
             Err(reason) => Err((id, reason)),
         }
     }
 
-    fn of(message: &Value) -> Result<Self, String> {
+    fn from_message(message: &Value) -> Result<Self, String> {
         let name = text(message, "command")?;
         Ok(match name {
             "mode" => {
-                let wanted = text(message, "request")?;
-                let request = Request::ALL[1..].iter().copied().find(|request| request.name() == wanted);
+                let requested = text(message, "request")?;
+                let request = Request::ALL[1..].iter().copied().find(|request| request.name() == requested);
                 let known =
                     || Request::ALL[1..].iter().map(|request| request.name()).collect::<Vec<_>>().join(", ");
                 Self::Mode(
-                    request.ok_or_else(|| format!("request is `{wanted}`; expected one of {}", known()))?,
+                    request
+                        .ok_or_else(|| format!("request is `{requested}`; expected one of {}", known()))?,
                 )
             }
             "path" => Self::Path(text(message, "name")?.to_owned()),

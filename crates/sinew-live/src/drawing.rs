@@ -70,9 +70,9 @@ impl Drawing {
         let bottom = if self.up[upright] > 0.0 { low[upright] } else { high[upright] };
         self.winches = (0..count)
             .map(|k| {
-                let share = if count > 1 { k as f64 / (count - 1) as f64 - 0.5 } else { 0.0 };
+                let fraction = if count > 1 { k as f64 / (count - 1) as f64 - 0.5 } else { 0.0 };
                 let mut at = [0.0; 3];
-                at[along] = 0.5 * (low[along] + high[along]) + 0.6 * size * share;
+                at[along] = 0.5 * (low[along] + high[along]) + 0.6 * size * fraction;
                 at[away] = low[away] - 0.35 * size;
                 at[upright] = bottom + 0.12 * size * self.up[upright].signum();
                 at
@@ -167,13 +167,13 @@ fn evenly(points: &[[f64; 3]], count: usize) -> Vec<[f64; 3]> {
     let mut piece = 0;
     (0..count)
         .map(|k| {
-            let wanted = whole * k as f64 / (count - 1) as f64;
-            while piece + 2 < points.len() && at[piece + 1] < wanted {
+            let requested = whole * k as f64 / (count - 1) as f64;
+            while piece + 2 < points.len() && at[piece + 1] < requested {
                 piece += 1;
             }
             let Some(end) = points.get(piece + 1) else { return *first };
             let length = (at[piece + 1] - at[piece]).max(1e-12);
-            add(points[piece], sub(*end, points[piece]), ((wanted - at[piece]) / length).clamp(0.0, 1.0))
+            add(points[piece], sub(*end, points[piece]), ((requested - at[piece]) / length).clamp(0.0, 1.0))
         })
         .collect()
 }

@@ -167,9 +167,9 @@ impl FoxgloveView {
             let at = points.by_ref().take(count).map(|p| Point3 { x: p[0], y: p[1], z: p[2] });
             let at: Vec<Point3> = at.collect();
             let colour = |tension: &f64| {
-                let share = (tension / highest).clamp(0.0, 1.0);
-                let share = if share.is_finite() { share } else { 0.0 };
-                Color { r: share, g: 0.3, b: 1.0 - share, a: 1.0 }
+                let fraction = (tension / highest).clamp(0.0, 1.0);
+                let fraction = if fraction.is_finite() { fraction } else { 0.0 };
+                Color { r: fraction, g: 0.3, b: 1.0 - fraction, a: 1.0 }
             };
             LinePrimitive {
                 r#type: line_primitive::Type::LineStrip as i32,

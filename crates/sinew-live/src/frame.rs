@@ -29,13 +29,13 @@ impl Along {
             let end = far - muscle.cable.pretension;
             let (first, last) = (near.max(0.0), end.max(0.0));
             for point in 0..POINTS {
-                let share = point as f64 / SHEATH_POINTS as f64;
+                let fraction = point as f64 / SHEATH_POINTS as f64;
                 tension.push(if point >= SHEATH_POINTS {
                     far
                 } else if first > 0.0 && last > 0.0 {
-                    first * (last / first).powf(share)
+                    first * (last / first).powf(fraction)
                 } else {
-                    first + share * (last - first)
+                    first + fraction * (last - first)
                 });
             }
         }
@@ -135,11 +135,11 @@ impl HistoryRow<'_> {
             drawing.evaluate(q)?;
             Ok::<_, Error>(drawing.end_point())
         };
-        let wanted = end(self.now.reference())?;
+        let requested = end(self.now.reference())?;
         let (first, second) = (end(self.now.pose())?, end(self.second.and_then(Signals::pose))?);
         layout.history_row(out, |name, out| match name {
             "end_point" => out.extend(first.into_iter().flatten()),
-            "end_point_reference" => out.extend(wanted.into_iter().flatten()),
+            "end_point_reference" => out.extend(requested.into_iter().flatten()),
             "end_point_2" => out.extend(second.into_iter().flatten()),
             name => signal(name, self.now, self.second, out),
         });

@@ -7,7 +7,7 @@ use sinew::machine::{Machine, Task};
 use sinew::trajectory::online::{JointLimits, Setpoint, SetpointFollower};
 use sinew::trajectory::{Moment, Reference, Trajectory, finite_ranges};
 use sinew_session::signals::Seen;
-use sinew_session::{CycleTime, Motion, References, Wanted};
+use sinew_session::{CycleTime, Desired, Motion, References};
 use std::sync::Arc;
 
 /// What is followed in [`Mode::Run`].
@@ -160,10 +160,10 @@ impl Motion for PageMotion {
         at: CycleTime,
         _supervisor: &mut Supervisor,
         references: &mut References,
-    ) -> Result<Wanted, Error> {
+    ) -> Result<Desired, Error> {
         self.follow(at.period, references)?;
         let moment = Moment { time: at.seconds(), repeat: None, repeat_time: None, rested: 0.0 };
-        Ok(Wanted { moment, request: self.request, command_age: None })
+        Ok(Desired { moment, request: self.request, command_age: None })
     }
 
     /// What is held is where set-points begin.

@@ -45,7 +45,7 @@ pub(crate) struct SceneParts<'a> {
     /// `twin`, `segment`, `ethercat` or `recording`.
     pub(crate) source: &'static str,
     pub(crate) simulated: bool,
-    /// Wanted path of the end point and its name.
+    /// Requested path of the end point and its name.
     pub(crate) trajectory: Option<&'a Trajectory>,
     pub(crate) path: &'a str,
     /// What the reader has to know first, in words.

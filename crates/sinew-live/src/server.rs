@@ -119,7 +119,7 @@ impl Server {
 /// Pause after a connection that could not be accepted.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// Answers all connections, for ever.
+/// Answers all connections, indefinitely.
 async fn answer(listener: tokio::net::TcpListener, router: Router) {
     let connections = Connections::default();
     loop {

@@ -12,7 +12,7 @@ use tokio::sync::{oneshot, watch};
 
 /// Between two states.
 const PICTURE: Duration = Duration::from_micros(16_667);
-/// Share of a picture's time in which the simulation may run.
+/// Fraction of a picture's time in which the simulation may run.
 const BUDGET: f64 = 0.85;
 
 /// What is asked of the source, and where the answer goes.

@@ -53,8 +53,8 @@ struct CableView {
     travel: f64,
     /// Sliding of every point at the last picture: 0, 1 or 2.
     sliding: Vec<f64>,
-    /// Share of the sheath in the length of the cable.
-    sheath_share: f64,
+    /// Fraction of the sheath in the length of the cable.
+    sheath_fraction: f64,
 }
 
 impl Simulation {
@@ -76,7 +76,7 @@ impl Simulation {
                 before: (tensions, 0.0),
                 travel: 0.0,
                 sliding: vec![0.0; POINTS],
-                sheath_share: (sheath / specimen.path.length()).clamp(0.05, 0.95),
+                sheath_fraction: (sheath / specimen.path.length()).clamp(0.05, 0.95),
             })
         };
         let cables = machine.muscles.iter().enumerate().map(view).collect::<Result<_, Error>>()?;
@@ -260,13 +260,13 @@ impl Simulation {
             let pretension = plant.truth().cables[k].tension_out - now.last().copied().unwrap_or(0.0);
             for point in 0..POINTS {
                 let offset = if point < SHEATH_POINTS { 0.0 } else { pretension };
-                let share = if point < SHEATH_POINTS {
-                    view.sheath_share * point as f64 / SHEATH_POINTS as f64
+                let fraction = if point < SHEATH_POINTS {
+                    view.sheath_fraction * point as f64 / SHEATH_POINTS as f64
                 } else {
                     let rest = (point - SHEATH_POINTS) as f64 / (FREE_POINTS - 1) as f64;
-                    view.sheath_share + (1.0 - view.sheath_share) * rest
+                    view.sheath_fraction + (1.0 - view.sheath_fraction) * rest
                 };
-                let place = share * (now.len() - 1) as f64;
+                let place = fraction * (now.len() - 1) as f64;
                 let (cell, part) = (place.floor() as usize, place.fract());
                 let next = (cell + 1).min(now.len() - 1);
                 tension.push(now[cell] + part * (now[next] - now[cell]) + offset);

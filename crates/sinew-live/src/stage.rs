@@ -68,7 +68,7 @@ pub struct Stage {
 /// Commands that a simulated machine takes.
 const COMMANDS: [&str; 8] = ["mode", "path", "drag", "push", "payload", "fault", "speed", "step"];
 /// Most simulated time that is caught up at once, s.
-const MOST_DUE: f64 = 0.05;
+const MAX_DUE: f64 = 0.05;
 
 impl Stage {
     /// A stage with one machine, which was prepared under these conditions.
@@ -209,8 +209,8 @@ impl Source for Stage {
         let period = self.first.machine().period;
         while self.due >= period {
             if is_spent() {
-                self.behind = self.due > MOST_DUE;
-                self.due = self.due.min(MOST_DUE);
+                self.behind = self.due > MAX_DUE;
+                self.due = self.due.min(MAX_DUE);
                 return Ok(());
             }
             self.cycle()?;

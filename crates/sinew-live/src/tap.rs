@@ -43,7 +43,7 @@ pub struct RunParts {
     pub simulated: bool,
     /// Whether the cycle keeps deadlines.
     pub timed: bool,
-    /// Least and largest tension at every anchor, N: `[muscles]`.
+    /// Smallest and largest tension at every anchor, N: `[muscles]`.
     pub tension_limits: Vec<[f64; 2]>,
 }
 

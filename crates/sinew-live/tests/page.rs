@@ -50,7 +50,7 @@ impl SimulationSource for Designs {
         let tensions = resting_tensions(&machine.robot, &start.q, &limits).unwrap();
         let specimen = ArmSpecimen::nominal(&machine).unwrap();
         let plant = ArmTwin::new(&specimen, &start.q, &tensions, 1).unwrap();
-        let limits = Limits::of(&machine, controller.gains()).unwrap();
+        let limits = Limits::from_machine(&machine, controller.gains()).unwrap();
         let supervisor = Supervisor::new(controller, limits).unwrap();
         Ok(SimulationParts { machine, plant, supervisor, trajectory: Arc::new(trajectory) })
     }

@@ -13,7 +13,7 @@ pub(crate) struct Numbers<'py> {
 
 impl<'py> Numbers<'py> {
     /// The numbers of an array, or of anything that NumPy makes one of; `name` stands in errors.
-    pub(crate) fn of(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Self> {
+    pub(crate) fn from_python(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Self> {
         if let Ok(array) = value.cast::<PyArrayDyn<f64>>() {
             let array = array.try_readonly().map_err(|e| Failure::Internal(e.to_string()))?;
             if array.is_c_contiguous() && array.as_slice().is_ok() {
@@ -79,8 +79,8 @@ pub(crate) struct Rows<'py> {
 
 impl<'py> Rows<'py> {
     /// The array as rows.
-    pub(crate) fn of(value: &Bound<'py, PyAny>, name: &'static str, width: usize) -> PyResult<Self> {
-        let numbers = Numbers::of(value, name)?;
+    pub(crate) fn from_python(value: &Bound<'py, PyAny>, name: &'static str, width: usize) -> PyResult<Self> {
+        let numbers = Numbers::from_python(value, name)?;
         if numbers.shape().last() != Some(&width) {
             return Err(wrong_shape(name, &format!("(..., {width})"), numbers.shape()).into());
         }

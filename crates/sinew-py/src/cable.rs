@@ -95,11 +95,11 @@ impl Cable {
         motor_m: &Bound<'py, PyAny>,
         anchor_m: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let motor = Numbers::of(motor_m, "motor_m")?;
+        let motor = Numbers::from_python(motor_m, "motor_m")?;
         let [count] = *motor.shape() else {
             return Err(wrong_shape("motor_m", "(n,)", motor.shape()).into());
         };
-        let anchor = anchor_m.map(|value| Numbers::of(value, "anchor_m")).transpose()?;
+        let anchor = anchor_m.map(|value| Numbers::from_python(value, "anchor_m")).transpose()?;
         let anchor = anchor.as_ref().map(|anchor| anchor.row("anchor_m", count)).transpose()?;
         let motor = motor.slice()?;
         let mut columns = [const { Vec::new() }; 4];

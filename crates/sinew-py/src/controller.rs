@@ -102,10 +102,10 @@ impl Controller {
             }
             None => (machine.loaded()?, oracle_models(&ArmSpecimen::nominal(machine)?)),
         };
-        Self::of(&machine, &models, poses)
+        Self::from_models(&machine, &models, poses)
     }
 
-    fn of(machine: &Machine, models: &[CableModel], poses: &[Vec<f64>]) -> Result<Self, Failure> {
+    fn from_models(machine: &Machine, models: &[CableModel], poses: &[Vec<f64>]) -> Result<Self, Failure> {
         let (gains, _) = synthesize(machine, models, poses)?;
         let mode = ActuationMode::WinchSpeed(CableStateSource::Observer);
         let inner = ArmController::new(&machine.robot, models, gains, mode)?;
@@ -126,10 +126,10 @@ type Motion<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 /// Fills a reference; velocity and acceleration are zero where they are not given.
 fn set(to: &mut Reference, q: &Bound<'_, PyAny>, rates: [Option<&Bound<'_, PyAny>>; 2]) -> PyResult<()> {
     let joints = to.q.len();
-    to.q.copy_from_slice(Numbers::of(q, "q")?.row("q", joints)?);
+    to.q.copy_from_slice(Numbers::from_python(q, "q")?.row("q", joints)?);
     for (to, (name, given)) in [&mut to.v, &mut to.a].into_iter().zip(["v", "a"].into_iter().zip(rates)) {
         match given {
-            Some(given) => to.copy_from_slice(Numbers::of(given, name)?.row(name, joints)?),
+            Some(given) => to.copy_from_slice(Numbers::from_python(given, name)?.row(name, joints)?),
             None => to.fill(0.0),
         }
     }
@@ -164,8 +164,9 @@ impl Controller {
             let expected = "interval_s must be a number of seconds in [1e-5, 0.02]";
             return Err(Failure::refused(format!("{expected}, but is {interval_s}")).into());
         }
-        let (motor, tension) = (Numbers::of(motor, "motor")?, Numbers::of(tension, "tension")?);
-        let joint = Numbers::of(joint, "joint")?;
+        let (motor, tension) =
+            (Numbers::from_python(motor, "motor")?, Numbers::from_python(tension, "tension")?);
+        let joint = Numbers::from_python(joint, "joint")?;
         set(&mut self.current, q, [v, a])?;
         match &previewed {
             Some((q, v, a)) => set(&mut self.previewed, q, [Some(v), Some(a)])?,

@@ -194,7 +194,7 @@ impl Environments {
         self.design.observations()
     }
 
-    /// Least and largest value of every entry of an observation.
+    /// Smallest and largest value of every entry of an observation.
     #[getter]
     fn observation_bounds(&self) -> (Vec<f32>, Vec<f32>) {
         self.design.observation_bounds().iter().map(|[low, high]| (*low, *high)).unzip()

@@ -100,7 +100,7 @@ pub(crate) fn table_text<'py>(
         check_name(name)?;
         read.push(match column.extract::<Vec<String>>() {
             Ok(labels) => Column::Labels(checked_labels(name, labels)?),
-            Err(_) => Column::Numbers(Numbers::of(column, name)?),
+            Err(_) => Column::Numbers(Numbers::from_python(column, name)?),
         });
     }
     let mut slices = Vec::new();

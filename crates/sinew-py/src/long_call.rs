@@ -54,7 +54,7 @@ pub(crate) fn at(count: usize, index: usize, error: &dyn std::fmt::Display) -> F
 pub(crate) struct Progress {
     told: Sender<Event>,
     stop: Arc<AtomicBool>,
-    wanted: bool,
+    desired: bool,
 }
 
 enum Event {
@@ -66,12 +66,12 @@ enum Event {
 struct Abandoned;
 
 impl Progress {
-    /// Tells stage and share of what is done; ends the work where its caller no longer waits for it.
+    /// Tells stage and fraction of what is done; ends the work where its caller no longer waits for it.
     pub(crate) fn tell(&self, stage: &str, done: f64) {
         if self.stop.load(Ordering::Relaxed) {
             resume_unwind(Box::new(Abandoned));
         }
-        if self.wanted {
+        if self.desired {
             // Nobody listens any more only where the next call unwinds.
             let _ = self.told.send(Event::Stage(stage.to_owned(), done));
         }
@@ -81,8 +81,8 @@ impl Progress {
 /// Runs `work` on a thread of its own and waits for it without the interpreter's lock.
 ///
 /// Ctrl-C raises `KeyboardInterrupt` at once; the thread ends when its work next tells of its progress.
-/// `progress` is called as `progress(stage, share)`, on the thread that waits. `threads` bounds those of the
-/// work, which are otherwise shared by all calls.
+/// `progress` is called as `progress(stage, fraction)`, on the thread that waits. `threads` bounds those of
+/// the work, which are otherwise shared by all calls.
 pub(crate) fn run<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -91,7 +91,7 @@ pub(crate) fn run<T: Send + 'static>(
 ) -> PyResult<T> {
     let (told, mut events) = channel();
     let stop = Arc::new(AtomicBool::new(false));
-    let teller = Progress { told: told.clone(), stop: stop.clone(), wanted: progress.is_some() };
+    let teller = Progress { told: told.clone(), stop: stop.clone(), desired: progress.is_some() };
     let pool = threads.map(pool).transpose()?;
     let body = move || {
         let run = AssertUnwindSafe(|| match &pool {

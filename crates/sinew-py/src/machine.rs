@@ -100,7 +100,7 @@ impl Machine {
         tail: &[usize],
         mut write: impl FnMut(&mut MuscleDynamics, &mut [f64]) -> Result<(), sinew::Error> + Send,
     ) -> Array<'py> {
-        let rows = Rows::of(q, "q", self.joints())?;
+        let rows = Rows::from_python(q, "q", self.joints())?;
         self.over(q.py(), &[&rows], tail, |model, rows, out| {
             model.evaluate(rows[0])?;
             write(model, out)
@@ -244,7 +244,7 @@ impl Machine {
         array(py, ranges.concat(), &[ranges.len()], &[2])
     }
 
-    /// Least and largest tension at every anchor, N, of the design or of cable and drive, shape
+    /// Smallest and largest tension at every anchor, N, of the design or of cable and drive, shape
     /// `(muscles, 2)`.
     #[getter]
     fn tension_limits<'py>(&self, py: Python<'py>) -> Array<'py> {
@@ -296,7 +296,8 @@ impl Machine {
     /// `q`: shape `(..., joints)`, rad or m. `tension`: at the anchors, N, shape `(..., muscles)`.
     fn drive_tensions<'py>(&self, q: &Bound<'py, PyAny>, tension: &Bound<'py, PyAny>) -> Array<'py> {
         let (py, muscles) = (q.py(), self.muscles());
-        let (q, tension) = (Rows::of(q, "q", self.joints())?, Rows::of(tension, "tension", muscles)?);
+        let (q, tension) =
+            (Rows::from_python(q, "q", self.joints())?, Rows::from_python(tension, "tension", muscles)?);
         self.over(py, &[&q, &tension], &[muscles], |model, rows, out| {
             model.evaluate(rows[0])?;
             let laws = self.machine.laws_in(model, rows[0], CELLS)?;
@@ -327,7 +328,8 @@ impl Machine {
     ) -> Array<'py> {
         let n = self.joints();
         let py = q.py();
-        let (q, v, a) = (Rows::of(q, "q", n)?, Rows::of(v, "v", n)?, Rows::of(a, "a", n)?);
+        let (q, v, a) =
+            (Rows::from_python(q, "q", n)?, Rows::from_python(v, "v", n)?, Rows::from_python(a, "a", n)?);
         self.over(py, &[&q, &v, &a], &[n], |model, rows, out| {
             model.evaluate(rows[0])?;
             model.inverse_dynamics(rows[1], rows[2], out)
@@ -345,8 +347,8 @@ impl Machine {
     ) -> Array<'py> {
         let n = self.joints();
         let py = q.py();
-        let (q, v) = (Rows::of(q, "q", n)?, Rows::of(v, "v", n)?);
-        let tension = Rows::of(tension, "tension", self.muscles())?;
+        let (q, v) = (Rows::from_python(q, "q", n)?, Rows::from_python(v, "v", n)?);
+        let tension = Rows::from_python(tension, "tension", self.muscles())?;
         self.over(py, &[&q, &v, &tension], &[n], |model, rows, out| {
             model.evaluate(rows[0])?;
             model.forward_dynamics(rows[1], rows[2], None, out)
@@ -406,7 +408,7 @@ impl Machine {
         let poses = match poses {
             None => self.machine.poses(PLACES).map_err(Failure::from)?,
             Some(given) => {
-                let rows = Rows::of(given, "poses", n)?;
+                let rows = Rows::from_python(given, "poses", n)?;
                 let count: usize = rows.lead().iter().product();
                 let view = rows.view()?;
                 (0..count).map(|k| view.row(k).to_vec()).collect()

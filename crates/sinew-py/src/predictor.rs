@@ -145,7 +145,7 @@ impl Predictor {
     /// `time_s`: time, s, any origin. `inputs`: one number per column of `Model.inputs`, in that order and in
     /// the units of the training logs, shape `(inputs,)`; NaN for missing.
     fn step(&mut self, time_s: f64, inputs: &Bound<'_, PyAny>) -> PyResult<Prediction> {
-        let inputs = Numbers::of(inputs, "inputs")?;
+        let inputs = Numbers::from_python(inputs, "inputs")?;
         let inputs = inputs.row("inputs", self.inner.model().inputs.len())?;
         Ok(Prediction(self.inner.step(&Sample { time_s, inputs })))
     }
@@ -160,7 +160,8 @@ impl Predictor {
         time_s: &Bound<'py, PyAny>,
         inputs: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let (time, inputs) = (Numbers::of(time_s, "time_s")?, Numbers::of(inputs, "inputs")?);
+        let (time, inputs) =
+            (Numbers::from_python(time_s, "time_s")?, Numbers::from_python(inputs, "inputs")?);
         let width = self.inner.model().inputs.len();
         let [count] = time.shape() else {
             return Err(wrong_shape("time_s", "(n,)", time.shape()).into());

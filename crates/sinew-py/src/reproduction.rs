@@ -27,17 +27,17 @@ pub(crate) fn reproduce(
         }
     };
     long_call::run(py, progress, threads, move |progress| {
-        let share = if bench && arm { 0.6 } else { f64::from(u8::from(bench)) };
+        let fraction = if bench && arm { 0.6 } else { f64::from(u8::from(bench)) };
         let mut all = serde_json::json!({"simulated": true, "seed": seed});
         if bench {
             let options = if quick { BenchOptions::quick(seed) } else { BenchOptions::full(seed) };
-            let part = reproduce_bench(&options, &|stage, done| progress.tell(stage, share * done))?;
+            let part = reproduce_bench(&options, &|stage, done| progress.tell(stage, fraction * done))?;
             all = serde_json::to_value(&part.results)?;
         }
         if arm {
             let machine = load_machine(Path::new("lm_arm"), None)?.machine;
             let options = if quick { ArmOptions::quick(seed) } else { ArmOptions::full(seed) };
-            let tell = |stage: &str, done: f64| progress.tell(stage, share + (1.0 - share) * done);
+            let tell = |stage: &str, done: f64| progress.tell(stage, fraction + (1.0 - fraction) * done);
             let part = reproduce_arm(&machine, &options, &tell)?;
             if let Some(object) = all.as_object_mut() {
                 object.insert("tracking".to_owned(), serde_json::to_value(&part.tracking)?);

@@ -18,19 +18,19 @@ struct Part<'py> {
 
 impl<'py> Part<'py> {
     /// An argument whose axes, without that of the problems, are `tail`.
-    fn of(
+    fn from_python(
         value: &Bound<'py, PyAny>,
         name: &str,
         tail: &[usize],
         count: &mut Option<usize>,
     ) -> PyResult<Self> {
-        let numbers = Numbers::of(value, name)?;
+        let numbers = Numbers::from_python(value, name)?;
         let each = numbers.shape().len() == tail.len() + 1;
         let own = if each { &numbers.shape()[1..] } else { numbers.shape() };
-        let wanted = count.map_or_else(|| "n".to_owned(), |n| n.to_string());
+        let desired = count.map_or_else(|| "n".to_owned(), |n| n.to_string());
         let tail_text = tail.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
         let refused =
-            || wrong_shape(name, &format!("({tail_text}) or ({wanted}, {tail_text})"), numbers.shape());
+            || wrong_shape(name, &format!("({tail_text}) or ({desired}, {tail_text})"), numbers.shape());
         if own != tail {
             return Err(refused().into());
         }
@@ -76,7 +76,7 @@ pub(crate) fn distribute<'py>(
     weight: &Bound<'py, PyAny>,
     warm_start: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let arms = Numbers::of(moment_arms, "moment_arms")?;
+    let arms = Numbers::from_python(moment_arms, "moment_arms")?;
     let (muscles, joints) = match *arms.shape() {
         [muscles, joints] | [_, muscles, joints] => (muscles, joints),
         _ => {
@@ -89,7 +89,7 @@ pub(crate) fn distribute<'py>(
         }
     };
     let mut count = None;
-    let mut part = |value, name, tail: &[usize]| Part::of(value, name, tail, &mut count);
+    let mut part = |value, name, tail: &[usize]| Part::from_python(value, name, tail, &mut count);
     let arms = part(moment_arms, "moment_arms", &[muscles, joints])?;
     let torque = part(torque, "torque", &[joints])?;
     let minimum = part(minimum, "minimum", &[muscles])?;

@@ -13,7 +13,7 @@ use sinew::trajectory::{JointWaypoint, Reference, Waypoint};
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
     CalibratedArm, DesiredMotion, InfeasibleMotion, TraceRow, TrackingTask, Verified, VerifiedMotion,
-    first_infeasibility, infeasible_motion, plan, plan_tour, track_arm, verify as simulate_drawn_machines,
+    first_infeasibility, infeasible_motion, plan, plan_tour, track_arm, verify as simulate_sampled_machines,
 };
 use std::sync::Arc;
 
@@ -50,7 +50,7 @@ impl Trajectory {
         py: Python<'py>,
         time_s: &Bound<'py, PyAny>,
     ) -> PyResult<(Array<'py>, Array<'py>, Array<'py>)> {
-        let time = Numbers::of(time_s, "time_s")?;
+        let time = Numbers::from_python(time_s, "time_s")?;
         let (lead, time) = (time.shape().to_vec(), time.slice()?);
         if let Some(wrong) = time.iter().find(|t| !t.is_finite()) {
             return Err(Failure::refused(format!("time_s must be finite, but is {wrong}")).into());
@@ -160,8 +160,8 @@ pub(crate) struct Conditions {
     trace_interval_s: f64,
 }
 
-/// Rules with which drawn machines track a motion, as JSON, and a warning where they do so inaccurately; see
-/// `sinew.verify`.
+/// Rules with which sampled machines track a motion, as JSON, and a warning where they do so inaccurately;
+/// see `sinew.verify`.
 #[pyfunction]
 pub(crate) fn verify(
     py: Python<'_>,
@@ -193,7 +193,7 @@ fn error_names(machine: &sinew::machine::Machine) -> impl Iterator<Item = String
     joints.map(|joint| format!("joint_error:{}", machine.robot.parts().joints[joint].name))
 }
 
-/// Rules with which drawn machines track a motion, a warning where they do so inaccurately, and the largest
+/// Rules with which sampled machines track a motion, a warning where they do so inaccurately, and the largest
 /// errors of their joints. Where none do, a refusal, or the machine's own rules if it is to be started
 /// nevertheless.
 fn verified(
@@ -202,7 +202,7 @@ fn verified(
     repeats: u32,
     start_nevertheless: bool,
 ) -> Result<(ControlRules, Option<String>, Vec<f64>), Failure> {
-    let VerifiedMotion { verified, joint_errors } = simulate_drawn_machines(machine, trajectory, repeats)?;
+    let VerifiedMotion { verified, joint_errors } = simulate_sampled_machines(machine, trajectory, repeats)?;
     match verified {
         Verified::Tracks(rules) => Ok((rules, None, joint_errors)),
         Verified::Inaccurate(rules, reason) => {

@@ -28,7 +28,7 @@ pub(crate) struct Twin {
 pub(crate) fn specimen(machine: &sinew::machine::Machine, seed: Option<u64>) -> Result<ArmSpecimen, Failure> {
     let design = ArmSpecimen::nominal(machine)?;
     let specimen = match seed {
-        Some(seed) => ArmSpecimen::drawn_around(&design, machine, seed)?,
+        Some(seed) => ArmSpecimen::sampled_around(&design, machine, seed)?,
         None => design,
     };
     Ok(match machine.payload_site() {
@@ -52,9 +52,9 @@ impl Twin {
         tension_n: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let design = &machine.machine;
-        let q = q.map(|q| Numbers::of(q, "q")).transpose()?;
+        let q = q.map(|q| Numbers::from_python(q, "q")).transpose()?;
         let q = q.as_ref().map(|q| q.row("q", machine.joints())).transpose()?.unwrap_or(&design.start);
-        let tension = tension_n.map(|tension| Numbers::of(tension, "tension_n")).transpose()?;
+        let tension = tension_n.map(|tension| Numbers::from_python(tension, "tension_n")).transpose()?;
         let tension =
             tension.as_ref().map(|tension| tension.row("tension_n", machine.muscles())).transpose()?;
         let inner = py.detach(|| {
@@ -87,7 +87,7 @@ impl Twin {
         interval_s: Option<f64>,
         kind: &str,
     ) -> PyResult<()> {
-        let command = Numbers::of(command, "command")?;
+        let command = Numbers::from_python(command, "command")?;
         let command = command.row("command", self.commands.len())?;
         let make: fn(f64) -> DriveCommand = match kind {
             "speed" => DriveCommand::Velocity,

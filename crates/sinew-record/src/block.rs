@@ -263,7 +263,7 @@ fn decode(
         }
         match &spec.coding {
             Coding::Rounded(resolution) => {
-                let grid = Grid::of(*resolution);
+                let grid = Grid::new(*resolution);
                 column.iter_mut().for_each(|x| *x = snapped(*x, &grid) + 0.0);
             }
             Coding::Exact(_) if *number == 0 => {}

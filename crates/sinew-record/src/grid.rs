@@ -43,7 +43,7 @@ fn is_one(x: &f64) -> bool {
 impl Grid {
     /// A grid through 0.
     #[must_use]
-    pub fn of(scale: f64) -> Self {
+    pub fn new(scale: f64) -> Self {
         Self { scale, factor: 1.0, divisor: 1.0, arm: 1.0, offset: 0.0, inner: 0.0 }
     }
 
@@ -85,7 +85,7 @@ impl Grid {
     }
 }
 
-/// Short numbers for readings, and the number of the first grid that gives all of them back to the bit; 0 is
+/// Short numbers for readings, and the number of the first grid that gives all of them back bit for bit; 0 is
 /// none, and the readings as they are.
 pub(crate) fn shorten(values: &[f64], grids: &[Grid]) -> (Vec<f64>, u32) {
     for (number, grid) in (1..).zip(grids) {
@@ -106,7 +106,7 @@ pub(crate) fn snapped(short: f64, grid: &Grid) -> f64 {
 
 /// Short numbers for multiples of a resolution; what is not finite becomes NaN.
 pub(crate) fn round(values: &[f64], resolution: f64) -> Vec<f64> {
-    let grid = Grid::of(resolution);
+    let grid = Grid::new(resolution);
     values.iter().map(|x| if x.is_finite() { grid.shorten(*x) + 0.0 } else { f64::NAN }).collect()
 }
 
@@ -125,7 +125,7 @@ mod tests {
             scale in prop_oneof![Just(3.83e-4), 1e-9..1.0_f64],
             inner in prop_oneof![Just(0.0), 1e-9..1e-3_f64],
         ) {
-            let grids = [Grid { offset: 0.1, inner, ..Grid::of(scale) }, Grid::of(scale)];
+            let grids = [Grid { offset: 0.1, inner, ..Grid::new(scale) }, Grid::new(scale)];
             let (short, number) = shorten(&values, &grids);
             let back = |x: &f64| if number == 0 { *x } else { snapped(*x, &grids[number as usize - 1]) };
             prop_assert!(values.iter().zip(&short).all(|(a, b)| a.to_bits() == back(b).to_bits()));
@@ -133,16 +133,16 @@ mod tests {
             for (x, short) in values.iter().zip(&multiples).filter(|(x, _)| x.abs() < 1e6 * scale) {
                 prop_assert!((x - short).abs() <= 1.001 * scale);
                 let multiple = (x / scale).round() as i64 as f64 * scale;
-                prop_assert_eq!((snapped(*short, &Grid::of(scale)) + 0.0).to_bits(), multiple.to_bits());
+                prop_assert_eq!((snapped(*short, &Grid::new(scale)) + 0.0).to_bits(), multiple.to_bits());
             }
         }
     }
 
     #[test]
     fn readings_on_a_grid_have_short_numbers() {
-        let grid = Grid { inner: 1000.0 / 8_388_608.0, ..Grid::of(0.05) };
+        let grid = Grid { inner: 1000.0 / 8_388_608.0, ..Grid::new(0.05) };
         let values: Vec<f64> = (0..500).map(|k| grid.value(k * 7 % 300)).chain([-0.0, f64::NAN]).collect();
-        let (short, number) = shorten(&values, &[Grid::of(0.3), grid]);
+        let (short, number) = shorten(&values, &[Grid::new(0.3), grid]);
         assert_eq!(number, 2);
         assert!(short.iter().all(|x| x.to_bits().trailing_zeros() > 32), "mantissas end in zeros");
     }

@@ -68,7 +68,7 @@ pub struct ColumnSpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Coding {
-    /// To the bit, with the grids that readings are expected on.
+    /// Bit for bit, with the grids that readings are expected on.
     Exact(Vec<Grid>),
     /// In multiples of a resolution; what is not finite as NaN.
     Rounded(f64),
@@ -197,7 +197,7 @@ fn grids(machine: &Machine, signal: Signal, part: usize) -> Vec<Grid> {
 fn channel(machine: &Machine, signal: machine::Signal) -> Option<Grid> {
     let channels = machine.devices.iter().flat_map(Device::channels);
     let mut found = channels.filter(|channel| channel.signal == signal);
-    found.next().map(|channel| Grid { offset: channel.offset, ..Grid::of(channel.scale) })
+    found.next().map(|channel| Grid { offset: channel.offset, ..Grid::new(channel.scale) })
 }
 
 /// Counts of the motor's encoder, as designed and as on the fieldbus, in the first layer of the drum, with
@@ -205,7 +205,7 @@ fn channel(machine: &Machine, signal: machine::Signal) -> Option<Grid> {
 fn position_grids(machine: &Machine, muscle: usize) -> Vec<Grid> {
     let drive = &machine.muscles[muscle].drive;
     let (ratio, arm, turn) = (drive.reducer.ratio, drive.winch.arm(0), core::f64::consts::TAU);
-    let own = Grid { scale: turn / drive.encoder.counts, factor: 1.0 / ratio, arm, ..Grid::of(1.0) };
+    let own = Grid { scale: turn / drive.encoder.counts, factor: 1.0 / ratio, arm, ..Grid::new(1.0) };
     let mut grids = vec![own];
     for device in &machine.devices {
         if let DeviceRole::Drive(axis) = &device.role
@@ -213,7 +213,7 @@ fn position_grids(machine: &Machine, muscle: usize) -> Vec<Grid> {
         {
             let [offset, _] = DriveDevice::cable(&drive.winch, ratio, axis.offset);
             let scale = turn / axis.counts_per_turn;
-            grids.push(Grid { scale, divisor: ratio, arm, offset, ..Grid::of(1.0) });
+            grids.push(Grid { scale, divisor: ratio, arm, offset, ..Grid::new(1.0) });
         }
     }
     usable(grids)
@@ -221,14 +221,14 @@ fn position_grids(machine: &Machine, muscle: usize) -> Vec<Grid> {
 
 /// Counts of the load cell, through the converter of the fieldbus where there is one, and of that alone.
 fn tension_grids(machine: &Machine, muscle: usize) -> Vec<Grid> {
-    let own = Grid::of(machine.muscles[muscle].drive.load_cell.resolution);
+    let own = Grid::new(machine.muscles[muscle].drive.load_cell.resolution);
     let on_bus = channel(machine, machine::Signal::Tension(muscle));
     let through = on_bus.map(|bus| Grid { offset: bus.offset, inner: bus.scale, ..own });
     usable([Some(own), through, on_bus].into_iter().flatten().collect())
 }
 
 fn joint_grids(machine: &Machine, joint: usize) -> Vec<Grid> {
-    let own = machine.encoders.get(joint).copied().flatten().map(|encoder| Grid::of(encoder.resolution));
+    let own = machine.encoders.get(joint).copied().flatten().map(|encoder| Grid::new(encoder.resolution));
     usable([own, channel(machine, machine::Signal::Joint(joint))].into_iter().flatten().collect())
 }
 

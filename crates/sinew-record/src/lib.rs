@@ -5,7 +5,7 @@
 //! file --> Recording --> blocks of cycles --> tables, reports, the same controller again
 //! ```
 //!
-//! Readings are kept to the bit, as short numbers; commands rounded, with a check of their bits; references
+//! Readings are kept bit for bit, as short numbers; commands rounded, with a check of their bits; references
 //! as a check, because they follow from the motion. A file ends at any time with its last whole chunk: half a
 //! second is missing at most where its writer was killed.
 

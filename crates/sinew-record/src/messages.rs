@@ -60,7 +60,7 @@ pub(crate) struct Timestamp {
 
 impl Timestamp {
     /// From ns since the epoch.
-    pub(crate) fn of(ns: u64) -> Self {
+    pub(crate) fn from_ns(ns: u64) -> Self {
         Self { seconds: (ns / 1_000_000_000).cast_signed(), nanos: (ns % 1_000_000_000) as i32 }
     }
 }
@@ -78,7 +78,7 @@ pub(crate) struct Vector3 {
 
 impl Vector3 {
     /// From x, y, z.
-    pub(crate) fn of([x, y, z]: [f64; 3]) -> Self {
+    pub(crate) fn from_array([x, y, z]: [f64; 3]) -> Self {
         Self { x, y, z }
     }
 }

@@ -303,7 +303,7 @@ impl Drain {
         if *status != Some(now) {
             let found = status_of(now[0], now[1]);
             let log = Log {
-                timestamp: Some(Timestamp::of(time)),
+                timestamp: Some(Timestamp::from_ns(time)),
                 level: level(found),
                 message: self.head.mode_name(now[2], now[3], found),
                 name: "controller".to_owned(),

@@ -88,7 +88,7 @@ pub struct ReplayedCycle<'a> {
     pub commands: &'a [f64],
     /// The same as recorded, rounded.
     pub recorded: &'a [f64],
-    /// Whether the commands are those that were recorded, to the bit, by a check of 8 bits.
+    /// Whether the commands are those that were recorded, bit for bit, by a check of 8 bits.
     pub same: bool,
     /// At the end of a block, whether the commands of every muscle and the references of every joint in it
     /// are those that were recorded, by checks of 32 bits.

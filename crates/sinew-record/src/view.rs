@@ -62,7 +62,7 @@ impl View {
             let [pose, base] = [body, parent].map(|body| self.machine.robot.body_pose(&self.poses, body));
             let (translation, rotation) = relative(&base, &pose);
             FrameTransform {
-                timestamp: Some(Timestamp::of(time)),
+                timestamp: Some(Timestamp::from_ns(time)),
                 parent_frame_id: self.frames[parent].clone(),
                 child_frame_id: self.frames[body].clone(),
                 translation: Some(translation),
@@ -97,7 +97,7 @@ impl View {
             points[parts.sites[site].body].push(parts.sites[site].position);
         }
         let entity = |(body, points): (usize, Vec<[f64; 3]>)| SceneEntity {
-            timestamp: Some(Timestamp::of(time)),
+            timestamp: Some(Timestamp::from_ns(time)),
             frame_id: self.frames[body].clone(),
             id: format!("body {}", self.frames[body]),
             frame_locked: true,
@@ -115,15 +115,15 @@ impl View {
         self.muscles.evaluate(self.model.coordinates(), &mut self.geometry)?;
         let mut lines = Vec::new();
         for muscle in 0..self.muscles.count() {
-            let share = tension.get(muscle).map_or(0.0, |tension| tension / self.full_tension.max(1e-9));
-            let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
-            let color = [f64::from((share * 16.0).round() as u8) / 16.0, 0.25, 1.0 - share.round()];
+            let fraction = tension.get(muscle).map_or(0.0, |tension| tension / self.full_tension.max(1e-9));
+            let fraction = if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 };
+            let color = [f64::from((fraction * 16.0).round() as u8) / 16.0, 0.25, 1.0 - fraction.round()];
             for branch in self.muscles.path(&self.geometry, muscle, ARC_STEP)? {
                 lines.push(line(STRIP, branch.into_iter(), color, 0.003));
             }
         }
         let entity = SceneEntity {
-            timestamp: Some(Timestamp::of(time)),
+            timestamp: Some(Timestamp::from_ns(time)),
             frame_id: WORLD.to_owned(),
             id: "muscles".to_owned(),
             frame_locked: true,
@@ -149,7 +149,7 @@ fn line(
         kind,
         thickness,
         scale_invariant: false,
-        points: points.map(|point| Vector3::of(point.map(to_micrometre))).collect(),
+        points: points.map(|point| Vector3::from_array(point.map(to_micrometre))).collect(),
         color: Some(Color { r, g, b, a: 1.0 }),
     }
 }
@@ -180,7 +180,7 @@ fn relative(base: &Pose, frame: &Pose) -> (Vector3, Quaternion) {
     let rows: [[f64; 3]; 3] = std::array::from_fn(|i| axis_of(base, i));
     let at = |i: usize, j: usize| (0..3).map(|k| rows[i][k] * columns[j][k]).sum::<f64>();
     let [w, x, y, z] = quaternion(at);
-    let translation = Vector3::of(local_point(base, frame.origin).map(to_micrometre));
+    let translation = Vector3::from_array(local_point(base, frame.origin).map(to_micrometre));
     let [w, x, y, z] = [w, x, y, z].map(to_micrometre);
     (translation, Quaternion { x, y, z, w })
 }

@@ -2,7 +2,7 @@
 
     python read_with_python.py RECORDING.mcap [EXPORT.csv]
 
-With the table that `sinew log export` has written of all cycles, every column is compared: to the bit after snapping to
+With the table that `sinew log export` has written of all cycles, every column is compared: bit for bit after snapping to
 the grid of its sensor as docs/recording.md says, and within a resolution or half a count before.
 """
 

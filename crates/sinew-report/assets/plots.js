@@ -7,12 +7,12 @@ const sinew = (() => {
   const escaped = (text) => text.replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
   // Round values within a range, at least two.
   const ticks = (low, high, count) => {
-    for (let wanted = count; ; wanted *= 2) {
-      const raw = (high - low) / wanted, power = 10 ** Math.floor(Math.log10(raw));
+    for (let requested = count; ; requested *= 2) {
+      const raw = (high - low) / requested, power = 10 ** Math.floor(Math.log10(raw));
       const step = power * [1, 2, 5, 10].find((m) => m * power >= 0.7 * raw);
       const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), found = [];
       for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step && found.length < 40; k++) found.push([k * step, (k * step).toFixed(Math.min(decimals, 12)).replace(/^-(0\.?0*)$/, "$1").replace("-", "−")]);
-      if (found.length > 1 || wanted > 64) return found;
+      if (found.length > 1 || requested > 64) return found;
     }
   };
   // Polylines of a path of whole units: M, then l with relative steps, h and v.
@@ -113,9 +113,9 @@ const sinew = (() => {
       const x = named ? [] : ticks(valueX(vx), valueX(vx + vw), wide).map(([v, t]) => [(v - x0) / (x1 - x0) * W, t]);
       return { x, y: ticks(valueY(vy + vh), valueY(vy), high).map(([v, t]) => [(y1 - v) / (y1 - y0) * H, t]) };
     };
-    const spans = (holder, list, side) => holder.replaceChildren(...(side === "top" ? [plot.querySelector(".y-ticks i")] : []), ...list.map(([share, text]) => {
+    const spans = (holder, list, side) => holder.replaceChildren(...(side === "top" ? [plot.querySelector(".y-ticks i")] : []), ...list.map(([fraction, text]) => {
       const s = document.createElement("span");
-      s.style[side] = `${100 * share}%`; s.textContent = text;
+      s.style[side] = `${100 * fraction}%`; s.textContent = text;
       return s;
     }));
     const draw = () => {

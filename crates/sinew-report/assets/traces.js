@@ -49,8 +49,8 @@
     probe.style.color = `var(--${name})`;
     return getComputedStyle(probe).color;
   };
-  const faint = (name, share) => {
-    probe.style.color = `color-mix(in srgb, var(--${name}) ${share}%, transparent)`;
+  const faint = (name, fraction) => {
+    probe.style.color = `color-mix(in srgb, var(--${name}) ${fraction}%, transparent)`;
     return getComputedStyle(probe).color;
   };
 

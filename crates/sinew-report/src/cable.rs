@@ -213,13 +213,13 @@ fn runs(
     runs
 }
 
-/// Shade of a share of the largest tension.
+/// Shade of a fraction of the largest tension.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     clippy::cast_precision_loss,
-    reason = "a share of a dozen"
+    reason = "a fraction of a dozen"
 )]
-fn shade(share: f64) -> usize {
-    ((share * SHADES as f64) as usize).min(SHADES - 1)
+fn shade(fraction: f64) -> usize {
+    ((fraction * SHADES as f64) as usize).min(SHADES - 1)
 }

@@ -29,7 +29,7 @@ const LINES: [(&str, &str); 4] =
 pub(super) fn map(heading: &str, points: &[([f64; 3], Option<f64>)]) -> Vec<Plot> {
     let mut sorted: Vec<f64> = points.iter().filter_map(|point| point.1).collect();
     sorted.sort_by(f64::total_cmp);
-    let edges = [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| quantile(&sorted, share));
+    let edges = [0.0, 0.25, 0.5, 0.75, 1.0].map(|fraction| quantile(&sorted, fraction));
     let class = |value: Option<f64>| match value {
         None => WITHOUT,
         Some(value) => QUARTERS[edges[1..4].iter().filter(|edge| value > **edge).count()],

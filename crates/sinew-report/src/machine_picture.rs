@@ -9,7 +9,7 @@ use super::scale::round_step;
 use sinew::machine::Machine;
 use std::fmt::Write;
 
-/// Size of the drawing and of the part in which the machine is drawn: left, top, width, height.
+/// Size of the drawing and of the part in which the machine is sampled: left, top, width, height.
 const SIZE: [f64; 2] = [260.0, 230.0];
 const BOX: [f64; 4] = [20.0, 58.0, 220.0, 136.0];
 /// Directions of view that are compared: about the vertical, and above the horizontal, degrees.
@@ -21,7 +21,7 @@ const CIRCLE: usize = 24;
 /// A drawing of a machine in the pose in which motions start.
 pub fn draw(machine: &Machine, colours: &Colours) -> Result<String, Error> {
     let scene = MachineScene::at_start(machine)?;
-    let view = View::of(&scene);
+    let view = View::from_scene(&scene);
     let Colours { card, paper, line, ink, soft, far, toward, .. } = colours;
     let parts = machine.robot.parts();
     let joints = plural(machine.robot.independent_joints().len(), "joint", "joints");
@@ -84,7 +84,7 @@ struct View {
 
 impl View {
     /// The direction in which the points are spread most: with the largest determinant of their covariance.
-    fn of(scene: &MachineScene) -> Self {
+    fn from_scene(scene: &MachineScene) -> Self {
         let cables = scene.cables.iter().flatten().flatten();
         let points: Vec<[f64; 3]> =
             scene.bodies.iter().flat_map(|body| &body.points).chain(cables).copied().collect();
@@ -255,11 +255,11 @@ mod tests {
         let robot = |text: &str| {
             let (robot, _) =
                 sinew::description::robot_from_toml("m", text, &mut |_| Err(String::new())).unwrap();
-            Machine::of(&robot).unwrap()
+            Machine::from_robot(&robot).unwrap()
         };
         let text = include_str!("../../../models/planar_leg.toml");
         let scene = MachineScene::at_start(&robot(text)).unwrap();
-        let view = View::of(&scene);
+        let view = View::from_scene(&scene);
         assert!((view.right[0] - 1.0).abs() < 1e-9 && (view.up[2] - 1.0).abs() < 1e-9);
         let named = text.replacen("\"planar_leg\"", "\"<b>&\"", 1);
         let svg = draw(&robot(&named), &crate::colours::STANDALONE).unwrap();

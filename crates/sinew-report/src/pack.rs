@@ -48,11 +48,11 @@ struct PackedRecord<'a> {
     scored: String,
 }
 
-/// JSON, safe within a script element; `share` formats a record's error.
+/// JSON, safe within a script element; `fraction` formats a record's error.
 pub(super) fn pack(
     records: &[&Record],
     signals: &Signals,
-    share: &dyn Fn(usize) -> String,
+    fraction: &dyn Fn(usize) -> String,
 ) -> Result<String, Error> {
     let all =
         |column: fn(&Record) -> &Vec<f64>| extremes(records.iter().flat_map(|r| column(r).iter().copied()));
@@ -88,7 +88,7 @@ pub(super) fn pack(
         let score = record.score();
         PackedRecord {
             label: &record.label,
-            percent: share(index),
+            percent: fraction(index),
             coverage: percent(score.coverage()),
             samples: score.samples,
             start_s,

@@ -72,7 +72,7 @@ struct LogRow<'a> {
 /// # Errors
 /// [`Error`] where the page could not be written; no content of a report makes that happen.
 pub fn render(report: &IdentificationReport) -> Result<String, Error> {
-    let signals = Signals::of(report);
+    let signals = Signals::new(report);
     let records = records(report);
     let samples: usize = report.logs.iter().map(|l| l.samples).sum();
     let seconds: f64 = report.logs.iter().map(|l| l.duration_s).sum();

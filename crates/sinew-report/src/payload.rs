@@ -69,7 +69,7 @@ pub struct Payload {
 
 impl Spread {
     /// Of the poses; none counts as zero.
-    pub fn of(each: &[Option<f64>]) -> Self {
+    pub fn new(each: &[Option<f64>]) -> Self {
         let mut sorted: Vec<f64> = each.iter().map(|mass| mass.unwrap_or(0.0)).collect();
         sorted.sort_by(f64::total_cmp);
         let at = |k: usize| sorted.get(k).copied().unwrap_or(f64::NAN);

@@ -41,7 +41,7 @@ struct Panel {
 /// # Errors
 /// [`Error`] where the picture could not be written; no content of a report makes that happen.
 pub fn picture_svg(report: &IdentificationReport) -> Result<String, Error> {
-    let signals = Signals::of(report);
+    let signals = Signals::new(report);
     let records = records(report);
     let subtitle = match chosen(report) {
         Some(c) => format!(

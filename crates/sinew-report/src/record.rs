@@ -40,7 +40,7 @@ impl Score {
         (self.squares / self.samples as f64).sqrt()
     }
 
-    /// Share of the samples within the band; NaN without samples.
+    /// Fraction of the samples within the band; NaN without samples.
     pub(super) fn coverage(&self) -> f64 {
         self.inside as f64 / self.banded as f64
     }
@@ -219,7 +219,7 @@ pub(super) struct Signals {
 }
 
 impl Signals {
-    pub(super) fn of(report: &IdentificationReport) -> Self {
+    pub(super) fn new(report: &IdentificationReport) -> Self {
         let near = match report.traces.first().map(|t| t.near_name.as_str()) {
             Some(name) if !name.is_empty() => name.to_owned(),
             _ => report.inputs.first().map_or_else(|| "near side".to_owned(), |i| i.column.clone()),

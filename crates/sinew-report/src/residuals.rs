@@ -143,7 +143,7 @@ fn bins(mut pairs: Vec<(f64, f64)>) -> Vec<Bin> {
         errors.clear();
         errors.extend(pairs[start..end].iter().map(|p| p.1));
         errors.sort_by(f64::total_cmp);
-        let q = |share| quantile(&errors, share);
+        let q = |fraction| quantile(&errors, fraction);
         bins.push(Bin {
             x: pairs[start + (end - start) / 2].0,
             low: q(0.05),

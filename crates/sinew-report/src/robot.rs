@@ -50,9 +50,9 @@ pub struct MuscleRow {
     pub travel_m: f64,
     /// The joint about which its moment arm is largest.
     pub strongest: String,
-    /// Least and largest moment arm about that joint, m.
+    /// Smallest and largest moment arm about that joint, m.
     pub arm_m: [f64; 2],
-    /// Least and largest wrap angle, rad.
+    /// Smallest and largest wrap angle, rad.
     pub wrap_rad: [f64; 2],
 }
 

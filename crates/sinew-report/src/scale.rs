@@ -80,9 +80,9 @@ pub(super) fn robust_reach(values: impl Iterator<Item = f64>) -> f64 {
     quantile(&sorted, 1.0).min(2.0 * quantile(&sorted, 0.99))
 }
 
-/// The range with `share` of its length added at both ends.
-pub(super) fn padded((low, high): (f64, f64), share: f64) -> (f64, f64) {
-    let more = share * (high - low);
+/// The range with `fraction` of its length added at both ends.
+pub(super) fn padded((low, high): (f64, f64), fraction: f64) -> (f64, f64) {
+    let more = fraction * (high - low);
     (low - more, high + more)
 }
 

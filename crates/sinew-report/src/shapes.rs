@@ -6,8 +6,8 @@ use sinew::body::{Geom, GeomKind, Parts, PathElement, TendonPath};
 /// Points of a circle, and of half a meridian of an ellipsoid.
 const CIRCLE: usize = 20;
 const MERIDIAN: usize = 8;
-/// Radius of a body without geoms, as a share of the mean length of its parts.
-const DRAWN_SHARE: f64 = 0.06;
+/// Radius of a body without geoms, as a fraction of the mean length of its parts.
+const DRAWN_FRACTION: f64 = 0.06;
 
 /// The convex hull of balls of one radius, in the frame of a body, m.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +56,7 @@ pub fn shapes(parts: &Parts) -> Vec<RoundedHull> {
         }
     }
     let spans: Vec<f64> = points.iter().map(|points| span(points)).filter(|span| *span > 0.0).collect();
-    let radius = DRAWN_SHARE * spans.iter().sum::<f64>() / (spans.len() as f64).max(1.0);
+    let radius = DRAWN_FRACTION * spans.iter().sum::<f64>() / (spans.len() as f64).max(1.0);
     for (body, points) in points.into_iter().enumerate() {
         if !described[body] && !points.is_empty() {
             shapes.push(RoundedHull { body, points, radius });

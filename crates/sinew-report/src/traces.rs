@@ -60,7 +60,7 @@ pub(super) struct Thumb {
     pub(super) label: String,
     /// As in [`Entry`].
     pub(super) percent: String,
-    /// Share of the samples within the 95 % band, %.
+    /// Fraction of the samples within the 95 % band, %.
     pub(super) coverage: String,
     /// SVG path data.
     pub(super) measured: String,
@@ -80,13 +80,20 @@ pub(super) fn section(records: &[Record], signals: &Signals, range: f64) -> Resu
     order.sort_by(|&a, &b| scores[a].rmse().total_cmp(&scores[b].rmse()));
     let pick = |place: usize| order.get(place).copied().unwrap_or(0);
     let (best, typical, worst) = (pick(0), pick(order.len() / 2), pick(order.len().saturating_sub(1)));
-    let share = |i: usize| percent_of_range(100.0 * scores[i].rmse() / range);
+    let fraction = |i: usize| percent_of_range(100.0 * scores[i].rmse() / range);
     // At most 260 points each: a thumbnail is about 170 px wide.
     let per_thumb = (THUMB_POINTS / records.len().min(THUMBS)).min(260);
     let thumbs = (0..records.len().min(THUMBS)).map(|i| {
         let (measured, predicted) = thumbnail(records[i], per_thumb);
         let coverage = percent(scores[i].coverage());
-        Thumb { index: i, label: records[i].label.clone(), percent: share(i), coverage, measured, predicted }
+        Thumb {
+            index: i,
+            label: records[i].label.clone(),
+            percent: fraction(i),
+            coverage,
+            measured,
+            predicted,
+        }
     });
     Ok(Some(Traces {
         start: typical,
@@ -98,9 +105,9 @@ pub(super) fn section(records: &[Record], signals: &Signals, range: f64) -> Resu
         best,
         typical,
         worst,
-        data: pack(&records, signals, &share)?,
+        data: pack(&records, signals, &fraction)?,
         records: (0..records.len())
-            .map(|i| Entry { label: records[i].label.clone(), percent: share(i) })
+            .map(|i| Entry { label: records[i].label.clone(), percent: fraction(i) })
             .collect(),
     }))
 }
@@ -112,7 +119,7 @@ pub(super) fn far_axes(record: &Record, ticks: usize) -> (Axis, Axis) {
     (time, Axis::new(far_view(record), 5))
 }
 
-/// Least and largest finite time, s; infinite without one, which [`Axis::new`] replaces.
+/// Smallest and largest finite time, s; infinite without one, which [`Axis::new`] replaces.
 fn robust_ends(time_s: &[f64]) -> (f64, f64) {
     let finite = || time_s.iter().copied().filter(|t| t.is_finite());
     (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max))

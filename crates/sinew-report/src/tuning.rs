@@ -27,10 +27,10 @@ pub struct Tuned {
     pub period: TunedPeriod,
     /// As the controller reads them.
     pub gains: ArmGains,
-    /// Paragraph on the stability with held winches.
+    /// Paragraph on the stability with locked winches.
     #[serde(skip)]
-    pub held_winches: String,
-    /// Poses and drawn machines of the margins.
+    pub locked_winches: String,
+    /// Poses and sampled machines of the margins.
     #[serde(skip)]
     pub amount: [usize; 2],
 }
@@ -64,7 +64,7 @@ pub struct TunedJoint {
     pub unit: &'static str,
     /// Bandwidth of its controller, rad/s.
     pub bandwidth_rad_per_s: f64,
-    /// Its dead band with held winches, rad or m.
+    /// Its dead band with locked winches, rad or m.
     pub dead_band: f64,
     /// Inertia that it moves, kg m^2 or kg.
     pub inertia: f64,
@@ -116,11 +116,11 @@ pub struct TunedMuscle {
     pub rate_gain_s: f64,
     /// Dead band of its cable, m.
     pub dead_band_m: f64,
-    /// Least and largest desired tension at the anchor, N.
+    /// Smallest and largest desired tension at the anchor, N.
     pub tension_limits_n: [f64; 2],
     /// Largest commanded speed of its winch, m/s.
     pub max_winch_speed_m_per_s: f64,
-    /// Least of the machine as designed and of those drawn.
+    /// Smallest of the machine as designed and of those sampled.
     #[serde(flatten)]
     pub least: Margins,
     /// Of the machine as designed.
@@ -200,7 +200,7 @@ pub fn page(tuned: &Tuned, machine: &Machine, scene: &SceneData) -> Result<Strin
     let page = Page {
         shell: SHELL,
         amount: format!(
-            "{}, {}; {} over the joints’ ranges, {} drawn within the tolerances.",
+            "{}, {}; {} over the joints’ ranges, {} sampled within the tolerances.",
             plural(tuned.joints.len(), "joint", "joints"),
             plural(tuned.muscles.len(), "muscle", "muscles"),
             plural(poses, "pose", "poses"),

@@ -13,7 +13,7 @@
 //!
 //! One thread runs the cycle. It allocates nothing, takes no lock and makes no system call but those of its
 //! bus and the one that waits for the next deadline. On virtual time it runs as fast as it can, with the same
-//! results to the bit.
+//! results bit for bit.
 
 mod bus;
 pub mod cycle;

@@ -1,4 +1,4 @@
-//! Cost of a cycle: drives in one LRW frame, and the firmware's share.
+//! Cost of a cycle: drives in one LRW frame, and the firmware's fraction.
 
 #![allow(clippy::unwrap_used, reason = "a benchmark may panic")]
 

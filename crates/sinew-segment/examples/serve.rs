@@ -54,7 +54,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A coupler, drives, a load cell and, where encoders are wanted, their terminal.
+/// A coupler, drives, a load cell and, where encoders are desired, their terminal.
 fn line(drives: u32, encoders: usize) -> Result<Segment, Box<dyn Error>> {
     let settings = |serial| DeviceSettings { serial: Some(serial), ..DeviceSettings::default() };
     let mut devices = vec![Device::new(&builtin::coupler(), settings(0))?];

@@ -10,7 +10,7 @@ use crate::frame::Datagram;
 use crate::settings::DeviceSettings;
 
 /// Limits of the settings.
-const MOST_DRIFT_PPB: i32 = 1_000_000;
+const MAX_DRIFT_PPB: i32 = 1_000_000;
 
 /// A simulated EtherCAT device.
 #[derive(Debug, Clone)]
@@ -32,8 +32,8 @@ impl Device {
     /// The first field of the description that contradicts itself, or a setting out of range.
     pub fn new(description: &DeviceDescription, settings: DeviceSettings) -> Result<Self, DescriptionError> {
         description.check()?;
-        if settings.drift_ppb.abs() > MOST_DRIFT_PPB {
-            let problem = format!("{} ppb, expected within +-{MOST_DRIFT_PPB}", settings.drift_ppb);
+        if settings.drift_ppb.abs() > MAX_DRIFT_PPB {
+            let problem = format!("{} ppb, expected within +-{MAX_DRIFT_PPB}", settings.drift_ppb);
             return Err(description.error("settings.drift_ppb", problem));
         }
         let serial = settings.serial.unwrap_or(description.identity.serial);

@@ -12,7 +12,7 @@ pub struct Fault {
     pub kind: FaultKind,
     /// Virtual time at which it begins, ns.
     pub start_ns: u64,
-    /// How long it lasts, ns; none is for ever. What happens once ignores it.
+    /// How long it lasts, ns; none is indefinitely. What happens once ignores it.
     pub duration_ns: Option<u64>,
 }
 

@@ -3,7 +3,7 @@
 //! [`Segment::process`] takes one Ethernet frame and changes it as it would be changed on its way through
 //! every device of the line and back; [`Segment::advance`] lets virtual time pass: the firmware of the
 //! devices runs, mailboxes are answered, watchdogs expire, clocks drift. Nothing here reads a clock, starts a
-//! thread or opens a file, so that a run is repeatable to the bit; the feature `raw-socket` adds the one
+//! thread or opens a file, so that a run is repeatable bit for bit; the feature `raw-socket` adds the one
 //! exception, `serve`, which lets virtual time follow the clock. A device is data: a table in TOML or an ESI
 //! file.
 //!

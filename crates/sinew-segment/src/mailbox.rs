@@ -19,7 +19,7 @@ const SMALLEST_SDO: usize = 3;
 const SMALLEST_INITIATING: usize = 10;
 const SMALLEST_INFORMATION: usize = 6;
 /// Emergencies that wait for the master; more are lost, as in a device.
-const MOST_WAITING: usize = 16;
+const MAX_WAITING: usize = 16;
 
 /// Why a message was not understood, ETG.1000.4 table 30.
 #[derive(Debug, Clone, Copy)]
@@ -83,7 +83,7 @@ impl Mailbox {
 
     /// An emergency for the master: error code, error register, five octets of the manufacturer.
     pub(crate) fn emergency(&mut self, code: u16, register: u8, data: [u8; 5]) {
-        if self.waiting.len() < MOST_WAITING {
+        if self.waiting.len() < MAX_WAITING {
             let mut content = vec![0, coe::EMERGENCY << 4];
             content.extend(code.to_le_bytes());
             content.push(register);

@@ -189,12 +189,12 @@ fn sync_managers(description: &DeviceDescription) -> Vec<u8> {
 }
 
 fn pdos(description: &DeviceDescription, direction: Direction, strings: &mut Strings) -> Vec<u8> {
-    let wanted = match direction {
+    let desired = match direction {
         Direction::Outputs => SyncManagerKind::Outputs,
         Direction::Inputs => SyncManagerKind::Inputs,
     };
     let manager =
-        crate::pdo::channel(&description.sync_managers, wanted).map_or(0xff, |channel| channel as u8);
+        crate::pdo::channel(&description.sync_managers, desired).map_or(0xff, |channel| channel as u8);
     let mut content = Vec::new();
     for pdo in description.pdos.iter().filter(|pdo| pdo.direction() == direction) {
         content.extend(pdo_content(description, pdo, if pdo.assigned { manager } else { 0xff }, strings));

@@ -129,14 +129,14 @@ impl BusFault {
         *stale_for = if failure == Some(ExchangeFailure::Stale) { stale_for.saturating_add(1) } else { 0 };
         Some(match failure? {
             ExchangeFailure::Lost => Self::Lost,
-            ExchangeFailure::Late => Self::Late { by_ns: (LATE_SHARE * period * 1e9) as u32 },
+            ExchangeFailure::Late => Self::Late { by_ns: (LATE_FRACTION * period * 1e9) as u32 },
             ExchangeFailure::Stale => Self::Stale { age_us: (f64::from(*stale_for) * period * 1e6) as u32 },
         })
     }
 }
 
 /// Lateness of a cycle that is late by injection, periods.
-const LATE_SHARE: f64 = 0.5;
+const LATE_FRACTION: f64 = 0.5;
 
 /// Exchanges of a run by their outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -152,7 +152,7 @@ pub struct BusStatistics {
     /// In which a drive reported a fault.
     pub drive: u64,
     /// Of a simulation: that counted as late, or without a new command.
-    pub untimely: u64,
+    pub late: u64,
     /// The first fault, and the cycle in which it was.
     pub first: Option<(u64, BusFault)>,
 }
@@ -166,7 +166,7 @@ impl BusStatistics {
                 BusFault::Missing { .. } => &mut self.missing,
                 BusFault::NotReady { .. } => &mut self.not_ready,
                 BusFault::Drive { .. } => &mut self.drive,
-                BusFault::Late { .. } | BusFault::Stale { .. } => &mut self.untimely,
+                BusFault::Late { .. } | BusFault::Stale { .. } => &mut self.late,
             } += 1;
             self.first = self.first.or(Some((self.exchanges, fault)));
         }

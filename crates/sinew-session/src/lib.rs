@@ -25,7 +25,7 @@ mod twin;
 
 pub use clock::{Clock, VirtualClock};
 pub use exchange::{BusFault, BusStatistics, ClockReport, Exchange, Feedback};
-pub use motion::{CycleTime, Motion, References, Scheduled, Wanted};
+pub use motion::{CycleTime, Desired, Motion, References, Scheduled};
 pub use plant::Plant;
 pub use record::{CycleRecord, CycleTimes};
 pub use session::Session;

@@ -16,7 +16,7 @@ pub trait Motion {
         at: CycleTime,
         supervisor: &mut Supervisor,
         references: &mut References,
-    ) -> Result<Wanted, Error>;
+    ) -> Result<Desired, Error>;
 
     /// After the supervisor: what came of it. Nothing is allocated.
     fn see(&mut self, _at: CycleTime, _cycle: &Seen<'_>) {}
@@ -90,7 +90,7 @@ impl References {
 
 /// What a motion wants of a cycle beside its references.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wanted {
+pub struct Desired {
     /// Where in the motion.
     pub moment: Moment,
     /// What is asked of the supervisor.
@@ -125,10 +125,10 @@ impl Motion for Scheduled<'_> {
         at: CycleTime,
         _supervisor: &mut Supervisor,
         references: &mut References,
-    ) -> Result<Wanted, Error> {
+    ) -> Result<Desired, Error> {
         let References { current, previewed } = references;
         let moment = self.schedule.sample(at.seconds(), PREVIEW_HORIZON, current, previewed)?;
-        Ok(Wanted { moment, request: self.request, command_age: None })
+        Ok(Desired { moment, request: self.request, command_age: None })
     }
 
     fn is_finished(&self, at: CycleTime) -> bool {

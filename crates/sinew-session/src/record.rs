@@ -4,7 +4,7 @@ use sinew::control::supervisor::SupervisorCommand;
 use sinew::trajectory::{Moment, Reference};
 use sinew::twin::arm::{ArmTruth, ArmTwin};
 
-/// One control cycle: what was read, what was wanted, what is commanded.
+/// One control cycle: what was read, what was desired, what is commanded.
 #[derive(Debug, Clone, Copy)]
 pub struct CycleRecord<'a, P: ?Sized> {
     /// The plant, after the commands were written and before they have moved it.

@@ -108,7 +108,7 @@ impl<P: Plant, M: Motion> Session<P, M> {
         self.mode
     }
 
-    /// Whether the motion is at its end; after a stop was asked for, whether the machine is let down.
+    /// Whether the motion is at its end; after a stop was asked for, whether the machine is released.
     #[must_use]
     pub fn is_finished(&self) -> bool {
         if self.plant.has_failed() {
@@ -150,18 +150,18 @@ impl<P: Plant, M: Motion> Session<P, M> {
         let read = clock.now();
         self.statistics.record(exchange);
 
-        let wanted = motion.sample(at, supervisor, references)?;
+        let desired = motion.sample(at, supervisor, references)?;
         let injected = exchange.status();
         let late = if plant.waits() { 0.0 } else { woken.saturating_sub(deadline) as f64 * 1e-9 };
         let status = ExchangeStatus {
             lateness: late.max(injected.lateness),
-            command_age: wanted.command_age.or(injected.command_age),
+            command_age: desired.command_age.or(injected.command_age),
             ..injected
         };
         // A client that turns the machine off asks for more than a stop.
-        let stops = self.stopping && wanted.request != Request::TurnOff;
-        let request = if stops { Request::SafeStop } else { wanted.request };
-        let reference = references.at(&wanted.moment);
+        let stops = self.stopping && desired.request != Request::TurnOff;
+        let request = if stops { Request::SafeStop } else { desired.request };
+        let reference = references.at(&desired.moment);
         let command = supervisor.step(self.period, &feedback.measurement(), &reference, request, &status)?;
         let controlled = clock.now();
 
@@ -171,7 +171,7 @@ impl<P: Plant, M: Motion> Session<P, M> {
         self.mode = command.mode;
         let record = CycleRecord {
             plant,
-            moment: wanted.moment,
+            moment: desired.moment,
             times,
             exchange,
             feedback,

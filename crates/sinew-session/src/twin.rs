@@ -26,7 +26,7 @@ pub fn watchdog(period: f64) -> f64 {
 /// use sinew_session::{Feedback, Plant, TwinPlant};
 /// let text = include_str!("../../../models/lm_arm.toml");
 /// let parts = sinew::description::from_toml("lm_arm.toml", text).expect("a model of this repository").parts;
-/// let machine = Machine::of(&Robot::new(parts)?)?;
+/// let machine = Machine::from_robot(&Robot::new(parts)?)?;
 /// let arm = ArmTwin::new(&ArmSpecimen::nominal(&machine)?, &machine.start, &[40.0; 15], 1)?;
 /// let (mut plant, mut feedback) = (TwinPlant::new(arm), Feedback::new(15, 7));
 /// for _ in 0..100 {

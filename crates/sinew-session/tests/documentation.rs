@@ -24,7 +24,7 @@ fn table() -> String {
             Kind::Truth => "simulation",
         };
         let kept = match row.resolution {
-            Resolution::Exact => "to the bit".to_owned(),
+            Resolution::Exact => "exact".to_owned(),
             Resolution::Rounded(resolution) => resolution.to_string(),
         };
         let every = if row.slow { "20" } else { "1" };

@@ -57,8 +57,8 @@ pub fn read_meshes(robot: &mut Robot, read: &mut ReadMesh<'_>) -> Vec<String> {
         .into_iter()
         .map(|(mesh, surface)| {
             // Small parts keep more of their triangles than large ones.
-            let share = TRIANGLES as f64 * (surface.triangles.len() as f64).sqrt() / roots;
-            let surface = if all > TRIANGLES { reduced(surface, share as usize) } else { surface };
+            let fraction = TRIANGLES as f64 * (surface.triangles.len() as f64).sqrt() / roots;
+            let surface = if all > TRIANGLES { reduced(surface, fraction as usize) } else { surface };
             (mesh, Arc::new(surface))
         })
         .collect();

@@ -40,8 +40,8 @@ fn clustered(surface: &TriangleSurface, cells: u32) -> TriangleSurface {
     let (mut places, mut sums) = (HashMap::new(), Vec::<([f64; 3], f64)>::new());
     let mut cell_of = Vec::with_capacity(surface.vertices.len());
     for corner in &surface.vertices {
-        let share = |k: usize| (corner[k] - low[k]) / longest;
-        let cell: [u32; 3] = std::array::from_fn(|k| ((share(k) * cells as f32) as u32).min(cells - 1));
+        let fraction = |k: usize| (corner[k] - low[k]) / longest;
+        let cell: [u32; 3] = std::array::from_fn(|k| ((fraction(k) * cells as f32) as u32).min(cells - 1));
         let place = *places.entry(cell).or_insert_with(|| {
             sums.push(([0.0; 3], 0.0));
             sums.len() as u32 - 1

@@ -6,11 +6,11 @@ use serde::Serialize;
 use sinew::body::{Geom, MeshGeom, Parts, PathElement, TendonPath, WrapKind};
 use std::sync::Arc;
 
-/// Radius of a bone, as a share of the mean length of all, and at most as a share of its own.
-const BONE_SHARE: f64 = 0.085;
+/// Radius of a bone, as a fraction of the mean length of all, and at most as a fraction of its own.
+const BONE_FRACTION: f64 = 0.085;
 const THICKEST: f64 = 0.3;
 /// Half length of a cylinder that cables wrap, as a multiple of its radius: in the model it has no end.
-const SURFACE_SHARE: f64 = 1.2;
+const SURFACE_FRACTION: f64 = 1.2;
 
 /// A shape in the frame of its body, as the page reads it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -71,7 +71,7 @@ pub fn shapes(parts: &Parts) -> Vec<Shape> {
     let small = |shape: &Shape| shape.body > 0 || shape.size.iter().all(|size| *size <= reach);
     let wrapped = parts.wraps.iter().map(|wrap| {
         let (kind, length) = match wrap.kind {
-            WrapKind::Cylinder => ("cylinder", SURFACE_SHARE * wrap.radius),
+            WrapKind::Cylinder => ("cylinder", SURFACE_FRACTION * wrap.radius),
             WrapKind::Sphere => ("sphere", wrap.radius),
         };
         Shape {
@@ -132,7 +132,7 @@ fn bones(parts: &Parts) -> Vec<Shape> {
         ends.extend(own.into_iter().filter(|end| norm(*end) > 0.0).map(|end| (body, end)));
     }
     let mean = ends.iter().map(|(_, end)| norm(*end)).sum::<f64>() / (ends.len() as f64).max(1.0);
-    ends.into_iter().map(|(body, end)| bone(body, end, BONE_SHARE * mean)).collect()
+    ends.into_iter().map(|(body, end)| bone(body, end, BONE_FRACTION * mean)).collect()
 }
 
 /// A bone from the origin of a body to a point of it.

@@ -21,7 +21,7 @@ fn law(taus: usize) -> MemoryLaw {
         );
     }
     features.extend([Feature::CellState, Feature::CellWidth, Feature::CellPosition]);
-    let branch = |(width, share)| Branch { width, share };
+    let branch = |(width, fraction)| Branch { width, fraction };
     MemoryLaw {
         signals: vec![Signal::Input(0), Signal::Input(1)],
         cell: Some(ClampCell {

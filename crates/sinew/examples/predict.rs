@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 /// Coulomb friction alone: the far tension lies between 0.8 and 1.25 times the near tension.
 fn clamp_model() -> Model {
-    let branches = vec![Branch { width: 1.0, share: 1.0 }];
+    let branches = vec![Branch { width: 1.0, fraction: 1.0 }];
     let (basis, low, high) = (vec![BasisTerm::Signal(0)], vec![0.8], vec![1.25]);
     let cell = ClampCell { basis, low, high, elastic: vec![], kappa: vec![], start: 0.5, branches };
     let law = MemoryLaw {

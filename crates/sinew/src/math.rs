@@ -14,7 +14,7 @@
 ///
 /// Measured against `libm::tanh` on 400 000 points of `[-25, 25]` and on magnitudes down to 2^-1000:
 /// absolute error at most 4.5e-16, relative error at most 11 units in the last place.
-/// Odd to the bit, never beyond +-1. Plain SSE2 suffices (one division, no fused multiply-add,
+/// Odd bit for bit, never beyond +-1. Plain SSE2 suffices (one division, no fused multiply-add,
 /// no integer conversion), so every machine gives the same bits.
 ///
 /// # Example

@@ -115,15 +115,15 @@ impl Comparison {
             return;
         }
         let (n, m) = (self.count as f64, other.count as f64);
-        let share = m / (n + m);
+        let fraction = m / (n + m);
         let (off_truth, off_estimate) =
             (other.mean_truth - self.mean_truth, other.mean_estimate - self.mean_estimate);
-        self.squares_truth += other.squares_truth + off_truth * off_truth * n * share;
-        self.squares_estimate += other.squares_estimate + off_estimate * off_estimate * n * share;
-        self.product += other.product + off_truth * off_estimate * n * share;
-        self.mean_truth += off_truth * share;
-        self.mean_estimate += off_estimate * share;
-        self.mean_squared_error += (other.mean_squared_error - self.mean_squared_error) * share;
+        self.squares_truth += other.squares_truth + off_truth * off_truth * n * fraction;
+        self.squares_estimate += other.squares_estimate + off_estimate * off_estimate * n * fraction;
+        self.product += other.product + off_truth * off_estimate * n * fraction;
+        self.mean_truth += off_truth * fraction;
+        self.mean_estimate += off_estimate * fraction;
+        self.mean_squared_error += (other.mean_squared_error - self.mean_squared_error) * fraction;
         self.count += other.count;
         self.least = self.least.min(other.least);
         self.greatest = self.greatest.max(other.greatest);

@@ -18,11 +18,11 @@ Bounds: TypeAlias = tuple[float, float]
 
 @dataclass(frozen=True)
 class Randomisation:
-    """How the machine of an episode differs from the design; each number is drawn evenly between two bounds.
+    """How the machine of an episode differs from the design; each number is sampled evenly between two bounds.
 
     `friction`: factor on the coefficient of friction of all cables; `(0, 0)` are cables without any friction, drag or loss.
     `bend`: factor on the bend of all sheaths. `mass`: factor on masses and inertias. `delay_ms`: delay of all sensors beside
-    that of the design, ms. `tolerances`: whether every part is drawn within the machine's own tolerances as well.
+    that of the design, ms. `tolerances`: whether every part is sampled within the machine's own tolerances as well.
     """
 
     friction: Bounds = (0.8, 1.2)
@@ -54,12 +54,12 @@ class Conditions:
 
     `machine`: a `sinew.Machine`, or its name or file. `task`: `"reach"` a pose or the position of the end point in it,
     `"track"` a motion, `"hold"` a pose against pushes. `path`, `duration_s`: the motion to be tracked, as of `Machine.plan`,
-    or a `sinew.Trajectory`. `push`: largest push, as a share of what the strongest muscle of a joint exerts on it.
+    or a `sinew.Trajectory`. `push`: largest push, as a fraction of what the strongest muscle of a joint exerts on it.
 
     `actuation`: what actions from -1 to 1 command of every drive, `"speed"` of the cable, `"tension"`, or `"torque"` of the motor.
     `interval_ms`: how long an action holds, ms. `steps`: actions of an episode. `cells`, `substeps`: cells of every cable, and
     least steps of a simulated millisecond; more are taken where the machine needs them. `spread`: how far initial poses and
-    targets are from the machine's start, as a share of the joints' ranges. `effort`: weight of the mean square action in
+    targets are from the machine's start, as a fraction of the joints' ranges. `effort`: weight of the mean square action in
     the reward. `randomisation`: how episodes differ.
     """
 

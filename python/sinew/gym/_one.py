@@ -16,9 +16,9 @@ from ._vector import MachineVectorEnv
 class MachineEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
     """One simulated machine as a Gymnasium environment; keywords are the fields of `Conditions`.
 
-    With the same seed and actions it does the same, to the bit, as an environment of a `MachineVectorEnv`. Actions: shape
+    With the same seed and actions it does the same, bit for bit, as an environment of a `MachineVectorEnv`. Actions: shape
     `(muscles,)`, from -1 to 1, clipped. `info["error"]`: distance of the end point, m, or root-mean-square error of the
-    joints as a share of their ranges.
+    joints as a fraction of their ranges.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}

@@ -33,9 +33,9 @@ class MachineVectorEnv(VectorEnv[_Singles, _Singles, NDArray[Any]]):
     that step them, 1 for the calling one; `copy`: whether every call returns arrays of its own, or those of the environment,
     which the next call overwrites. Further keywords are the fields of `Conditions`.
 
-    What an environment does depends on its seed and its actions alone, to the bit, not on `num_envs` or `threads`.
+    What an environment does depends on its seed and its actions alone, bit for bit, not on `num_envs` or `threads`.
     Actions: shape `(num_envs, muscles)`, from -1 to 1, clipped. `infos["error"]`: distance of the end point, m, or
-    root-mean-square error of the joints as a share of their ranges, shape `(num_envs,)`.
+    root-mean-square error of the joints as a fraction of their ranges, shape `(num_envs,)`.
     """
 
     def __init__(

@@ -37,7 +37,7 @@ class Cable:
     compliance_per_n: float
     #: Growth of friction with speed, s/m.
     viscous_s_per_m: float = 0.0
-    #: Share of the tension left by losses that do not depend on the bend, in (0, 1].
+    #: Fraction of the tension left by losses that do not depend on the bend, in (0, 1].
     efficiency: float = 1.0
     #: Grease drag, N s/m, which fades below `drag_fade_n`, N.
     drag_n_s_per_m: float = 0.0

@@ -58,7 +58,7 @@ def spec_of(
     `machine`: as for `sinew.Machine`. With `"cables"` the controls are displacements of the winches, m, and the
     cables begin with `tension_n` at their anchors, N, shape `(muscles,)`, by default such that the machine is held in
     its start, as far as its limits allow; with `"sheaths"` the controls are tensions at the motors, N, and `turning`
-    is the share of the turning of the muscles' paths that counts beside the bend of the sheaths. The start is the key
+    is the fraction of the turning of the muscles' paths that counts beside the bend of the sheaths. The start is the key
     `start`: `mujoco.mj_resetDataKeyframe(model, data, 0)`.
 
     Sheaths have the bend of the start, in all poses. Friction of drives and their dynamics are not part of the model.
@@ -96,7 +96,7 @@ def spec_of(
 def sheaths_of(machine: Machine | str | os.PathLike[str], *, turning: float = 1.0) -> dict[str, Sheath]:
     """The sheath of every muscle of a machine, for `add_sheaths`.
 
-    `turning`: share of the turning of the muscle's path in the model that counts beside the bend of the sheath.
+    `turning`: fraction of the turning of the muscle's path in the model that counts beside the bend of the sheath.
     """
     known = machine if isinstance(machine, Machine) else Machine(machine)
     _, described = _sinew.mujoco_machine(known)

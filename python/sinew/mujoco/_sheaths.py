@@ -11,7 +11,7 @@ from typing import Any
 import mujoco
 
 #: Friction, N, that a tendon has of its own: its constraint exists only above zero.
-LEAST_FRICTION = 1e-9
+MIN_FRICTION = 1e-9
 #: Time constant, s, which MuJoCo raises to two steps: a constraint that sticks stops slip in one.
 SHORTEST = 1e-6
 
@@ -28,9 +28,9 @@ class Sheath:
     mu: float
     #: Sum of the magnitudes of its bends, rad, >= 0, independent of the pose.
     bend: float
-    #: Share of the turning of the tendon's path in the model that counts as bend, >= 0.
+    #: Fraction of the turning of the tendon's path in the model that counts as bend, >= 0.
     turning: float = 0.0
-    #: Share of the tension left by losses that do not depend on the bend, in (0, 1].
+    #: Fraction of the tension left by losses that do not depend on the bend, in (0, 1].
     efficiency: float = 1.0
     #: Constant force in parallel at the far end, N, >= 0.
     pretension: float = 0.0
@@ -81,7 +81,7 @@ def add_sheaths(spec: Any, sheaths: Mapping[str, Sheath], *, impedance: float = 
     safe = not disabled & mujoco.mjtDisableBit.mjDSBL_REFSAFE
     for tendon in spec.tendons:
         if tendon.name in chosen:
-            tendon.frictionloss = max(tendon.frictionloss, LEAST_FRICTION)
+            tendon.frictionloss = max(tendon.frictionloss, MIN_FRICTION)
             tendon.solref_friction = [SHORTEST if safe else 2.0 * timestep, 1.0]
             tendon.solimp_friction = [impedance, impedance, 0.001, 0.5, 2.0]
     for actuator in spec.actuators:

@@ -47,20 +47,20 @@ def write_report(study: Study, path: str | os.PathLike[str]) -> None:
     """Writes the report as one HTML file without links to others."""
     trials = [t for t in study.trials if t.ended and t.error is None]
     failed = [t for t in study.trials if t.error is not None]
-    wanted = [*study.minimize, *study.maximize]
+    desired = [*study.minimize, *study.maximize]
     names = [("parameter", name) for name in study.parameters]
-    names += [("value", name) for name in (wanted or sorted({k for t in trials for k in t.values}))]
-    best = {t.number for t in pareto_front(trials, study.minimize, study.maximize)} if wanted else set()
+    names += [("value", name) for name in (desired or sorted({k for t in trials for k in t.values}))]
+    best = {t.number for t in pareto_front(trials, study.minimize, study.maximize)} if desired else set()
     goals = [f"least {name}" for name in study.minimize] + [f"largest {name}" for name in study.maximize]
     body = f"<section class=hero><h1>Study of {len(study.trials)} trials</h1>"
     body += f"<p class=lead>{escape('; '.join(goals) or 'no value is optimised')}; seed {study.seed}.</p>"
     figures = [("trials that ended", len(trials)), ("with an error", len(failed))]
-    if wanted:
-        figures.append(("on the Pareto front" if len(wanted) > 1 else "best", len(best)))
+    if desired:
+        figures.append(("on the Pareto front" if len(desired) > 1 else "best", len(best)))
     body += "<dl class=figures>" + "".join(f"<div><dd>{n}</dd><dt>{name}</dt></div>" for name, n in figures)
     body += "</dl></section>"
-    if len(wanted) >= 2 and trials:
-        body += "<section><h2>Pareto front</h2>" + _scatter(trials, wanted[0], wanted[1], best) + "</section>"
+    if len(desired) >= 2 and trials:
+        body += "<section><h2>Pareto front</h2>" + _scatter(trials, desired[0], desired[1], best) + "</section>"
     if names and trials:
         body += "<section><h2>Parallel coordinates</h2>" + _parallel(trials, names, best) + "</section>"
     if best:
@@ -139,11 +139,11 @@ def _parallel(trials: list[Trial], names: list[tuple[str, str]], best: set[int])
         return "<p>No trial has all values.</p>"
     trials.sort(key=lambda t: t.number in best)
     columns = [[_of(t, *name) for t in trials] for name in names]
-    shares = [_share(column) for column in columns]
+    fractions = [_share(column) for column in columns]
     places = [80 + 640 * k / max(1, len(names) - 1) for k in range(len(names))]
     lines = ""
     for k, trial in enumerate(trials):
-        points = " ".join(f"{x:.1f},{330 - 270 * s[k]:.1f}" for x, s in zip(places, shares, strict=True))
+        points = " ".join(f"{x:.1f},{330 - 270 * s[k]:.1f}" for x, s in zip(places, fractions, strict=True))
         lines += f'<polyline points="{points}"{_mark(trial, best)}/>'
     for k, (x, (_, name), column) in enumerate(zip(places, names, columns, strict=True)):
         # Names at two heights, so that long ones do not meet.

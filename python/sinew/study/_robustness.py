@@ -18,7 +18,7 @@ def robustness(
     duration_s: float | None = None,
     compensation: str = "observer",
 ) -> Objective:
-    """The objective of a study without parameters whose trials are SIMULATED specimens, drawn by their seeds.
+    """The objective of a study without parameters whose trials are SIMULATED specimens, sampled by their seeds.
 
     `machine`: a machine, or its name or file. Values: `max_end_point_error_m`, `max_joint_error_rad`, `max_joint_error_m` and the means, where the
     machine has them, and whether the motion `completed`, 1 or 0. The motion is verified once for all trials. Raises `ValueError` for one that

@@ -21,12 +21,12 @@ PARAMETERS = (
     "sheath_m",
     "bend_rad",
 )
-#: Poses over the ranges of the joints, drawn by one seed for all trials.
+#: Poses over the ranges of the joints, sampled by one seed for all trials.
 POSES, SEED = 48, 1
-#: Share of the largest moment arm below which a muscle does not move a joint.
+#: Fraction of the largest moment arm below which a muscle does not move a joint.
 NEGLIGIBLE = 1e-3
 #: Sets of muscles whose volumes are added, at most.
-MOST_SETS = 20_000
+MAX_SETS = 20_000
 
 
 def routing(machine: str | os.PathLike[str], muscle: str) -> Objective:
@@ -34,7 +34,7 @@ def routing(machine: str | os.PathLike[str], muscle: str) -> Objective:
 
     Values, over poses of the whole range of the joints and on the geometry and the sheath law of the machine:
 
-    - `friction_loss`, 1: mean share of the drive's tension that friction takes from the anchor while the muscle pulls.
+    - `friction_loss`, 1: mean fraction of the drive's tension that friction takes from the anchor while the muscle pulls.
     - `torque_nm`: size of the set of torques of the joints that the muscle moves, the k-th root of its volume for k joints, in the
       pose in which it is least: all muscles at up to the drive tension that gives the design's largest tension in the start.
     - `frictionless_torque_nm`: the same as if no cable had friction.
@@ -87,13 +87,13 @@ class _Routes:
         stroke = float(np.ptp(changed.lengths(self.poses)[:, self.index]))
         tension = self.drive_n.copy()
         tension[self.index] *= self.stroke_m / stroke
-        # The law is linear in the tension but for the pretension: the share at the largest tension stands for all.
-        share = self.anchor_n / changed.drive_tensions(self.poses, self.anchor_n)
+        # The law is linear in the tension but for the pretension: the fraction at the largest tension stands for all.
+        fraction = self.anchor_n / changed.drive_tensions(self.poses, self.anchor_n)
         moment_arms = changed.moment_arms(self.poses)[:, :, self.moved]
-        with_friction = torque_set_size(moment_arms * (tension * share)[:, :, None])
+        with_friction = torque_set_size(moment_arms * (tension * fraction)[:, :, None])
         without = torque_set_size(moment_arms * tension[None, :, None])
         return {
-            "friction_loss": float(np.mean(1.0 - share[:, self.index])),
+            "friction_loss": float(np.mean(1.0 - fraction[:, self.index])),
             "torque_nm": float(with_friction.min()),
             "frictionless_torque_nm": float(without.min()),
             "stroke_m": stroke,
@@ -123,8 +123,8 @@ def torque_set_size(torques: NDArray[np.float64]) -> NDArray[np.float64]:
     `|det|` over all sets of k muscles. Returns N m, shape `(n,)`.
     """
     _, muscles, joints = torques.shape
-    if (sets := comb(muscles, joints)) > MOST_SETS:
-        raise ValueError(f"{joints} joints and {muscles} muscles have {sets} sets, more than {MOST_SETS}")
+    if (sets := comb(muscles, joints)) > MAX_SETS:
+        raise ValueError(f"{joints} joints and {muscles} muscles have {sets} sets, more than {MAX_SETS}")
     volume = sum(np.abs(np.linalg.det(torques[:, list(chosen), :])) for chosen in combinations(range(muscles), joints))
     size: NDArray[np.float64] = np.power(volume, 1.0 / joints)
     return size

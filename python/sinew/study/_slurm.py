@@ -30,13 +30,13 @@ def run_slurm(
     """
     earlier = [_Job(path.parent) for path in sorted((folder / "slurm").glob("job-*/tasks.json"))]
     while wave := list(islice(pending, at_once)):
-        wanted = {trial.number for trial in wave}
+        desired = {trial.number for trial in wave}
         for job in earlier:
-            for result in job.results(wanted):
-                wanted.discard(result[0])
+            for result in job.results(desired):
+                desired.discard(result[0])
                 yield result
-        if rest := [trial for trial in wave if trial.number in wanted]:
-            yield from _submit(objective, rest, workers, batch, folder).results(wanted, must_end=True)
+        if rest := [trial for trial in wave if trial.number in desired]:
+            yield from _submit(objective, rest, workers, batch, folder).results(desired, must_end=True)
 
 
 class _Job:
@@ -48,9 +48,9 @@ class _Job:
         self._id = (folder / "id").read_text() if (folder / "id").is_file() else ""
         self._tasks = json.loads((folder / "tasks.json").read_text())
 
-    def results(self, wanted: set[int], *, must_end: bool = False) -> Iterator[Result]:
-        """Results of the trials that are wanted, as their tasks end."""
-        waiting = {k for k, task in enumerate(self._tasks) if wanted & {trial["number"] for trial in task}}
+    def results(self, desired: set[int], *, must_end: bool = False) -> Iterator[Result]:
+        """Results of the trials that are desired, as their tasks end."""
+        waiting = {k for k, task in enumerate(self._tasks) if desired & {trial["number"] for trial in task}}
         while waiting:
             # Asked before the results are read: a task that ends in between has left its own.
             alive = self._is_alive()
@@ -59,7 +59,7 @@ class _Job:
                 if file.is_file():
                     waiting.discard(k)
                     for number, values, error in json.loads(file.read_text()):
-                        if number in wanted:
+                        if number in desired:
                             yield number, values, error
             if waiting and not alive:
                 if must_end:

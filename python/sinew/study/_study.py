@@ -33,11 +33,11 @@ class Range:
         if self.log and self.low <= 0.0:
             raise ValueError(f"low must be above 0 in a logarithmic range, but is {self.low}")
 
-    def at(self, share: float) -> float:
-        """The value at a share of the range, 0 to 1."""
+    def at(self, fraction: float) -> float:
+        """The value at a fraction of the range, 0 to 1."""
         if self.log:
-            return float(math.exp(math.log(self.low) + share * (math.log(self.high) - math.log(self.low))))
-        return float(self.low + share * (self.high - self.low))
+            return float(math.exp(math.log(self.low) + fraction * (math.log(self.high) - math.log(self.low))))
+        return float(self.low + fraction * (self.high - self.low))
 
 
 class Study:

@@ -32,7 +32,7 @@ fn clarabel(problem: &Value) -> Result<Option<Vec<f64>>, Failure> {
     let diagonal = |values: Vec<f64>| CscMatrix::new(m, m, (0..=m).collect(), (0..m).collect(), values);
     let cost = diagonal(weight.clone());
     let slope: Vec<f64> = weight.iter().zip(&reference).map(|(w, f)| -w * f).collect();
-    // One column per muscle: its arms, its greatest and its least tension.
+    // One column per muscle: its arms, its greatest and its minimum tension.
     let (mut start, mut row, mut value) = (vec![0], vec![], vec![]);
     for (i, arms) in arms.iter().enumerate() {
         row.extend(0..n);

@@ -97,9 +97,9 @@ impl Component {
             ("load-cell", mode) => Ok(Self::LoadCell(sensor_failure(mode)?)),
             ("joint-encoder", mode) => Ok(Self::JointEncoder(sensor_failure(mode)?)),
             ("push", mode) => Ok(Self::Push(amount(mode, "push:JOINT:NM, a torque or force")?)),
-            ("friction", mode) => Ok(Self::Wear(Worn::Friction, share(mode)?)),
-            ("pretension", mode) => Ok(Self::Wear(Worn::Pretension, share(mode)?)),
-            ("stiffness", mode) => Ok(Self::Wear(Worn::Stiffness, share(mode)?)),
+            ("friction", mode) => Ok(Self::Wear(Worn::Friction, fraction(mode)?)),
+            ("pretension", mode) => Ok(Self::Wear(Worn::Pretension, fraction(mode)?)),
+            ("stiffness", mode) => Ok(Self::Wear(Worn::Stiffness, fraction(mode)?)),
             ("cycles", None) => Err(FaultSyntaxError("cycles:lost, cycles:late or cycles:stale")),
             ("cable" | "drive" | "winch" | "cycles", Some(_)) => Err(FaultSyntaxError(
                 "no MODE, which only sensors, push, friction, pretension and stiffness have",
@@ -118,8 +118,8 @@ fn amount(mode: Option<&str>, expected: &'static str) -> Result<f64, FaultSyntax
     number.ok_or(FaultSyntaxError(expected))
 }
 
-/// A share of wear, in per cent.
-fn share(mode: Option<&str>) -> Result<f64, FaultSyntaxError> {
+/// A fraction of wear, in per cent.
+fn fraction(mode: Option<&str>) -> Result<f64, FaultSyntaxError> {
     let expected = "a number from 0 to 100 (per cent) after the name of the muscle";
     amount(mode, expected).and_then(|percent| {
         if (0.0..=100.0).contains(&percent) { Ok(0.01 * percent) } else { Err(FaultSyntaxError(expected)) }

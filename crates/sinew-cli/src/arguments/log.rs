@@ -86,7 +86,7 @@ pub(crate) struct LogLayoutArguments {
 
 /// Run the controller again over the readings of a recording, and show where its commands differ.
 ///
-/// The same build commands the same to the bit. With --machine or --gains the commands of another controller
+/// The same build commands bit-identical. With --machine or --gains the commands of another controller
 /// are compared with those of the recorded one, cycle by cycle, over the same readings.
 ///
 /// Example: sinew log replay run.mcap --gains softer.json --report differences.html

@@ -14,7 +14,7 @@ use sinew_session::BusFault;
 /// describes. Everything is planned and checked as by `sinew track` before the start. At the end the times of
 /// the cycle are shown.
 ///
-/// On --virtual-time the cycle does not wait for its deadlines: the results are the same to the bit.
+/// On --virtual-time the cycle does not wait for its deadlines: the results are bit-identical.
 ///
 /// Example: sinew run --bus segment --virtual-time --duration 11.5 --repeats 1
 #[derive(Debug, Args)]

@@ -35,12 +35,12 @@ pub(crate) fn run(arguments: &EvaluateArguments, general: &General) -> Result<An
     Ok(Answer::done(Content::Text(text + &scores_table(&model, &evaluation)), Vec::new()))
 }
 
-/// Share of samples outside the ranges of the training logs from which a note is due.
-pub(super) const NOTABLE_SHARE: f64 = 0.02;
+/// Fraction of samples outside the ranges of the training logs from which a note is due.
+pub(super) const NOTABLE_FRACTION: f64 = 0.02;
 
 /// What the expected error does not cover; nothing where the logs stay inside the ranges.
 fn range_note(model: &Model, scores: &Scores) -> String {
-    if !scores.out_of_range.is_some_and(|share| share > NOTABLE_SHARE) {
+    if !scores.out_of_range.is_some_and(|fraction| fraction > NOTABLE_FRACTION) {
         return String::new();
     }
     format!(
@@ -53,7 +53,7 @@ fn range_note(model: &Model, scores: &Scores) -> String {
     )
 }
 
-/// Scores as a table; the last column is the share of samples outside the ranges of the training logs.
+/// Scores as a table; the last column is the fraction of samples outside the ranges of the training logs.
 pub(crate) fn scores_table(model: &Model, evaluation: &Evaluation) -> String {
     let row = |name: &str, fitted: &str, scores: &Scores| {
         vec![

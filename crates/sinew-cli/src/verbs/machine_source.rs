@@ -58,7 +58,7 @@ pub(crate) fn load(path: &Path) -> Result<Loaded, Error> {
     let text = match built_in(path) {
         Some((_, text)) => text.to_owned(),
         None => {
-            Format::of(path)?;
+            Format::from_path(path)?;
             read_text(path).map_err(MachineFileError::from)?
         }
     };
@@ -97,7 +97,7 @@ fn build(
 ) -> Result<(MachineDescription, Vec<EthercatDevice>), Error> {
     let name = path.display().to_string();
     let mut tables = DeviceTables::default();
-    let described = match Format::of(path) {
+    let described = match Format::from_path(path) {
         Ok(Format::Urdf) => {
             let mut muscles = None;
             let file = muscles_of(path, None);

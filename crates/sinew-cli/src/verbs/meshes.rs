@@ -1,4 +1,4 @@
-//! The shapes that other files describe, read where a machine is drawn.
+//! The shapes that other files describe, read where a machine is sampled.
 
 use sinew::body::Robot;
 use sinew_lab::machine_file::mesh_bytes;

@@ -75,11 +75,11 @@ impl RunPage {
     }
 }
 
-/// Least and largest tension at every anchor, N: `[muscles]`.
+/// Smallest and largest tension at every anchor, N: `[muscles]`.
 pub(crate) fn tension_limits(machine: &Machine) -> Vec<[f64; 2]> {
     let limits = machine.muscles.iter().map(|muscle| {
         let [low, high] = muscle.tension;
-        [low.unwrap_or(0.0), high.unwrap_or(muscle.drive.most_tension)]
+        [low.unwrap_or(0.0), high.unwrap_or(muscle.drive.max_tension)]
     });
     limits.collect()
 }

@@ -1,6 +1,6 @@
 //! `sinew predict`.
 
-use super::evaluate::NOTABLE_SHARE;
+use super::evaluate::NOTABLE_FRACTION;
 use super::read_model;
 use crate::answer::{Answer, Content};
 use crate::arguments::{General, PredictArguments};
@@ -32,27 +32,27 @@ pub(crate) fn run(arguments: &PredictArguments, general: &General) -> Result<Ans
         unknown += usize::from(prediction.flags.state_unknown);
         outside += usize::from(prediction.flags.out_of_range);
     }
-    let share = outside as f64 / rows.max(1) as f64;
+    let fraction = outside as f64 / rows.max(1) as f64;
     let content = if general.json {
         Content::json(&serde_json::json!({
             "far": model.far, "far_unit": unit_of(&model.far), "predictions": rows, "state_unknown": unknown, "out_of_range": outside,
         }))?
     } else {
-        Content::Text(summary(&model.far, rows, unknown, outside, share))
+        Content::Text(summary(&model.far, rows, unknown, outside, fraction))
     };
     Ok(Answer::done(content, written))
 }
 
-fn summary(far: &str, rows: usize, unknown: usize, outside: usize, share: f64) -> String {
+fn summary(far: &str, rows: usize, unknown: usize, outside: usize, fraction: f64) -> String {
     let mut text = format!(
         "{rows} predictions of `{far}`; the state of the hysteresis is unknown in {unknown}, {outside} lie outside the \
          range of the training logs\n"
     );
-    if share > NOTABLE_SHARE {
+    if fraction > NOTABLE_FRACTION {
         text += &format!(
             "Warning: {} of the samples lie outside the ranges of the training logs; the expected error and the \
              95 % band are for samples inside them.\n",
-            percent(Some(share))
+            percent(Some(fraction))
         );
     }
     text

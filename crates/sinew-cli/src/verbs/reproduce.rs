@@ -28,8 +28,8 @@ pub(crate) fn run(arguments: &ReproduceArguments, general: &General) -> Result<A
     let bench = (both || arguments.part == Part::Bench)
         .then(|| {
             let options = if quick { BenchOptions::quick(seed) } else { BenchOptions::full(seed) };
-            let share = if both { 0.6 } else { 1.0 };
-            reproduce_bench(&options, &|stage, done| progress.show(stage, share * done))
+            let fraction = if both { 0.6 } else { 1.0 };
+            reproduce_bench(&options, &|stage, done| progress.show(stage, fraction * done))
         })
         .transpose()?;
     let arm = (both || arguments.part == Part::Arm)
@@ -53,7 +53,7 @@ pub(crate) fn run(arguments: &ReproduceArguments, general: &General) -> Result<A
         let observer = part.tracking.get(&CompensationVariant::Observer);
         observer.is_none_or(|numbers| numbers.ended == TrackOutcome::Completed)
     };
-    let outcome = Outcome::of(arm.as_ref().is_none_or(completed));
+    let outcome = Outcome::new(arm.as_ref().is_none_or(completed));
     if general.json {
         return Ok(Answer { outcome, content: Content::json(&numbers)?, written });
     }

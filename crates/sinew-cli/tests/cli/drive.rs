@@ -16,7 +16,7 @@ fn the_papers_drive_is_among_those_that_can_and_the_lightest_comes_first() {
     assert!(able.windows(2).all(|pair| mass(pair[0]) <= mass(pair[1])));
     let ours = able.iter().find(|c| c["motor"] == "class_35mm_120w" && c["reducer"] == "class_53").unwrap();
     assert_eq!(ours["winch"], "drum_15mm");
-    assert!(ours["most_acceleration_m_per_s2"].as_f64().unwrap() > 3.0);
+    assert!(ours["max_acceleration_m_per_s2"].as_f64().unwrap() > 3.0);
     let envelope = ours["envelope"].as_array().unwrap();
     let pulls = |point: &serde_json::Value, which: &str| point[which].as_f64().unwrap();
     assert!(envelope.iter().all(|point| pulls(point, "continuous_n") <= pulls(point, "peak_n")));

@@ -23,11 +23,11 @@ pub(crate) struct Running {
 
 impl Running {
     pub(crate) fn start(more: &str) -> Self {
-        Self::of("planar_leg", more)
+        Self::new("planar_leg", more)
     }
 
     /// Of a leg's file.
-    pub(crate) fn of(machine: &str, more: &str) -> Self {
+    pub(crate) fn new(machine: &str, more: &str) -> Self {
         let motion = "--path to-joints:hip=0.8,knee=1.6 --duration 3 --unverified --json";
         let mut child = Command::new(env!("CARGO_BIN_EXE_sinew"))
             .args(["run", machine])
@@ -84,9 +84,9 @@ fn drive(client: &mut Client, from: u64, milliseconds: u64, by: f64) -> (Mode, V
     for step in (20..milliseconds).step_by(20) {
         let mut setpoints = Setpoints::new(SetpointKind::Joint, held.len());
         for ahead in [10, 20, 30] {
-            let share = ((step + ahead) as f64 / milliseconds as f64).min(1.0);
+            let fraction = ((step + ahead) as f64 / milliseconds as f64).min(1.0);
             let joints: Vec<f64> =
-                held.iter().map(|q| q + by * share * share * (3.0 - 2.0 * share)).collect();
+                held.iter().map(|q| q + by * fraction * fraction * (3.0 - 2.0 * fraction)).collect();
             assert!(setpoints.push(from + (step + ahead) * MS, &joints));
         }
         last = advance(client, Request::Run, setpoints, from + (step + 20) * MS);
@@ -156,7 +156,7 @@ fn a_flood_changes_no_bit_of_a_run_and_a_client_moves_the_machine() {
         running.end()
     };
     let (quiet, flooded) = (run(false), run(true));
-    assert_eq!(quiet["run"], flooded["run"], "to the bit, by the digest of all readings and estimates");
+    assert_eq!(quiet["run"], flooded["run"], "bit for bit, by the digest of all readings and estimates");
     assert_eq!(quiet["run"]["cycles"], 3500);
     let rejected = |document: &Value, reason: &str| document["link"]["rejected"][reason].as_u64().unwrap();
     for reason in ["too_short", "too_long", "wrong_magic"] {
@@ -174,7 +174,7 @@ fn a_client_that_is_killed_and_restarted_resumes_from_hold() {
     drop(killed); // without a word
     let mut client = running.connect();
     let state = |client: &mut Client| {
-        client.send(&LinkCommand::of(Request::None)).unwrap();
+        client.send(&LinkCommand::from_request(Request::None)).unwrap();
         *client.receive(PATIENCE).unwrap()
     };
     let before = state(&mut client).machine_time_ns;
@@ -226,7 +226,7 @@ fn a_linked_run_is_recorded_and_replays_to_the_bit_while_another_client_watches(
                 }
             };
             assert_eq!(seen, Mode::Run);
-            let last = LinkCommand { advance_to_ns: 4000 * MS, ..LinkCommand::of(Request::Run) };
+            let last = LinkCommand { advance_to_ns: 4000 * MS, ..LinkCommand::from_request(Request::Run) };
             client.send(&last).unwrap();
         } else {
             // Whatever arrives when: what was taken is what is replayed.
@@ -236,7 +236,7 @@ fn a_linked_run_is_recorded_and_replays_to_the_bit_while_another_client_watches(
                 let mut setpoints = Setpoints::new(SetpointKind::Joint, 2);
                 let knee = client.session().state().joints()[1].joint_estimated;
                 setpoints.push(0, &[position + 0.01, knee]);
-                let command = LinkCommand { setpoints, ..LinkCommand::of(Request::Run) };
+                let command = LinkCommand { setpoints, ..LinkCommand::from_request(Request::Run) };
                 client.send(&command).unwrap();
                 let _ = client.receive(Duration::from_millis(10));
             }

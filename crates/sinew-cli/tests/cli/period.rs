@@ -69,7 +69,7 @@ fn a_client_drives_a_machine_at_four_milliseconds_in_lock_step() {
     let bench = Bench::new();
     machine(&bench, "planar_leg", "0.004");
     let file = bench.path("machine.toml");
-    let running = Running::of(file.to_str().unwrap(), "--virtual-time --until 0.6");
+    let running = Running::new(file.to_str().unwrap(), "--virtual-time --until 0.6");
     let mut client = running.connect();
     let (mode, joints) = advance(&mut client, Request::Run, Setpoints::none(), 400_000_000);
     assert_eq!((mode, joints.len()), (Mode::Run, 2));

@@ -105,7 +105,7 @@ fn a_foreign_log_is_judged_with_figures_and_stays_where_it_is_to_be_kept() {
     let said = bench.succeeds(&format!("identify{logs} foreign.csv --model cell --out out")).stdout;
     let row = said.lines().find(|line| line.starts_with("foreign.csv") && line.contains("excluded")).unwrap();
     assert!(row.split_whitespace().last().unwrap().parse::<f64>().unwrap() > 1.5, "{row}");
-    assert!(said.contains("(limits 1.16 and 2.7): a foreign recording"), "{said}");
+    assert!(said.contains("(limits 1.16 and 2.7): an outlier recording"), "{said}");
     for keep in ["foreign.csv", "all"] {
         let said = bench
             .succeeds(&format!("identify{logs} foreign.csv --model cell --keep {keep} --out kept"))

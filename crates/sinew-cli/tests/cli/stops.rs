@@ -48,7 +48,7 @@ fn go(client: &mut Client, request: Request, goal: u64) -> Mode {
 fn keep(client: &mut Client, request: Request, mode: Mode) {
     let begin = Instant::now();
     loop {
-        client.send(&LinkCommand::of(request)).unwrap();
+        client.send(&LinkCommand::from_request(request)).unwrap();
         if client.receive(Duration::from_millis(20)).is_ok_and(|state| state.mode == mode) {
             return;
         }
@@ -67,11 +67,12 @@ fn a_stop_over_the_link_holds_whoever_comes_and_goes_and_replays_to_the_bit() {
         let mut client = running.connect();
         if virtual_time {
             assert_eq!(go(&mut client, Request::Run, 800 * MS), Mode::Run);
-            let stop = LinkCommand { advance_to_ns: 1000 * MS, ..LinkCommand::of(Request::SafeStop) };
+            let stop =
+                LinkCommand { advance_to_ns: 1000 * MS, ..LinkCommand::from_request(Request::SafeStop) };
             client.send(&stop).unwrap();
         } else {
             keep(&mut client, Request::Run, Mode::Run);
-            client.send(&LinkCommand::of(Request::SafeStop)).unwrap();
+            client.send(&LinkCommand::from_request(Request::SafeStop)).unwrap();
         }
         client.close().unwrap();
         // A watcher, and then a client that asks for nothing and leaves without a word.
@@ -86,7 +87,11 @@ fn a_stop_over_the_link_holds_whoever_comes_and_goes_and_replays_to_the_bit() {
         drop(other);
         let mut last = running.connect();
         if virtual_time {
-            last.send(&LinkCommand { advance_to_ns: 13_000 * MS, ..LinkCommand::of(Request::None) }).unwrap();
+            last.send(&LinkCommand {
+                advance_to_ns: 13_000 * MS,
+                ..LinkCommand::from_request(Request::None)
+            })
+            .unwrap();
         } else {
             keep(&mut last, Request::None, Mode::Ready);
         }
@@ -105,10 +110,11 @@ fn a_client_that_turns_off_and_leaves_leaves_a_machine_that_is_off() {
         let mut client = running.connect();
         if more.is_empty() {
             keep(&mut client, Request::Run, Mode::Run);
-            client.send(&LinkCommand::of(Request::TurnOff)).unwrap();
+            client.send(&LinkCommand::from_request(Request::TurnOff)).unwrap();
         } else {
             go(&mut client, Request::Run, 800 * MS);
-            let off = LinkCommand { advance_to_ns: 40_000 * MS, ..LinkCommand::of(Request::TurnOff) };
+            let off =
+                LinkCommand { advance_to_ns: 40_000 * MS, ..LinkCommand::from_request(Request::TurnOff) };
             client.send(&off).unwrap();
         }
         client.close_at_once().unwrap();
@@ -193,7 +199,7 @@ fn ctrl_c_and_a_request_to_terminate_let_a_run_down_and_its_recording_replays() 
         let document: Value = serde_json::from_str(&text).unwrap();
         assert!(document["interrupted_s"].as_f64().unwrap() > 1.0, "{document}");
         for state in
-            ["stopping; Ctrl-C again ends at once", "brake, stand, and let the cables down", "let down\n"]
+            ["stopping; Ctrl-C again ends at once", "brake, stand, and release the tension", "released\n"]
         {
             assert!(told.contains(state), "{told}");
         }
@@ -214,7 +220,7 @@ fn the_second_ctrl_c_ends_a_run_at_once_with_its_results() {
     let output = child.wait_with_output().unwrap();
     let told = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(3), "{told}");
-    assert!(told.contains("brake, stand") && !told.contains("let down\n"), "{told}");
+    assert!(told.contains("brake, stand") && !told.contains("released\n"), "{told}");
     assert!(begin.elapsed() < Duration::from_secs(5), "{:?}", begin.elapsed());
     replays(&bench, "moving.mcap");
 }

@@ -27,9 +27,9 @@ fn start_position(model: &CableModel, logs: &[CableLog]) -> Option<f64> {
     let (mut sum, mut count) = (0.0, START_PRIOR_SEQUENCES);
     for log in logs.iter().filter(|log| !log.is_empty() && log.weight[0] > 0.0) {
         let far = log.far[0] / model.far_gain - model.parameters.pretension;
-        let share = (log.samples[0].tension_in / far).ln() / whole;
-        if share.is_finite() {
-            sum += share.clamp(-1.0, 1.0);
+        let fraction = (log.samples[0].tension_in / far).ln() / whole;
+        if fraction.is_finite() {
+            sum += fraction.clamp(-1.0, 1.0);
             count += 1.0;
         }
     }

@@ -76,7 +76,7 @@ pub fn initial_cable(logs: &[CableLog]) -> Result<CableModel, Error> {
     let near = steepest(moved.map(|c| c.tension_in / c.motor).filter(rising).collect())?;
     let moved = seen.iter().filter(|c| c.anchor.abs() > anchor);
     let far = steepest(moved.map(|c| -c.far / c.anchor).filter(rising).collect())?;
-    let tensions = Tensions::of(logs)?;
+    let tensions = Tensions::new(logs)?;
     let whole = tensions.compliance.max(1.5 * (near + far));
     let speed = quantiles(seen.iter().map(|c| (c.motor / c.seconds).abs()).collect(), &[0.9])[0];
     let sheath = whole - near - far;
@@ -128,7 +128,7 @@ struct Tensions {
 }
 
 impl Tensions {
-    fn of(logs: &[CableLog]) -> Result<Self, Error> {
+    fn new(logs: &[CableLog]) -> Result<Self, Error> {
         let (mut means, mut angles, mut squares) = (Vec::new(), Vec::new(), [0.0; 2]);
         for log in logs {
             let rows = log.samples.iter().zip(&log.far).zip(&log.weight).filter(|(_, w)| **w > 0.0);

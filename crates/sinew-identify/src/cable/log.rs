@@ -93,10 +93,10 @@ pub(super) fn shortened(logs: &[CableLog], most: usize) -> Vec<CableLog> {
     if total <= most {
         return logs.to_vec();
     }
-    let share = most as f64 / total as f64;
+    let fraction = most as f64 / total as f64;
     let mut pieces = Vec::new();
     for log in logs {
-        let kept = (share * log.len() as f64) as usize;
+        let kept = (fraction * log.len() as f64) as usize;
         let count = kept.div_ceil(PIECE).max(1);
         let (length, stride) = (kept / count, log.len() / count);
         pieces.extend((0..count).map(|k| log.part(k * stride..k * stride + length)));

@@ -123,7 +123,7 @@ impl Quantity {
     pub(super) fn set(self, model: &mut CableModel, value: f64) -> Option<()> {
         match self {
             Self::FrictionAngle => {
-                // The efficiency keeps its share: only the sum is identified.
+                // The efficiency keeps its fraction: only the sum is identified.
                 let loss = -model.parameters.efficiency.ln();
                 let angle = model.path.angle();
                 if value < loss || angle <= 0.0 {

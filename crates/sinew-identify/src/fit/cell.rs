@@ -48,19 +48,19 @@ impl CellPlan {
     pub(crate) const DISTRIBUTED: [f64; 3] = [1.0, 0.8, 0.5];
 }
 
-/// Share of every further branch at the start of its fit: large enough for a gradient, small enough to
+/// Fraction of every further branch at the start of its fit: large enough for a gradient, small enough to
 /// vanish.
-const FIRST_SHARE: f64 = 0.05;
+const FIRST_FRACTION: f64 = 0.05;
 
 /// Weight of the prior mean of the start (the middle of the band), in sequences.
 pub(crate) const START_PRIOR_SEQUENCES: f64 = 3.0;
 
-/// Fits the bounds, elasticities and branch shares of a cell.
+/// Fits the bounds, elasticities and branch fractions of a cell.
 ///
 /// Starts: least squares of the far side on the basis, opened by several widths on the constant or on all
 /// coefficients, rigid and elastic, with one branch; each start is improved on a thinned copy, the best two
-/// on all rows. The other branches join the best of these with small shares. `None` where there are too few
-/// samples, or the basis is empty.
+/// on all rows. The other branches join the best of these with small fractions. `None` where there are too
+/// few samples, or the basis is empty.
 pub(crate) fn fit_cell(data: &CellData<'_>, plan: &CellPlan) -> Option<ClampCell> {
     if plan.basis.is_empty() {
         return None;
@@ -76,7 +76,7 @@ pub(crate) fn fit_cell(data: &CellData<'_>, plan: &CellPlan) -> Option<ClampCell
     let (_, mut theta) = improved.min_by(|a, b| a.0.total_cmp(&b.0))?;
     if plan.branches.len() > 1 {
         full.widths.clone_from(&plan.branches);
-        theta.resize(full.parameters(), FIRST_SHARE);
+        theta.resize(full.parameters(), FIRST_FRACTION);
         (_, theta) = full.improve(theta, FINE_STEPS)?;
     }
     Some(full.cell(&theta, plan))
@@ -93,7 +93,7 @@ const FINE_STEPS: usize = 60;
 /// open.
 const RIDGE: f64 = 1e-5;
 
-/// Columns have size one; bounds, elasticities and shares differ in effect.
+/// Columns have size one; bounds, elasticities and fractions differ in effect.
 const DAMPING: Damping = Damping {
     initial: 1e-3,
     min: 1e-12,
@@ -256,19 +256,24 @@ impl Scaled {
 
     fn cell(&self, theta: &[f64], plan: &CellPlan) -> ClampCell {
         let (bounds, rest) = theta.split_at(2 * self.b);
-        let (kappa, shares) = rest.split_at(self.e);
+        let (kappa, fractions) = rest.split_at(self.e);
         let unscale = |part: &[f64], scale: &[f64]| -> Vec<f64> {
             part.iter().zip(scale).map(|(t, s)| t * self.far_scale / s).collect()
         };
-        let first = 1.0 - shares.iter().sum::<f64>();
-        let shares = core::iter::once(first).chain(shares.iter().copied());
+        let first = 1.0 - fractions.iter().sum::<f64>();
+        let fractions = core::iter::once(first).chain(fractions.iter().copied());
         ClampCell {
             basis: plan.basis.clone(),
             low: unscale(&bounds[..self.b], &self.basis_scale),
             high: unscale(&bounds[self.b..], &self.basis_scale),
             elastic: plan.elastic.clone(),
             kappa: unscale(kappa, &self.step_scale),
-            branches: self.widths.iter().zip(shares).map(|(&width, share)| Branch { width, share }).collect(),
+            branches: self
+                .widths
+                .iter()
+                .zip(fractions)
+                .map(|(&width, fraction)| Branch { width, fraction })
+                .collect(),
             start: self.start(bounds),
         }
     }
@@ -337,7 +342,7 @@ struct Simulation<'a> {
     low: &'a [f64],
     high: &'a [f64],
     kappa: &'a [f64],
-    shares: Vec<f64>,
+    fractions: Vec<f64>,
     /// One per branch.
     states: Vec<f64>,
     /// One row per branch over bounds and elasticities: `[branches x (2 b + e)]`.
@@ -352,13 +357,13 @@ impl<'a> Simulation<'a> {
         let (high, rest) = rest.split_at(data.b);
         let (kappa, others) = rest.split_at(data.e);
         let branches = data.widths.len();
-        let mut shares = vec![1.0 - others.iter().sum::<f64>()];
-        shares.extend_from_slice(others);
+        let mut fractions = vec![1.0 - others.iter().sum::<f64>()];
+        fractions.extend_from_slice(others);
         Self {
             low,
             high,
             kappa,
-            shares,
+            fractions,
             states: vec![0.0; branches],
             sensitivities: vec![0.0; branches * (2 * data.b + data.e)],
             gradient: vec![0.0; theta.len()],
@@ -394,16 +399,16 @@ impl<'a> Simulation<'a> {
         if differentiate {
             self.collect(2 * b + e);
         }
-        dot(&self.shares, &self.states)
+        dot(&self.fractions, &self.states)
     }
 
     fn collect(&mut self, inner: usize) {
-        let (of_inner, of_shares) = self.gradient.split_at_mut(inner);
+        let (of_inner, of_fractions) = self.gradient.split_at_mut(inner);
         of_inner.fill(0.0);
-        for (share, row) in self.shares.iter().zip(self.sensitivities.chunks_exact(inner)) {
-            of_inner.iter_mut().zip(row).for_each(|(sum, g)| *sum += share * g);
+        for (fraction, row) in self.fractions.iter().zip(self.sensitivities.chunks_exact(inner)) {
+            of_inner.iter_mut().zip(row).for_each(|(sum, g)| *sum += fraction * g);
         }
-        for (g, state) in of_shares.iter_mut().zip(&self.states[1..]) {
+        for (g, state) in of_fractions.iter_mut().zip(&self.states[1..]) {
             *g = state - self.states[0];
         }
     }
@@ -457,7 +462,7 @@ mod tests {
             high: vec![1.1, 0.1, 0.2],
             elastic: vec![0],
             kappa: vec![0.1],
-            branches: branches.map(|(width, share)| Branch { width, share }).to_vec(),
+            branches: branches.map(|(width, fraction)| Branch { width, fraction }).to_vec(),
         }
     }
 
@@ -544,7 +549,7 @@ mod tests {
         }
         assert!((cell.kappa[0] - truth.kappa[0]).abs() < 0.02, "{cell:?}");
         for (fitted, true_branch) in cell.branches.iter().zip(&truth.branches) {
-            assert!((fitted.share - true_branch.share).abs() < 0.1, "{cell:?}");
+            assert!((fitted.fraction - true_branch.fraction).abs() < 0.1, "{cell:?}");
         }
     }
 

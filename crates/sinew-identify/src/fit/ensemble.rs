@@ -18,7 +18,7 @@ pub(crate) fn retrain(rows: &Rows, old: &Ensemble) -> Option<Ensemble> {
     if rows.targets.len() < MIN_ROWS || f != old.mean.len() {
         return None;
     }
-    let fresh = Standardisation::of(&rows.features, rows.width);
+    let fresh = Standardisation::new(&rows.features, rows.width);
     let standard = Standardisation {
         low: fresh.low.iter().zip(&old.clip_low).map(|(a, b)| a.min(*b)).collect(),
         high: fresh.high.iter().zip(&old.clip_high).map(|(a, b)| a.max(*b)).collect(),
@@ -97,7 +97,7 @@ pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble>
     if n < MIN_ROWS || f == 0 || (mixed && f <= CELL_FEATURES) {
         return None;
     }
-    let standard = Standardisation::of(&rows.features, rows.width);
+    let standard = Standardisation::new(&rows.features, rows.width);
     let inputs = standard.apply(&rows.features);
     let correction = TrainingSet::new(inputs.clone(), f, &rows.targets);
     let direct = mixed.then(|| {

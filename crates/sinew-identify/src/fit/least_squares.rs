@@ -214,8 +214,8 @@ impl Solution {
 fn covariance(normal: &Matrix) -> Covariance {
     /// Relative size below which an eigenvalue of the scaled matrix is rounding (finite differences).
     const NOISE: f64 = 1e-11;
-    /// A parameter counts as undetermined with its share in an undetermined direction above this.
-    const MIN_SHARE: f64 = 1e-3;
+    /// A parameter counts as undetermined with its fraction in an undetermined direction above this.
+    const MIN_FRACTION: f64 = 1e-3;
     let p = normal.size();
     let largest = (0..p).map(|i| normal[(i, i)]).fold(0.0, f64::max);
     // A parameter without effect has a zero row and is left out.
@@ -236,7 +236,7 @@ fn covariance(normal: &Matrix) -> Covariance {
         for i in 0..p {
             let component = vectors[(i, k)];
             if value <= NOISE * top {
-                if component.abs() > MIN_SHARE {
+                if component.abs() > MIN_FRACTION {
                     variance[i] = f64::INFINITY;
                 }
                 continue;

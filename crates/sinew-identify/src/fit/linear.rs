@@ -22,7 +22,7 @@ pub(super) fn regress(features: &[f64], targets: &[f64], width: usize) -> Option
     if n == 0 {
         return None;
     }
-    let standard = Standardisation::of(features, width);
+    let standard = Standardisation::new(features, width);
     let inputs = standard.apply(features);
     let mean = targets.iter().sum::<f64>() / n as f64;
     let row = |i: usize| &inputs[i * width..][..width];

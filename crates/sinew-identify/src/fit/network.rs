@@ -68,12 +68,12 @@ impl Network {
     /// Output for one standardised input.
     #[cfg(test)]
     pub(crate) fn evaluate(&self, z: &[f64]) -> f64 {
-        let parts = Parts::of(&self.theta, self.hidden, self.features);
+        let parts = Parts::new(&self.theta, self.hidden, self.features);
         parts.output(z, &mut vec![0.0; self.hidden])
     }
 
     pub(crate) fn parts(&self) -> Parts<'_> {
-        Parts::of(&self.theta, self.hidden, self.features)
+        Parts::new(&self.theta, self.hidden, self.features)
     }
 }
 
@@ -88,7 +88,7 @@ pub(crate) struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    fn of(theta: &'a [f64], hidden: usize, features: usize) -> Self {
+    fn new(theta: &'a [f64], hidden: usize, features: usize) -> Self {
         let (weights, rest) = theta.split_at(hidden * features);
         let (bias, rest) = rest.split_at(hidden);
         let (output, rest) = rest.split_at(hidden);
@@ -268,7 +268,7 @@ impl<'a> Training<'a> {
 
 impl Problem for Training<'_> {
     fn squares(&mut self, theta: &[f64]) -> Option<f64> {
-        let parts = Parts::of(theta, self.hidden, self.data.features);
+        let parts = Parts::new(theta, self.hidden, self.data.features);
         let rows = self.data.inputs.chunks_exact(self.data.features).zip(self.data.targets);
         let mut sum = 0.0;
         for (((z, target), residual), weight) in rows.zip(&mut self.residual).zip(&self.weight) {
@@ -281,7 +281,7 @@ impl Problem for Training<'_> {
     fn linearise(&mut self, theta: &[f64], at: &mut Linearisation) -> bool {
         at.clear();
         let (f, n, stride) = (self.data.features, self.data.targets.len(), Matrix::stride(theta.len()));
-        let parts = Parts::of(theta, self.hidden, f);
+        let parts = Parts::new(theta, self.hidden, f);
         for start in (0..n).step_by(BLOCK) {
             let rows = BLOCK.min(n - start);
             for (row, values) in (start..start + rows).zip(self.jacobian.chunks_exact_mut(stride)) {

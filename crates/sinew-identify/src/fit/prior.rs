@@ -56,7 +56,7 @@ impl Evidence {
     /// Up to here precisions change much and are estimated after every step, then after every second: the
     /// inverse costs as much as a step.
     const EVERY_STEP_UNTIL: usize = 12;
-    /// Largest share of the samples that may count as spent on parameters.
+    /// Largest fraction of the samples that may count as spent on parameters.
     const MAX_DETERMINED: f64 = 0.8;
 
     fn is_due(&self) -> bool {

@@ -16,7 +16,7 @@ pub(super) trait Real: Copy + Send + 'static {
     const WIDEST: usize;
     const ZERO: Self;
     const ONE: Self;
-    fn of(value: f64) -> Self;
+    fn from_f64(value: f64) -> Self;
     fn to_f64(self) -> f64;
     fn splat<S: Simd>(simd: S, value: Self) -> Self::Vector<S>;
     fn add<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
@@ -41,7 +41,7 @@ macro_rules! real {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             #[inline(always)]
-            fn of(value: f64) -> Self {
+            fn from_f64(value: f64) -> Self {
                 value as $real
             }
             #[inline(always)]

@@ -12,7 +12,7 @@ pub(super) struct Standardisation {
 
 impl Standardisation {
     /// Of `features: [n x width]`, row-major.
-    pub(super) fn of(features: &[f64], width: usize) -> Self {
+    pub(super) fn new(features: &[f64], width: usize) -> Self {
         let mut standard = Self { low: vec![], high: vec![], mean: vec![], scale: vec![] };
         for i in 0..width {
             let mut column: Vec<f64> = features.iter().skip(i).step_by(width).copied().collect();

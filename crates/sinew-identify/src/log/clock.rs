@@ -22,7 +22,7 @@ pub(super) struct Clock {
 
 impl Clock {
     /// The clock of column `c`.
-    pub(super) fn of(log: &OpenLog, c: usize) -> Self {
+    pub(super) fn from_column(log: &OpenLog, c: usize) -> Self {
         let is_stamped = log.is_stamped(c);
         let scale = if is_stamped { Some(1.0) } else { units::seconds(&log.units[c]) };
         Self { column: log.names[c].clone(), scale, is_stamped }

@@ -14,7 +14,7 @@ const SIMPLE: f64 = 0.005;
 const WHOLE: f64 = 0.05;
 
 /// Largest ratio of two rates of one bench, and largest numerator and denominator of a fraction that is one.
-const MOST_TIMES: f64 = 100.0;
+const MAX_TIMES: f64 = 100.0;
 const SMALL: u32 = 5;
 
 /// Adds a defect to every log that is too short, and to evenly sampled ones whose interval fits no rate
@@ -57,7 +57,7 @@ fn duration(sequence: &Sequence) -> f64 {
 fn even_interval<'a>(sequences: impl Iterator<Item = &'a Sequence>) -> Option<f64> {
     let mut steps: Vec<f64> = sequences.flat_map(|s| s.time_s.windows(2).map(|w| w[1] - w[0])).collect();
     steps.sort_unstable_by(f64::total_cmp);
-    let at = |share: f64| steps.get((share * steps.len() as f64) as usize).copied();
+    let at = |fraction: f64| steps.get((fraction * steps.len() as f64) as usize).copied();
     let (slow, middle, fast) = (at(0.9)?, at(0.5)?, at(0.1)?);
     (steps.len() >= 20 && slow - fast < EVEN * middle).then_some(middle)
 }
@@ -77,8 +77,8 @@ fn is_simple(ratio: f64) -> bool {
         let whole = ratio.round();
         (1.0..=most).contains(&whole) && (ratio - whole).abs() < WHOLE.min(SIMPLE * whole)
     };
-    near(ratio, MOST_TIMES)
-        || near(ratio.recip(), MOST_TIMES)
+    near(ratio, MAX_TIMES)
+        || near(ratio.recip(), MAX_TIMES)
         || (1..=SMALL).any(|k| near(ratio * f64::from(k), SMALL.into()))
 }
 

@@ -2,10 +2,10 @@
 
 use super::types::{Dataset, Role, Sequence};
 
-/// Share of the far side's variance that an affine function of a near side leaves at least: friction,
+/// Fraction of the far side's variance that an affine function of a near side leaves at least: friction,
 /// backlash and noise see to it; on four measured rigs it is 0.02 and more. A copy of the far side, also one
 /// smoothed over three samples, leaves less.
-const LEAST_LEFT: f64 = 5e-3;
+const MIN_LEFT: f64 = 5e-3;
 
 /// Longest delay of a filter that is looked for, samples.
 const LONGEST_DELAY: usize = 30;
@@ -35,7 +35,7 @@ pub(super) fn report_likeness(dataset: &mut Dataset) {
         let copied: Vec<bool> = (0..dataset.logs.len())
             .map(|log| {
                 let mut squares = (0..=LONGEST_DELAY).filter_map(|delay| Some(of(log, delay)?.powi(2)));
-                squares.any(|square| 1.0 - square < LEAST_LEFT)
+                squares.any(|square| 1.0 - square < MIN_LEFT)
             })
             .collect();
         let clear = |sign: f64| together.iter().flatten().filter(|r| sign * **r > CLEAR).count();

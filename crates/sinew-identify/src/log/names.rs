@@ -129,13 +129,13 @@ fn sided(base: &str) -> Option<(&str, &str)> {
     if is_side(last) { Some((first, last)) } else { is_side(first).then_some((last, first)) }
 }
 
-/// The column nearest to `wanted`, if one is near enough to have been meant.
-pub(super) fn nearest<'a>(wanted: &str, columns: &'a [String]) -> Option<&'a str> {
-    let target = plain(wanted);
+/// The column nearest to `requested`, if one is near enough to have been meant.
+pub(super) fn nearest<'a>(requested: &str, columns: &'a [String]) -> Option<&'a str> {
+    let target = plain(requested);
     let allowed = (target.chars().count() / 3).max(2);
     let scored = columns.iter().map(|column| (levenshtein(&target, &plain(column)), column));
     let near = scored.filter(|&(d, column)| {
-        d <= allowed && (d < target.chars().count().max(1) || column.eq_ignore_ascii_case(wanted))
+        d <= allowed && (d < target.chars().count().max(1) || column.eq_ignore_ascii_case(requested))
     });
     near.min_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.cmp(b.1))).map(|(_, column)| column.as_str())
 }

@@ -8,11 +8,11 @@ use super::units::{self, factor, plain, split_unit, unit_of};
 use crate::Error;
 
 /// Renames columns and sets units as requested, then brings names that differ in their unit alone to one: to
-/// that of `wanted`, or else of the first log. Numbers in another unit of the same kind are converted.
+/// that of `requested`, or else of the first log. Numbers in another unit of the same kind are converted.
 ///
 /// # Errors
 /// [`Error::MissingColumn`] for a column of the options that no log has, [`Error::UnknownUnit`].
-pub(super) fn name(logs: &mut [OpenLog], options: &ColumnOptions, wanted: &[String]) -> Result<(), Error> {
+pub(super) fn name(logs: &mut [OpenLog], options: &ColumnOptions, requested: &[String]) -> Result<(), Error> {
     for (old, new) in &options.rename {
         let places = holding(logs, old)?;
         for (log, column) in places {
@@ -22,7 +22,7 @@ pub(super) fn name(logs: &mut [OpenLog], options: &ColumnOptions, wanted: &[Stri
     }
     // A requested name is a reference too: it may lack the unit that the files state, or state one that they
     // lack.
-    for name in wanted {
+    for name in requested {
         unify(logs, name, &unit_of(name));
     }
     for (column, unit) in &options.units {
@@ -49,9 +49,10 @@ pub(super) fn name(logs: &mut [OpenLog], options: &ColumnOptions, wanted: &[Stri
             unify(logs, &name, &unit);
         }
     }
-    let names: Vec<String> = wanted.iter().chain(logs.iter().flat_map(|log| &log.names)).cloned().collect();
+    let names: Vec<String> =
+        requested.iter().chain(logs.iter().flat_map(|log| &log.names)).cloned().collect();
     for name in names {
-        convert(logs, &name, wanted.contains(&name));
+        convert(logs, &name, requested.contains(&name));
     }
     Ok(())
 }
@@ -102,9 +103,9 @@ fn base(name: &str) -> String {
     split_unit(&plain(name)).0.to_owned()
 }
 
-/// Converts the numbers of a column to the unit that its name states, where it was `wanted`, or to that of
+/// Converts the numbers of a column to the unit that its name states, where it was `requested`, or to that of
 /// the first log.
-fn convert(logs: &mut [OpenLog], name: &str, wanted: bool) {
+fn convert(logs: &mut [OpenLog], name: &str, requested: bool) {
     let by_name = unit_of(name);
     // Time is converted to seconds, whatever the others have.
     if is_time(name) {
@@ -113,7 +114,7 @@ fn convert(logs: &mut [OpenLog], name: &str, wanted: bool) {
     let place = |log: &OpenLog| log.names.iter().position(|n| n == name);
     let first =
         logs.iter().find_map(|log| place(log).map(|c| log.units[c].clone()).filter(|unit| !unit.is_empty()));
-    let reference = if wanted && !by_name.is_empty() { Some(by_name) } else { first };
+    let reference = if requested && !by_name.is_empty() { Some(by_name) } else { first };
     let Some(reference) = reference else { return };
     for log in logs.iter_mut() {
         let Some(c) = place(log) else { continue };
@@ -144,8 +145,8 @@ pub(super) fn timed(log: &OpenLog) -> Vec<bool> {
 pub(super) fn same_time(logs: &mut [OpenLog], time: &str) {
     for log in logs.iter_mut().filter(|log| log.names.iter().all(|name| name != time)) {
         let timed = timed(log);
-        let of = |wanted: &dyn Fn(usize) -> bool| -> Vec<usize> {
-            (0..log.names.len()).filter(|&c| wanted(c)).collect()
+        let of = |requested: &dyn Fn(usize) -> bool| -> Vec<usize> {
+            (0..log.names.len()).filter(|&c| requested(c)).collect()
         };
         let meant = |meant: Meaning| of(&|c| meaning(&log.names[c]) == Some(meant));
         let found = [meant(Meaning::Time), of(&|c| timed[c]), meant(Meaning::TimeLike)];

@@ -6,7 +6,7 @@ use super::cut::{self, CutLog};
 use super::occurrences::{Occurrences, counted};
 use super::open::OpenLog;
 use super::spikes;
-use super::table::{ColumnLayout, Table, Wanted};
+use super::table::{ColumnLayout, Requested, Table};
 use super::types::{Defect, ReadOptions, Roles, Sequence};
 use crate::Error;
 
@@ -45,10 +45,11 @@ pub(super) fn read_log(roles: &Roles, mut log: OpenLog, options: &ReadOptions) -
         .filter(|&c| Some(c) != far && Some(c) != time && (Some(c) != trial || trial == group))
         .collect();
     let factors: Vec<f64> = numbers.iter().map(|&c| log.factors[c]).collect();
-    let clock = time.map(|c| Clock::of(&log, c));
-    let wanted = Wanted { numbers, stamped: time.filter(|&c| log.is_stamped(c)), trial, group, candidates };
+    let clock = time.map(|c| Clock::from_column(&log, c));
+    let requested =
+        Requested { numbers, stamped: time.filter(|&c| log.is_stamped(c)), trial, group, candidates };
     let named = std::mem::take(&mut log.findings);
-    let mut table = log.read(&wanted)?;
+    let mut table = log.read(&requested)?;
     convert(&mut table, &factors);
     group_within_trials(&file, roles, &table)?;
     let mut findings = std::mem::take(&mut table.findings);
@@ -64,7 +65,7 @@ pub(super) fn read_log(roles: &Roles, mut log: OpenLog, options: &ReadOptions) -
     if let (Some(k), Some(clock)) = (layout.time, &clock) {
         clock.to_seconds(&file, &mut table.numbers[k], &mut findings, &mut defects)?;
     }
-    missing_cells(&table, &wanted, &columns, layout, &mut findings);
+    missing_cells(&table, &requested, &columns, layout, &mut findings);
     let mut cut = cut::cut(&file, &table, layout, options)?;
     // Frees the table: a long log is not held twice.
     table.numbers = Vec::new();
@@ -108,7 +109,7 @@ fn group_within_trials(file: &str, roles: &Roles, table: &Table) -> Result<(), E
 /// Counts empty cells, column by column; empty cells of time are reported as rows without time.
 fn missing_cells(
     table: &Table,
-    wanted: &Wanted,
+    requested: &Requested,
     columns: &[String],
     layout: ColumnLayout,
     findings: &mut Vec<String>,
@@ -119,7 +120,7 @@ fn missing_cells(
             occurrences.record(|| format!("line {}", table.lines[row]));
         }
         if occurrences.count > 0 && layout.time != Some(k) {
-            let name = &columns[wanted.numbers[k]];
+            let name = &columns[requested.numbers[k]];
             findings.push(format!(
                 "{} without a number in `{name}`: {}",
                 counted(occurrences.count, "cell"),

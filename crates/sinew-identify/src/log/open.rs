@@ -4,7 +4,7 @@
 use super::binary::ParquetLog;
 use super::binary::{ArrayLog, is_mat5};
 use super::memory_limit::MEMORY_LIMIT_BYTES;
-use super::table::{Table, Wanted};
+use super::table::{Requested, Table};
 use super::text::TextLog;
 use super::units::{is_known, unit_of};
 use crate::Error;
@@ -192,13 +192,13 @@ impl OpenLog {
         }
     }
 
-    /// Reads what is `wanted`.
-    pub(super) fn read(self, wanted: &Wanted) -> Result<Table, Error> {
+    /// Reads what is `requested`.
+    pub(super) fn read(self, requested: &Requested) -> Result<Table, Error> {
         match self.content {
-            Content::Text(log) => log.read(wanted),
-            Content::Arrays(log) => log.read(wanted),
+            Content::Text(log) => log.read(requested),
+            Content::Arrays(log) => log.read(requested),
             #[cfg(feature = "parquet")]
-            Content::Parquet(log) => log.read(wanted),
+            Content::Parquet(log) => log.read(requested),
         }
     }
 }

@@ -9,9 +9,9 @@ const SHORTEST_AT_BOUND: usize = 3;
 const FEWEST_AT_BOUND: usize = 8;
 /// Fewest equal samples in a row that are a frozen stretch.
 const SHORTEST_FROZEN: usize = 10;
-/// Share of its range by which another channel goes on while one stands at its bound.
+/// Fraction of its range by which another channel goes on while one stands at its bound.
 const GOES_ON: f64 = 0.06;
-/// Share of its range by which a channel turns while a frozen one stands.
+/// Fraction of its range by which a channel turns while a frozen one stands.
 const TURNS: f64 = 0.15;
 /// Samples before a plateau over which its speed is taken.
 const BEFORE: usize = 4;
@@ -19,7 +19,7 @@ const BEFORE: usize = 4;
 const PEAK: f64 = 4.0;
 /// Least correlation that says in which direction two channels go.
 const CLEAR: f64 = 0.3;
-/// Share of the samples on plateaus during which another goes on, from which the plateaus are those of a
+/// Fraction of the samples on plateaus during which another goes on, from which the plateaus are those of a
 /// sensor.
 const MOST: f64 = 0.3;
 /// A jump at the end of a frozen stretch, over the step that 95 % of the steps do not exceed.
@@ -35,7 +35,7 @@ struct Channel {
     values: Vec<Vec<f64>>,
     low: f64,
     high: f64,
-    /// Least difference of two values; 0 where it is not above a thousandth of the range.
+    /// Smallest difference of two values; 0 where it is not above a thousandth of the range.
     quantum: f64,
 }
 
@@ -59,7 +59,7 @@ impl Plateau {
 /// clipped: runs of >= 3 equal samples at the extreme of a channel, come to faster than to a peak seen in quanta, during
 ///          which another channel goes on outwards: what sticks stops where the other turns, and what rests, rests with
 ///          the others
-/// frozen:  a run of L equal samples with n p^L < 1e-6, p the share of equal neighbours elsewhere, that starts or ends with
+/// frozen:  a run of L equal samples with n p^L < 1e-6, p the fraction of equal neighbours elsewhere, that starts or ends with
 ///          a jump, or in which another channel turns, of a channel that stands nowhere else
 /// ```
 pub(super) fn report_plateaus(dataset: &mut Dataset) {
@@ -128,7 +128,7 @@ impl Channel {
         part.chunks_exact(block).map(|b| b.iter().sum::<f64>() / b.len() as f64).collect()
     }
 
-    /// How far the channel goes up from where it is at the start of a plateau, and how far down: shares of
+    /// How far the channel goes up from where it is at the start of a plateau, and how far down: fractions of
     /// its range.
     fn goes(&self, plateau: Plateau) -> [f64; 2] {
         let means = self.blocks(plateau);
@@ -138,7 +138,7 @@ impl Channel {
         [(high - first) / self.range(), (first - low) / self.range()]
     }
 
-    /// Whether the channel goes out and comes back within a plateau, up or down, by a share of its range.
+    /// Whether the channel goes out and comes back within a plateau, up or down, by a fraction of its range.
     fn turns(&self, plateau: Plateau) -> bool {
         let means = self.blocks(plateau);
         let (Some(first), Some(last)) = (means.first(), means.last()) else { return false };

@@ -33,8 +33,8 @@ pub(super) fn find(
         .chain([&requested.far, &requested.time, &requested.trial].into_iter().flatten().map(String::as_str))
         .chain(requested.ignore.iter().map(String::as_str))
         .collect();
-    let named = |wanted: fn(Meaning) -> bool| -> Vec<String> {
-        let fits = |name: &&&str| !taken.contains(**name) && meaning(name).is_some_and(wanted);
+    let named = |requested: fn(Meaning) -> bool| -> Vec<String> {
+        let fits = |name: &&&str| !taken.contains(**name) && meaning(name).is_some_and(requested);
         all.iter().filter(fits).map(|name| (*name).to_owned()).collect()
     };
     let far = match &requested.far {
@@ -67,8 +67,8 @@ pub(super) fn find(
 /// # Errors
 /// [`Error::Ambiguous`] where one log has two.
 pub(super) fn time_of(logs: &[Columns<'_>], taken: &[String]) -> Result<Option<String>, Error> {
-    let means = |name: &String, wanted: Meaning| meaning(name) == Some(wanted);
-    let by_name = |wanted: Meaning| move |log: &Columns<'_>, c: usize| means(&log.names[c], wanted);
+    let means = |name: &String, requested: Meaning| meaning(name) == Some(requested);
+    let by_name = |requested: Meaning| move |log: &Columns<'_>, c: usize| means(&log.names[c], requested);
     let (named, like) = (by_name(Meaning::Time), by_name(Meaning::TimeLike));
     let held = |log: &Columns<'_>, c: usize| log.timed[c];
     type Tier<'a> = &'a dyn Fn(&Columns<'_>, usize) -> bool;
@@ -99,8 +99,8 @@ fn requested_inputs(requested: &RequestedRoles) -> Vec<Input> {
 }
 
 fn named_inputs(named: &dyn Fn(fn(Meaning) -> bool) -> Vec<String>) -> Vec<Input> {
-    let of = |wanted: fn(Meaning) -> bool, role: Role| {
-        named(wanted).into_iter().map(move |column| Input { column, role })
+    let of = |requested: fn(Meaning) -> bool, role: Role| {
+        named(requested).into_iter().map(move |column| Input { column, role })
     };
     of(|m| m == Meaning::Input(Role::Effort), Role::Effort)
         .chain(of(|m| m == Meaning::Input(Role::Motion), Role::Motion))

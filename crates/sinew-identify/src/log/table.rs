@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 /// Columns to keep, by their index in the log.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Wanted {
+pub(super) struct Requested {
     /// Columns that must be numbers.
     pub(super) numbers: Vec<usize>,
     /// The one of them whose cells are stamps of time.
@@ -61,7 +61,7 @@ impl Runs {
 /// The part of a log that was asked for.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Table {
-    /// One column per entry of [`Wanted::numbers`]; NaN where a cell is empty.
+    /// One column per entry of [`Requested::numbers`]; NaN where a cell is empty.
     pub(super) numbers: Vec<Vec<f64>>,
     /// Line (text) or row (binary) of every row, from 1.
     pub(super) lines: Vec<usize>,
@@ -95,13 +95,13 @@ pub(super) struct TableBuilder {
 }
 
 impl TableBuilder {
-    /// An empty table for what is `wanted`.
-    pub(super) fn new(wanted: &Wanted) -> Self {
+    /// An empty table for what is `requested`.
+    pub(super) fn new(requested: &Requested) -> Self {
         let table = Table {
-            numbers: vec![Vec::new(); wanted.numbers.len()],
-            trial: wanted.trial.map(|_| Runs::default()),
-            group: wanted.group.map(|_| Runs::default()),
-            constants: wanted.candidates.iter().map(|&c| (c, Runs::default())).collect(),
+            numbers: vec![Vec::new(); requested.numbers.len()],
+            trial: requested.trial.map(|_| Runs::default()),
+            group: requested.group.map(|_| Runs::default()),
+            constants: requested.candidates.iter().map(|&c| (c, Runs::default())).collect(),
             ..Table::default()
         };
         Self { table, block_starts: false }

@@ -7,7 +7,7 @@ use super::types::{ColumnUse, Dataset, RequestedRoles, Role};
 use crate::ColumnRole;
 
 /// A moving part takes more different positions than this; a label of its direction or phase does not.
-const MOST_LABELS: usize = 3;
+const MAX_LABELS: usize = 3;
 
 /// A column that its name makes a motion and its values a label.
 pub(super) struct Label {
@@ -46,14 +46,14 @@ pub(super) fn labels(requested: &RequestedRoles, dataset: &Dataset) -> Vec<Label
     found.filter(|label| label.values.len() > 1).collect()
 }
 
-/// The different numbers in ascending order; none where they are more than [`MOST_LABELS`].
+/// The different numbers in ascending order; none where they are more than [`MAX_LABELS`].
 fn few_values<'a>(signal: impl Iterator<Item = &'a f64>) -> Vec<f64> {
     let mut values: Vec<f64> = Vec::new();
     for x in signal.map(|x| x + 0.0).filter(|x| x.is_finite()) {
         if values.iter().all(|v| v.to_bits() != x.to_bits()) {
             values.push(x);
         }
-        if values.len() > MOST_LABELS {
+        if values.len() > MAX_LABELS {
             return Vec::new();
         }
     }

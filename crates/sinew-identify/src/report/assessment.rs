@@ -17,7 +17,7 @@ const DOUBTFUL: f64 = 0.33;
 const NO_BETTER_THAN_LINEAR: f64 = 0.9;
 
 /// Coverage of the 95 % band on held-out samples below which it is too narrow.
-pub(super) const LEAST_COVERAGE: f64 = 0.85;
+pub(super) const MIN_COVERAGE: f64 = 0.85;
 
 /// One of so many logs may be left out without a word.
 const MANY_LEFT_OUT: usize = 4;
@@ -35,7 +35,7 @@ pub(super) struct Assessment {
 impl Assessment {
     /// The assessment on the chosen model; `poor` are the limits of the logs' excitation; of the report it
     /// reads the candidates and the influence of the logs.
-    pub(super) fn of(evidence: &Evidence<'_>, report: &IdentificationReport, poor: &[String]) -> Self {
+    pub(super) fn new(evidence: &Evidence<'_>, report: &IdentificationReport, poor: &[String]) -> Self {
         let expected = evidence.model.provenance.rmse_unseen;
         let chosen = evidence.scored[evidence.chosen].name.as_str();
         let (constant, linear) = (reference(evidence, CONSTANT), reference(evidence, LINEAR));
@@ -43,9 +43,10 @@ impl Assessment {
         let over = |error: Option<f64>| error.map_or(0.0, |error| expected / error.max(1e-300));
         let (constant_rmse, linear_rmse) = (rmse(constant), rmse(linear));
         let mut reasons = Vec::new();
-        let share = over(constant_rmse);
-        if share > DOUBTFUL {
-            reasons.push(format!("its error on unseen data is {:.0} % of that of a constant", 100.0 * share));
+        let fraction = over(constant_rmse);
+        if fraction > DOUBTFUL {
+            reasons
+                .push(format!("its error on unseen data is {:.0} % of that of a constant", 100.0 * fraction));
         }
         if chosen != LINEAR && over(linear_rmse) > NO_BETTER_THAN_LINEAR {
             reasons.push("a linear regression predicts unseen data as well".to_owned());
@@ -54,14 +55,14 @@ impl Assessment {
         if let (Some(validation), Some(constant)) = (validation, constant) {
             let folds = validation.folds.iter().zip(&constant.folds);
             let lost = folds.filter(|(model, constant)| model.rmse > USELESS * constant.rmse).count();
-            if share <= DOUBTFUL && lost > 0 {
+            if fraction <= DOUBTFUL && lost > 0 {
                 let of = validation.folds.len();
                 reasons.push(format!("it predicts {lost} of {of} folds hardly better than a constant"));
             }
         }
         let covered =
             report.candidates.iter().find(|candidate| candidate.chosen).map(|chosen| chosen.coverage95);
-        if let Some(covered) = covered.filter(|covered| *covered < LEAST_COVERAGE) {
+        if let Some(covered) = covered.filter(|covered| *covered < MIN_COVERAGE) {
             reasons.push(format!(
                 "only {:.0} % of the unseen samples lie inside its 95 % band",
                 100.0 * covered
@@ -70,7 +71,7 @@ impl Assessment {
         let (left_out, logs) =
             (report.influence.iter().filter(|row| row.dropped).count(), report.influence.len());
         if MANY_LEFT_OUT * left_out > logs {
-            reasons.push(format!("{left_out} of {logs} logs were left out as foreign"));
+            reasons.push(format!("{left_out} of {logs} logs were left out as outliers"));
         }
         reasons.extend(defects(report));
         if !evidence.folds.grouped {
@@ -79,7 +80,7 @@ impl Assessment {
         if let Some(first) = poor.first() {
             reasons.push(format!("the logs are poor: {first}"));
         }
-        let grade = match (share > USELESS, reasons.is_empty()) {
+        let grade = match (fraction > USELESS, reasons.is_empty()) {
             (true, _) => Grade::DoNotUse,
             (false, true) => Grade::Use,
             (false, false) => Grade::UseWithCare,

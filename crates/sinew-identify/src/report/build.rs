@@ -52,7 +52,7 @@ pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> I
     };
     let poor = excitation::limits(logs, model);
     report.warnings = warnings(evidence, &report, &poor);
-    let assessment = Assessment::of(evidence, &report, &poor);
+    let assessment = Assessment::new(evidence, &report, &poor);
     report.grade = assessment.grade;
     report.recommendations = recommendations(evidence, &report, &assessment);
     report

@@ -5,7 +5,7 @@ use crate::fit::run::Run;
 use crate::fit::statistics::quantiles;
 use sinew::predictor::{Model, Role};
 
-/// Share of the range by which a signal must turn back for a reversal.
+/// Fraction of the range by which a signal must turn back for a reversal.
 const REVERSAL: f64 = 0.05;
 
 /// Fewest reversals, in all logs together, that show friction in both directions.

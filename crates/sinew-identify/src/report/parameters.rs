@@ -126,7 +126,7 @@ fn cell_parameters(model: &Model, cell: &ClampCell, folds: &[&ClampCell]) -> Vec
         BasisTerm::Signal(i) => name_of(i),
         BasisTerm::Product(i, j) => format!("{} x {}", name_of(i), name_of(j)),
     };
-    let units = Units::of(law, model);
+    let units = Units::new(law, model);
     let parameter = |name: String, unit: String, value: f64, others: Vec<f64>| {
         let (low, high) = jackknife(value, &others);
         let crosses = low <= 0.0 && high >= 0.0;
@@ -170,7 +170,7 @@ struct Units {
 }
 
 impl Units {
-    fn of(law: &MemoryLaw, model: &Model) -> Self {
+    fn new(law: &MemoryLaw, model: &Model) -> Self {
         let of_input = |input: usize| unit_of(&model.inputs[input].column);
         let of_signal = |signal: &Signal| match *signal {
             Signal::Input(input) | Signal::Difference(input, _) => of_input(input),

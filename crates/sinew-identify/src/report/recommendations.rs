@@ -1,6 +1,6 @@
 //! Limits of an identification, and what to do next.
 
-use super::assessment::{Assessment, LEAST_COVERAGE};
+use super::assessment::{Assessment, MIN_COVERAGE};
 use super::evidence::Evidence;
 use super::types::{Grade, IdentificationReport};
 use crate::select::cross_validation::FoldScore;
@@ -25,7 +25,7 @@ pub(super) fn warnings(
         warnings.extend(sentences);
     }
     let Some(chosen) = report.candidates.iter().find(|c| c.chosen) else { return warnings };
-    if chosen.coverage95 < LEAST_COVERAGE {
+    if chosen.coverage95 < MIN_COVERAGE {
         warnings.push(format!(
             "Only {:.0} % of the unseen samples lie inside the 95 % band: it is too narrow for some conditions.",
             100.0 * chosen.coverage95
@@ -112,8 +112,8 @@ fn capitalised(sentence: &str) -> String {
     characters.next().map_or_else(String::new, |first| first.to_uppercase().chain(characters).collect())
 }
 
-/// The least and the largest fold error of the chosen model, in words, and why the expected error is not its
-/// RMSE where the two differ; nothing with a single fold.
+/// The smallest and the largest fold error of the chosen model, in words, and why the expected error is not
+/// its RMSE where the two differ; nothing with a single fold.
 fn fold_range(evidence: &Evidence<'_>, expected: f64) -> String {
     let validation = evidence.scored[evidence.chosen].validation();
     let errors: Vec<f64> = validation.map_or_else(Vec::new, |v| v.folds.iter().map(|f| f.rmse).collect());

@@ -1,4 +1,4 @@
-//! Out-of-fold traces with what residuals are drawn against: speed and time since reversal.
+//! Out-of-fold traces with what residuals are sampled against: speed and time since reversal.
 
 use super::types::{InputTrace, Trace};
 use crate::conditioning::ConditionedLogs;

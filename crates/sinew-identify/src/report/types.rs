@@ -54,8 +54,8 @@ pub struct IdentificationReport {
 /// Error to expect on data like the data that the folds held out.
 ///
 /// The choice among candidates is part of what is scored: on every fold, the error of the candidate that the
-/// other folds choose. The least error in [`IdentificationReport::candidates`] is smaller by the bias of that
-/// choice.
+/// other folds choose. The smallest error in [`IdentificationReport::candidates`] is smaller by the bias of
+/// that choice.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ExpectedError {
     /// Root mean square error, far unit.

@@ -82,7 +82,7 @@ fn judge_by(logs: &ConditionedLogs, recipe: &Recipe, own: &[f64]) -> Verdict {
         .into_par_iter()
         .map(|i| {
             let estimator = fit(recipe, &of_log(&logs.runs, i), 0)?;
-            let ranges = Ranges::of(&of_log(&logs.runs, i));
+            let ranges = Ranges::new(&of_log(&logs.runs, i));
             let on =
                 |j: usize| relative(error_inside(&estimator, &ranges, &of_log(&logs.runs, j)), &logs.runs, j);
             Some((0..count).map(on).collect())
@@ -147,7 +147,7 @@ fn own_error(recipe: &Recipe, runs: &[&Run]) -> f64 {
 /// The smaller error, of two kinds of models, of one half of a log by a model of its other half, over its
 /// deviation. In a log that hardly moves it is large: what friction holds from before its beginning looks
 /// like any fault.
-fn least_own_error(logs: &ConditionedLogs, runs: &[&Run]) -> f64 {
+fn min_own_error(logs: &ConditionedLogs, runs: &[&Run]) -> f64 {
     let recipes = [comparison_recipe(logs), influence_recipe(logs)];
     recipes.iter().map(|recipe| own_error(recipe, runs)).fold(f64::INFINITY, f64::min)
 }
@@ -157,7 +157,7 @@ fn least_own_error(logs: &ConditionedLogs, runs: &[&Run]) -> f64 {
 /// not foretell itself.
 pub(crate) fn explanation(logs: &ConditionedLogs, k: usize, sound: &[usize]) -> Option<Explanation> {
     let training: Vec<&Run> = logs.runs.iter().filter(|run| sound.contains(&run.log)).collect();
-    let (runs, ranges) = (of_log(&logs.runs, k), Ranges::of(&training));
+    let (runs, ranges) = (of_log(&logs.runs, k), Ranges::new(&training));
     let over_deviation = |error: f64| relative(error, &logs.runs, k);
     let is_predicted =
         |estimator: &Estimator| over_deviation(error_inside(estimator, &ranges, &runs)) < UNEXPLAINED;
@@ -169,7 +169,7 @@ pub(crate) fn explanation(logs: &ConditionedLogs, k: usize, sound: &[usize]) -> 
     let found = explain(&estimator, &logs.data, &runs, logs.data.logs[k].interval_s)?;
     let own = || {
         let corrected = found.corrected(&runs);
-        least_own_error(logs, &corrected.iter().collect::<Vec<_>>())
+        min_own_error(logs, &corrected.iter().collect::<Vec<_>>())
     };
     let foretells_itself = |own: f64| own < FORETELLS && over_deviation(found.error_before()) > WORSE * own;
     let is_explained =

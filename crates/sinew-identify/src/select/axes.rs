@@ -28,7 +28,7 @@ pub(super) fn axis_plans(logs: &ConditionedLogs, set: &SignalSet, roles: &RoleIn
 
 /// Whether an axis fitted to all logs would be clearly worse without its inertia.
 pub(super) fn inertia_shows(logs: &ConditionedLogs) -> bool {
-    let roles = RoleIndices::of(&logs.data);
+    let roles = RoleIndices::new(&logs.data);
     let set = SignalSet::separate(logs, &roles);
     let law =
         MemoryLaw { signals: set.signals.clone(), cell: None, cable: None, axis: None, features: Vec::new() };

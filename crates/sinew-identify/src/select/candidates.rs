@@ -58,7 +58,7 @@ const RIGID: [f64; 1] = [1.0];
 
 /// Every candidate for these logs.
 pub(crate) fn all_candidates(logs: &ConditionedLogs) -> Vec<CandidateRecipe> {
-    let roles = RoleIndices::of(&logs.data);
+    let roles = RoleIndices::new(&logs.data);
     let separate = SignalSet::separate(logs, &roles);
     let antagonists = SignalSet::antagonists(logs, &roles);
     let prior = if antagonists.is_some() { PhysicsPrior::Separate } else { PhysicsPrior::Matched };
@@ -102,7 +102,7 @@ pub(crate) fn candidates(logs: &ConditionedLogs, names: &[String]) -> Result<Vec
     }
     let beside = all.into_iter().filter_map(|mut candidate| {
         let name = candidate.recipe.name.as_str();
-        if names.iter().any(|wanted| wanted == name) {
+        if names.iter().any(|requested| requested == name) {
             // A constant that was asked for can be chosen.
             let reference = candidate.prior == PhysicsPrior::Reference;
             candidate.prior = if reference { PhysicsPrior::Learned } else { candidate.prior };
@@ -134,9 +134,9 @@ pub(crate) fn screening_recipe(recipe: &Recipe) -> Recipe {
     Recipe { rows: 3000, steps: 25, networks: 4, ..recipe.clone() }
 }
 
-/// The recipe of the influence check: a small hybrid, because a foreign log changes a cell alone too little.
+/// The recipe of the influence check: a small hybrid, because an outlier log changes a cell alone too little.
 pub(crate) fn influence_recipe(logs: &ConditionedLogs) -> Recipe {
-    let roles = RoleIndices::of(&logs.data);
+    let roles = RoleIndices::new(&logs.data);
     let separate = SignalSet::separate(logs, &roles);
     let hybrid = Family::new(logs, &separate, "", PhysicsPrior::Matched).hybrid();
     Recipe { rows: 1500, steps: 25, hidden: 4, networks: 4, ..hybrid.recipe }
@@ -145,7 +145,7 @@ pub(crate) fn influence_recipe(logs: &ConditionedLogs) -> Recipe {
 /// The recipe by which logs and channels are compared: a regression on plays and low-pass filters, which is
 /// fitted in milliseconds, extrapolates, and takes a lag for no shift.
 pub(crate) fn comparison_recipe(logs: &ConditionedLogs) -> Recipe {
-    let roles = RoleIndices::of(&logs.data);
+    let roles = RoleIndices::new(&logs.data);
     let separate = SignalSet::separate(logs, &roles);
     let family = Family::new(logs, &separate, "", PhysicsPrior::Learned);
     let mut recipe = Recipe { rows: 4000, ..family.linear().recipe };
@@ -158,7 +158,7 @@ pub(crate) fn comparison_recipe(logs: &ConditionedLogs) -> Recipe {
 
 /// The recipe of a clamp cell alone.
 pub(crate) fn cell_recipe(logs: &ConditionedLogs) -> Recipe {
-    let roles = RoleIndices::of(&logs.data);
+    let roles = RoleIndices::new(&logs.data);
     let separate = SignalSet::separate(logs, &roles);
     Family::new(logs, &separate, "", PhysicsPrior::Matched).cell_alone("", &RIGID, "").recipe
 }

@@ -137,9 +137,9 @@ pub(crate) fn clearly_better(one: &ScoredCandidate, other: &ScoredCandidate, wit
 /// E^2 = sum_f n_f e(k_f, f)^2 / sum_f n_f
 /// ```
 ///
-/// The errors of the final choice on the folds that chose it are the least of many, hence too small; here no
-/// fold takes part in the choice that it scores, and no model is fitted again. With fewer than two folds: the
-/// plain error.
+/// The errors of the final choice on the folds that chose it are the smallest of many, hence too small; here
+/// no fold takes part in the choice that it scores, and no model is fitted again. With fewer than two folds:
+/// the plain error.
 pub(crate) fn selection_rmse(
     scored: &[ScoredCandidate],
     chosen: usize,

@@ -81,8 +81,8 @@ impl ScoredCandidate {
     }
 }
 
-/// Cross-validates the screening recipe of every candidate; `finished` is called with the share that is done.
-/// Candidates that differ in their networks alone share the law of each fold.
+/// Cross-validates the screening recipe of every candidate; `finished` is called with the fraction that is
+/// done. Candidates that differ in their networks alone share the law of each fold.
 pub(crate) fn cross_validate_all(
     candidates: &[CandidateRecipe],
     logs: &ConditionedLogs,
@@ -209,7 +209,7 @@ fn training_runs(runs: &[Run], held_out: &[Option<(usize, usize)>]) -> Vec<Run> 
 ///
 /// ```text
 /// c = Q(L),   Q: quantile of |error| / sigma over n folds of equal weight
-/// L: least level in [0.95, 1] for which the mean over folds f of the share of |error| / sigma below Q(L; all but f)
+/// L: least level in [0.95, 1] for which the mean over folds f of the fraction of |error| / sigma below Q(L; all but f)
 ///    is 0.95; 1 where there is none
 /// ```
 ///
@@ -240,11 +240,11 @@ fn level(folds: &[&FoldScore]) -> f64 {
     }
     let others: Vec<Vec<f64>> = (0..folds.len()).map(|f| sorted_ratios(folds, Some(f))).collect();
     let covered = |level: f64| {
-        let share = |(fold, others): (&&FoldScore, &Vec<f64>)| {
+        let fraction = |(fold, others): (&&FoldScore, &Vec<f64>)| {
             let limit = at_level(others, level);
             fold.ratios.iter().filter(|ratio| **ratio <= limit).count() as f64 / fold.ratios.len() as f64
         };
-        folds.iter().zip(&others).map(share).sum::<f64>() / folds.len() as f64
+        folds.iter().zip(&others).map(fraction).sum::<f64>() / folds.len() as f64
     };
     let levels = (0..LEVELS).map(|k| COVERAGE + (1.0 - COVERAGE) * f64::from(k) / f64::from(LEVELS));
     levels.into_iter().find(|level| covered(*level) >= COVERAGE).unwrap_or(1.0)
@@ -301,8 +301,8 @@ mod tests {
                 let factor = band_factor(&logs[..count], None);
                 covered += logs[count].ratios.iter().filter(|r| **r <= factor).count();
             }
-            let share = f64::from(u32::try_from(covered).unwrap()) / (200.0 * 201.0);
-            assert!((0.92..0.98).contains(&share), "{count} folds: {share}");
+            let fraction = f64::from(u32::try_from(covered).unwrap()) / (200.0 * 201.0);
+            assert!((0.92..0.98).contains(&fraction), "{count} folds: {fraction}");
         }
     }
 }

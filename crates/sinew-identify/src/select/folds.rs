@@ -4,7 +4,7 @@ use crate::fit::statistics::quantiles;
 use crate::log::{Dataset, Role};
 
 /// At most this many folds along one condition, or over logs and trials.
-const MOST_FOLDS: usize = 5;
+const MAX_FOLDS: usize = 5;
 
 /// Folds along each of several conditions.
 const FOLDS_PER_CONDITION: usize = 3;
@@ -23,7 +23,7 @@ pub(crate) struct Folds {
 impl Folds {
     /// Folds for these logs: by the group that was requested, else by conditions found in the logs, else by
     /// log, else by trial, else by time.
-    pub(crate) fn of(data: &Dataset) -> Self {
+    pub(crate) fn new(data: &Dataset) -> Self {
         let asked = data.roles.group.is_some();
         let logs = data.logs.len();
         let conditions: Vec<usize> = if asked { vec![0] } else { separating_conditions(data) };
@@ -34,7 +34,7 @@ impl Folds {
             let label = data.sequences.iter().map(|s| s.log).collect::<Vec<_>>();
             let question =
                 format!("Each of the {logs} logs was predicted by models that were not fitted to it.");
-            return Self::by_label(&label, MOST_FOLDS.max(logs.min(8)), question);
+            return Self::by_label(&label, MAX_FOLDS.max(logs.min(8)), question);
         }
         let mut trials: Vec<(usize, &str)> = Vec::new();
         let label: Vec<usize> = data
@@ -53,7 +53,7 @@ impl Folds {
                 "The {} trials were assigned to folds; each was predicted by models that were not fitted to it.",
                 trials.len()
             );
-            return Self::by_label(&label, MOST_FOLDS, question);
+            return Self::by_label(&label, MAX_FOLDS, question);
         }
         Self::by_time(data)
     }
@@ -95,7 +95,7 @@ impl Folds {
                 data.sequences.iter().map(|s| s.condition_values[condition].as_str()).collect();
             values.sort_by(|a, b| natural(a, b));
             values.dedup();
-            let most = if conditions.len() > 1 { FOLDS_PER_CONDITION } else { MOST_FOLDS };
+            let most = if conditions.len() > 1 { FOLDS_PER_CONDITION } else { MAX_FOLDS };
             let folds = values.len().min(most);
             for fold in 0..folds {
                 let held = |s: &crate::log::Sequence| {
@@ -116,7 +116,7 @@ impl Folds {
 
     fn by_time(data: &Dataset) -> Self {
         let total: usize = data.sequences.iter().map(|s| s.time_s.len()).sum();
-        let folds = MOST_FOLDS;
+        let folds = MAX_FOLDS;
         let held_out = (0..folds)
             .map(|fold| {
                 let (from, to) = (total * fold / folds, total * (fold + 1) / folds);
@@ -215,10 +215,10 @@ mod tests {
     fn conditions_found_in_the_trials_are_held_out_one_after_the_other() {
         let all: Vec<(u32, u32)> = (0..3).flat_map(|l| (0..3).map(move |s| (10 * l, s))).collect();
         let data = trials(&all, ",load,speed");
-        let folds = Folds::of(&data);
+        let folds = Folds::new(&data);
         assert!(folds.grouped && folds.question.contains("load") && folds.question.contains("speed"));
         is_sound(&folds, 9);
-        // The least and the largest load and speed are beyond the others, the middle ones are not.
+        // The smallest and the largest load and speed are beyond the others, the middle ones are not.
         assert_eq!(folds.extrapolates(&data), [true, false, true, true, false, true]);
         for fold in &folds.held_out {
             let held: Vec<(u32, u32)> =
@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn three_trials_are_held_out_each() {
         let data = trials(&[(10, 0), (20, 0), (30, 0)], "");
-        let folds = Folds::of(&data);
+        let folds = Folds::new(&data);
         assert_eq!(folds.held_out.len(), 3);
         is_sound(&folds, 3);
     }
@@ -239,7 +239,7 @@ mod tests {
     #[test]
     fn one_stretch_is_cut_by_time_and_every_row_is_held_out_once() {
         let data = trials(&[(10, 0)], "");
-        let folds = Folds::of(&data);
+        let folds = Folds::new(&data);
         assert!(!folds.grouped);
         let rows: usize = folds.held_out.iter().flatten().flatten().map(|(from, to)| to - from).sum();
         assert_eq!(rows, data.sequences.iter().map(|s| s.time_s.len()).sum::<usize>());

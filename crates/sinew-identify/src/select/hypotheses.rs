@@ -37,7 +37,7 @@ const UNIT_GAINS: [(f64, &str); 17] = [
     (-1.0, "as with the sign reversed"),
 ];
 
-/// Share of the error that an explanation leaves at most.
+/// Fraction of the error that an explanation leaves at most.
 const LEAVES: f64 = 0.4;
 
 /// What may be wrong with a channel.

@@ -12,21 +12,21 @@ use crate::training::fit;
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// A foreign log raises the others' error by more than exp(0.15), a sixth, and is itself predicted more than
+/// An outlier log raises the others' error by more than exp(0.15), a sixth, and is itself predicted more than
 /// e times worse than they are. Neither says enough alone: a log of a new condition is predicted badly and
 /// helps; a noisy one harms a little and is predicted as they are.
-const LEAST_INFLUENCE: f64 = 0.15;
-const LEAST_DEVIATION: f64 = 1.0;
+const MIN_INFLUENCE: f64 = 0.15;
+const MIN_DEVIATION: f64 = 1.0;
 
-/// Error on a foreign log, over the standard deviation of its far side, at least: where sensors are good, a
-/// log may be predicted many times worse than the others and still well. Good logs came to 0.19, foreign ones
+/// Error on an outlier log, over the standard deviation of its far side, at least: where sensors are good, a
+/// log may be predicted many times worse than the others and still well. Good logs came to 0.19, outlier ones
 /// to 0.53 and more.
-const LEAST_RELATIVE: f64 = 0.25;
+const MIN_RELATIVE: f64 = 0.25;
 
 /// Logs that must remain.
 const FEWEST: usize = 3;
 
-/// Logs that are kept although they look foreign.
+/// Logs that are kept although they look like outliers.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum Keep {
     /// Every log.
@@ -38,7 +38,7 @@ pub enum Keep {
     Judged,
 }
 
-/// What tells a foreign log from the others; NaN for a log that is not judged.
+/// What tells an outlier log from the others; NaN for a log that is not judged.
 #[derive(Debug, Clone, Copy)]
 struct Judgement {
     influence: f64,
@@ -54,8 +54,8 @@ impl Default for Judgement {
 }
 
 impl Judgement {
-    fn is_foreign(self) -> bool {
-        self.influence > LEAST_INFLUENCE && self.deviation > LEAST_DEVIATION && self.relative > LEAST_RELATIVE
+    fn is_outlier(self) -> bool {
+        self.influence > MIN_INFLUENCE && self.deviation > MIN_DEVIATION && self.relative > MIN_RELATIVE
     }
 }
 
@@ -74,7 +74,7 @@ pub struct InfluenceRow {
     pub remark: String,
 }
 
-/// Excludes foreign logs, the worst first, and reports the influence of every log.
+/// Excludes outlier logs, the worst first, and reports the influence of every log.
 ///
 /// ```text
 /// influence_k = mean over i != k of ln( error on i, fitted to all but i / fitted to all but i and k )
@@ -89,7 +89,7 @@ pub struct InfluenceRow {
 ///
 /// # Errors
 /// [`Error::UnknownLog`] for a log to keep that is not there.
-pub(crate) fn exclude_foreign_logs(
+pub(crate) fn exclude_outlier_logs(
     logs: ConditionedLogs,
     keep_asked: &Keep,
 ) -> Result<(ConditionedLogs, Vec<InfluenceRow>), Error> {
@@ -100,16 +100,16 @@ pub(crate) fn exclude_foreign_logs(
     let mut reported = vec![Judgement::default(); count];
     while keep.iter().filter(|k| **k).count() > FEWEST {
         let values = influences(&logs.runs, &recipe, &keep);
-        // A foreign log keeps the value with which it was excluded, the others have that of the last round.
+        // An outlier log keeps the value with which it was excluded, the others have that of the last round.
         for k in (0..count).filter(|&k| keep[k]) {
             reported[k] = values[k];
         }
-        let excludable = |k: &usize| keep[*k] && reasons_to_keep[*k].is_none() && values[*k].is_foreign();
+        let excludable = |k: &usize| keep[*k] && reasons_to_keep[*k].is_none() && values[*k].is_outlier();
         let worst = (0..count)
             .filter(excludable)
             .max_by(|&a, &b| values[a].influence.total_cmp(&values[b].influence));
-        let Some(foreign) = worst else { break };
-        keep[foreign] = false;
+        let Some(outlier) = worst else { break };
+        keep[outlier] = false;
     }
     let rows = (0..count).filter(|_| count > FEWEST).map(|k| InfluenceRow {
         log: logs.data.logs[k].name.clone(),
@@ -118,8 +118,8 @@ pub(crate) fn exclude_foreign_logs(
         dropped: !keep[k],
         remark: match &reasons_to_keep[k] {
             _ if !keep[k] => remark_excluded(reported[k]),
-            Some(reason) if reported[k].is_foreign() => remark_kept(reported[k], reason),
-            None if reported[k].is_foreign() => remark_kept(reported[k], TOO_FEW_LEFT),
+            Some(reason) if reported[k].is_outlier() => remark_kept(reported[k], reason),
+            None if reported[k].is_outlier() => remark_kept(reported[k], TOO_FEW_LEFT),
             _ => String::new(),
         },
     });
@@ -209,12 +209,12 @@ fn settle_three(
     }
 }
 
-/// Why a log stays that is like a foreign one.
-const TOO_FEW_LEFT: &str = "three logs are left, too few to say which of them is the foreign one";
+/// Why a log stays that is like a outlier one.
+const TOO_FEW_LEFT: &str = "three logs are left, too few to say which of them is the outlier one";
 
 fn remark_excluded(judged: Judgement) -> String {
     format!(
-        "{}: a foreign recording. It was left out; find out what was different that day.",
+        "{}: an outlier recording. It was left out; find out what was different that day.",
         described(judged)
     )
 }
@@ -229,8 +229,8 @@ fn described(Judgement { influence, deviation, .. }: Judgement) -> String {
          they are (limits {:.2} and {:.1})",
         influence.exp(),
         deviation.exp(),
-        LEAST_INFLUENCE.exp(),
-        LEAST_DEVIATION.exp()
+        MIN_INFLUENCE.exp(),
+        MIN_DEVIATION.exp()
     )
 }
 
@@ -262,7 +262,7 @@ fn reasons_to_keep(data: &Dataset, keep: &Keep) -> Result<Vec<Option<String>>, E
         let alone = givens(data).find(|given| alone_in(data, log, *given))?;
         let column = &data.roles.inputs[alone].column;
         Some(format!(
-            "no other log has its value of `{column}`, so that a foreign recording and another condition look alike"
+            "no other log has its value of `{column}`, so that an outlier recording and another condition look alike"
         ))
     };
     Ok((0..data.logs.len()).map(reason).collect())

@@ -5,14 +5,14 @@ use crate::fit::run::Run;
 use crate::fit::statistics::quantiles;
 use sinew::predictor::Estimator;
 
-/// Share of the samples of a log inside the ranges, from which only these are compared.
+/// Fraction of the samples of a log inside the ranges, from which only these are compared.
 const OVERLAP: f64 = 0.2;
 
 /// The ranges of the inputs, between their 1 % and 99 % quantiles.
 pub(super) struct Ranges(Vec<(f64, f64)>);
 
 impl Ranges {
-    pub(super) fn of(runs: &[&Run]) -> Self {
+    pub(super) fn new(runs: &[&Run]) -> Self {
         let width = runs.first().map_or(0, |run| run.width);
         let range = |k: usize| {
             let column = runs.iter().flat_map(|run| run.inputs.iter().skip(k).step_by(width).copied());

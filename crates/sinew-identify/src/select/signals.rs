@@ -23,10 +23,10 @@ pub(super) struct RoleIndices {
 
 impl RoleIndices {
     /// The roles of a dataset.
-    pub(super) fn of(data: &Dataset) -> Self {
-        let with = |wanted: &[Role]| -> Vec<usize> {
+    pub(super) fn new(data: &Dataset) -> Self {
+        let with = |requested: &[Role]| -> Vec<usize> {
             let inputs = data.roles.inputs.iter().enumerate();
-            inputs.filter(|(_, input)| wanted.contains(&input.role)).map(|(i, _)| i).collect()
+            inputs.filter(|(_, input)| requested.contains(&input.role)).map(|(i, _)| i).collect()
         };
         Self {
             efforts: with(&[Role::Effort]),

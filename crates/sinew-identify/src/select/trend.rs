@@ -13,7 +13,7 @@ use sinew::predictor::{Memory, MemoryLaw};
 /// Least change per log that is a trend: beyond it are no two days of one rig.
 const LEAST: f64 = 0.04;
 
-/// Largest share of the variance that a straight line leaves.
+/// Largest fraction of the variance that a straight line leaves.
 const LEAVES: f64 = 0.15;
 
 /// Fewest logs: three are in order by chance in a third of all cases.

@@ -60,7 +60,7 @@ fn identified(tables: &[Table]) -> Identification {
 }
 
 fn bench() -> Bench {
-    Bench::drawn(Kind::Sheath, &mut ChaCha8Rng::seed_from_u64(31))
+    Bench::sampled(Kind::Sheath, &mut ChaCha8Rng::seed_from_u64(31))
 }
 
 #[test]
@@ -213,7 +213,7 @@ fn names_with_and_without_units_are_one_column_and_numbers_are_converted() {
 
 #[test]
 fn laws_are_the_same_with_and_without_units() {
-    let table = &two_days(&Bench::drawn(Kind::Tension, &mut ChaCha8Rng::seed_from_u64(5)), 1, 3)[0];
+    let table = &two_days(&Bench::sampled(Kind::Tension, &mut ChaCha8Rng::seed_from_u64(5)), 1, 3)[0];
     let text = table.csv();
     let laws = |near: &str, far: &str| {
         let text = text.replace("tension_in_n", near).replace("tension_out_n", far);

@@ -28,9 +28,9 @@ fn bench(specimen: &Specimen, seconds: f64, seed: u64, coarse: bool) -> (CableLo
     let (mut motor, mut anchor, mut place, mut speed) = (0.7, -0.3, 0.0_f64, 0.0_f64);
     for k in 0..(1e3 * seconds) as usize {
         let t = k as f64 * 1e-3;
-        let wanted = 0.02 + 0.02 * ((t / 12.0).floor() % 6.0);
-        let direction = if ((t * wanted / 0.3).floor() as u64).is_multiple_of(2) { 1.0 } else { -1.0 };
-        speed += (direction * wanted - speed).clamp(-3e-3, 3e-3);
+        let requested = 0.02 + 0.02 * ((t / 12.0).floor() % 6.0);
+        let direction = if ((t * requested / 0.3).floor() as u64).is_multiple_of(2) { 1.0 } else { -1.0 };
+        speed += (direction * requested - speed).clamp(-3e-3, 3e-3);
         place += 1e-3 * speed;
         let target = 120.0 + 80.0 * (2.0 * std::f64::consts::PI * t / 3.7).sin();
         let follow = (speed + 2e-3 * (reading.tension_out - target)).clamp(-0.3, 0.3);

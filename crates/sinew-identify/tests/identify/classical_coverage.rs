@@ -93,7 +93,7 @@ fn fitted(case: Case, seed: u64) -> Vec<Parameter> {
     fit_classical_law(&log(case, seed), "static capstan").unwrap().parameters
 }
 
-/// Shares of the intervals of `mu phi` and of `T_0` that cover their value.
+/// Fractions of the intervals of `mu phi` and of `T_0` that cover their value.
 fn coverage(case: Case, seeds: u64) -> [f64; 2] {
     let mut covered = [0_u32; 2];
     for seed in 0..seeds {
@@ -107,8 +107,11 @@ fn coverage(case: Case, seeds: u64) -> [f64; 2] {
 
 #[test]
 fn intervals_cover_whatever_motion_and_noise() {
-    let shares = CASES.map(|case| (case, coverage(case, 40)));
-    assert!(shares.iter().all(|(_, share)| share.iter().all(|share| *share >= 0.85)), "{shares:?}");
+    let fractions = CASES.map(|case| (case, coverage(case, 40)));
+    assert!(
+        fractions.iter().all(|(_, fraction)| fraction.iter().all(|fraction| *fraction >= 0.85)),
+        "{fractions:?}"
+    );
 }
 
 #[test]
@@ -117,8 +120,8 @@ fn long_intervals_cover_in_90_to_98_percent() {
         return;
     }
     for case in CASES {
-        let share = coverage(case, 200);
-        println!("{case:?}: mu phi {:.1} %, T_0 {:.1} %", 100.0 * share[0], 100.0 * share[1]);
-        assert!(share.iter().all(|share| (0.9..=0.98).contains(share)), "{case:?}: {share:?}");
+        let fraction = coverage(case, 200);
+        println!("{case:?}: mu phi {:.1} %, T_0 {:.1} %", 100.0 * fraction[0], 100.0 * fraction[1]);
+        assert!(fraction.iter().all(|fraction| (0.9..=0.98).contains(fraction)), "{case:?}: {fraction:?}");
     }
 }

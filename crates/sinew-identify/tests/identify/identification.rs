@@ -1,4 +1,4 @@
-//! From simulated logs to a model: known parameters are recovered, foreign logs are found, wrong structures
+//! From simulated logs to a model: known parameters are recovered, outlier logs are found, wrong structures
 //! are reported.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]

@@ -42,12 +42,12 @@ enum Damage {
     /// Limited from above, or below, at a quantile.
     ClipHigh(f64),
     ClipLow(f64),
-    /// Held from one share of the log to another.
+    /// Held from one fraction of the log to another.
     Frozen(f64, f64),
-    /// At a constant outside its values from one share of the log to another.
+    /// At a constant outside its values from one fraction of the log to another.
     Dead(f64, f64),
     Gain(f64),
-    /// A share of its range.
+    /// A fraction of its range.
     Offset(f64),
     /// Seconds by which it comes late.
     Late(f64),
@@ -76,7 +76,7 @@ const GAIN: &[&str] = &["reads "];
 const SHIFTED: &[&str] = &["ms too", "ms later", "ms earlier"];
 const CLOCK: &[&str] = &["advances by"];
 /// For logs that nothing but their contradiction gives away.
-const ODD: &[&str] = &["foreign recording", "odd one of three", "contradicts"];
+const ODD: &[&str] = &["outlier recording", "odd one of three", "contradicts"];
 const PAIR: &[&str] = &["contradicts", "too short", "reads "];
 
 fn kinds() -> Vec<Kind> {
@@ -148,10 +148,10 @@ fn kinds() -> Vec<Kind> {
     ]
 }
 
-fn quantile(values: &[f64], share: f64) -> f64 {
+fn quantile(values: &[f64], fraction: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    sorted[(share * (sorted.len() - 1) as f64).round() as usize]
+    sorted[(fraction * (sorted.len() - 1) as f64).round() as usize]
 }
 
 /// The name of a channel of a bench; `None` where it has none.
@@ -168,17 +168,18 @@ fn name(bench: &Bench, channel: Channel) -> Option<&'static str> {
 fn damage(table: &mut Table, bench: &Bench, channel: &str, damage: Damage, random: &mut ChaCha8Rng) {
     let n = table.rows();
     let rate = bench.rate_hz();
-    let at = |share: f64| (share * n as f64) as usize;
+    let at = |fraction: f64| (fraction * n as f64) as usize;
     let (inputs, far) = bench.channels();
     // A sensor has one bound on all days.
-    let bound = |share: f64| quantile(bench.log(&mut ChaCha8Rng::seed_from_u64(1)).column(channel), share);
+    let bound =
+        |fraction: f64| quantile(bench.log(&mut ChaCha8Rng::seed_from_u64(1)).column(channel), fraction);
     match damage {
-        Damage::ClipHigh(share) => {
-            let bound = bound(share);
+        Damage::ClipHigh(fraction) => {
+            let bound = bound(fraction);
             table.column(channel).iter_mut().for_each(|x| *x = x.min(bound));
         }
-        Damage::ClipLow(share) => {
-            let bound = bound(share);
+        Damage::ClipLow(fraction) => {
+            let bound = bound(fraction);
             table.column(channel).iter_mut().for_each(|x| *x = x.max(bound));
         }
         Damage::Frozen(from, to) => {
@@ -191,9 +192,9 @@ fn damage(table: &mut Table, bench: &Bench, channel: &str, damage: Damage, rando
             values[at(from)..at(to)].fill(beyond);
         }
         Damage::Gain(gain) => table.column(channel).iter_mut().for_each(|x| *x *= gain),
-        Damage::Offset(share) => {
+        Damage::Offset(fraction) => {
             let values = table.column(channel);
-            let offset = share * (quantile(values, 1.0) - quantile(values, 0.0));
+            let offset = fraction * (quantile(values, 1.0) - quantile(values, 0.0));
             values.iter_mut().for_each(|x| *x += offset);
         }
         Damage::Late(seconds) => {
@@ -220,7 +221,7 @@ fn damage(table: &mut Table, bench: &Bench, channel: &str, damage: Damage, rando
         }
         Damage::Reversed => table.column(far).reverse(),
         Damage::Foreign => {
-            let mut other = Bench::drawn(bench.kind, random);
+            let mut other = Bench::sampled(bench.kind, random);
             other.friction = bench.friction * 2.5;
             *table = other.log(random);
         }
@@ -266,7 +267,7 @@ fn words(found: &Identification) -> String {
 fn tried(kind: &Kind, bench_kind: common::benches::Kind, seed: u64) -> Option<Said> {
     let Kind(_, channel, what, reach, count, expected) = *kind;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let bench = Bench::drawn(bench_kind, &mut random);
+    let bench = Bench::sampled(bench_kind, &mut random);
     let channel = name(&bench, channel)?;
     let bad = random.random_range(0..count);
     let logs: Vec<(String, String)> = (0..count)
@@ -363,7 +364,7 @@ fn long_fifty_kinds_of_damage_are_named_and_graded() {
         all += said.len();
         ratios.extend(errors);
     }
-    let [low, middle, high] = [0.1, 0.5, 0.9].map(|share| quantile(&ratios, share));
+    let [low, middle, high] = [0.1, 0.5, 0.9].map(|fraction| quantile(&ratios, fraction));
     eprintln!("| all | {named} of {all} | {graded} of {all} | {middle:.2} ({low:.2}, {high:.2}) |");
     assert!(10 * named >= 9 * all, "named {named} of {all}");
     assert!(100 * graded >= 95 * all, "graded {graded} of {all}");
@@ -379,7 +380,7 @@ fn long_good_logs_are_not_accused() {
         for count in [1, 2, 3, 5] {
             for kind in Bench::KINDS {
                 let mut random = ChaCha8Rng::seed_from_u64(first_seed() + 100_000 + 10 * seed + count as u64);
-                let bench = Bench::drawn(kind, &mut random);
+                let bench = Bench::sampled(kind, &mut random);
                 let logs: Vec<(String, String)> =
                     (0..count).map(|k| (format!("day{k}.csv"), bench.log(&mut random).csv())).collect();
                 judge_good(
@@ -392,7 +393,7 @@ fn long_good_logs_are_not_accused() {
             }
             for family in Family::ALL {
                 let mut random = ChaCha8Rng::seed_from_u64(first_seed() + 200_000 + 10 * seed + count as u64);
-                let specimen = Specimen::drawn(family, &mut random);
+                let specimen = Specimen::sampled(family, &mut random);
                 let logs: Vec<(String, String)> =
                     (0..count).map(|k| (format!("day{k}.csv"), specimen.log(&mut random))).collect();
                 let flags = RequestedRoles::default();

@@ -48,10 +48,10 @@ fn identified(logs: &[(String, String)], models: &[&str], seed: u64) -> Identifi
     identify(&data, &Options { seed, models, ..Options::default() }, &|_, _| {}).unwrap()
 }
 
-/// Expected error over the error on four fresh logs, and the share of fresh samples inside the band.
+/// Expected error over the error on four fresh logs, and the fraction of fresh samples inside the band.
 fn fresh_scores(family: Family, seed: u64) -> (f64, f64) {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let specimen = Specimen::drawn(family, &mut random);
+    let specimen = Specimen::sampled(family, &mut random);
     let found = identified(&days(&specimen, 3, &mut random), &[], seed);
     let fresh = days(&specimen, 4, &mut random);
     let fresh = read_bytes_with_roles(&read(&fresh), &roles_of(&found.model), &options()).unwrap();
@@ -66,13 +66,13 @@ fn long_the_expected_error_is_within_a_fifth_of_the_fresh_one_in_the_median() {
     }
     for family in Family::ALL {
         let scores: Vec<(f64, f64)> = (0..SEEDS).map(|seed| fresh_scores(family, seed)).collect();
-        let at = |share: f64, pick: fn(&(f64, f64)) -> f64| {
+        let at = |fraction: f64, pick: fn(&(f64, f64)) -> f64| {
             let mut values: Vec<f64> = scores.iter().map(pick).collect();
             values.sort_by(f64::total_cmp);
-            values[(share * (values.len() - 1) as f64).round() as usize]
+            values[(fraction * (values.len() - 1) as f64).round() as usize]
         };
-        let ratio = |share: f64| at(share, |score| score.0);
-        let inside = |share: f64| 100.0 * at(share, |score| score.1);
+        let ratio = |fraction: f64| at(fraction, |score| score.0);
+        let inside = |fraction: f64| 100.0 * at(fraction, |score| score.1);
         eprintln!(
             "{family:?}: expected over fresh error, median {:.2}, 10 % {:.2}, 90 % {:.2}; inside the band, median \
              {:.1} %, 10 % {:.1} %, 90 % {:.1} %",
@@ -91,7 +91,7 @@ fn long_the_expected_error_is_within_a_fifth_of_the_fresh_one_in_the_median() {
 struct Judged {
     /// Error of the chosen model on fresh logs over that of the best candidate there, less one.
     regret: f64,
-    /// Share of the fresh samples inside the band.
+    /// Fraction of the fresh samples inside the band.
     inside: f64,
     /// Width of the band over that of the narrowest band of this form that holds 95 % of the fresh samples.
     width: f64,
@@ -99,7 +99,7 @@ struct Judged {
 
 fn judged(family: Family, seed: u64) -> Judged {
     let mut random = ChaCha8Rng::seed_from_u64(5000 + seed);
-    let specimen = Specimen::drawn(family, &mut random);
+    let specimen = Specimen::sampled(family, &mut random);
     let logs = days(&specimen, 3, &mut random);
     let fresh = days(&specimen, 4, &mut random);
     let score = |found: &Identification| {
@@ -136,10 +136,10 @@ fn long_the_choice_is_near_the_best_candidate_and_its_band_covers() {
             all.push(judged);
         }
     }
-    let at = |share: f64, pick: fn(&Judged) -> f64| {
+    let at = |fraction: f64, pick: fn(&Judged) -> f64| {
         let mut values: Vec<f64> = all.iter().map(pick).collect();
         values.sort_by(f64::total_cmp);
-        values[(share * (values.len() - 1) as f64).round() as usize]
+        values[(fraction * (values.len() - 1) as f64).round() as usize]
     };
     for (name, pick) in
         [("regret", (|j| j.regret) as fn(&Judged) -> f64), ("inside", |j| j.inside), ("width", |j| j.width)]
@@ -152,8 +152,8 @@ fn long_the_choice_is_near_the_best_candidate_and_its_band_covers() {
         );
     }
     assert!(at(0.5, |j| j.regret) <= 0.1 && at(0.9, |j| j.regret) <= 0.5);
-    // Three logs of different days say little about the fourth: a band can promise its share over specimens,
-    // not for each.
+    // Three logs of different days say little about the fourth: a band can promise its fraction over
+    // specimens, not for each.
     let inside = all.iter().map(|j| j.inside).sum::<f64>() / all.len() as f64;
     eprintln!("inside, mean {inside:.3}");
     assert!((0.92..=0.98).contains(&inside), "{inside}");
@@ -175,7 +175,7 @@ fn long_the_influence_check_keeps_good_logs() {
     for family in Family::ALL {
         for seed in 0..2 * SEEDS {
             let mut random = ChaCha8Rng::seed_from_u64(1000 + seed);
-            let specimen = Specimen::drawn(family, &mut random);
+            let specimen = Specimen::sampled(family, &mut random);
             let dropped = dropped(&days(&specimen, 5, &mut random));
             sets += 1;
             spoiled += usize::from(!dropped.is_empty());
@@ -185,8 +185,8 @@ fn long_the_influence_check_keeps_good_logs() {
     assert!(100 * spoiled <= 2 * sets, "{spoiled} of {sets}");
 }
 
-/// A log of something else among five of a specimen: of a foreign kind, as far off as `kind` says.
-fn foreign(specimen: &Specimen, kind: usize, random: &mut ChaCha8Rng) -> String {
+/// A log of something else among five of a specimen: of a outlier kind, as far off as `kind` says.
+fn outlier(specimen: &Specimen, kind: usize, random: &mut ChaCha8Rng) -> String {
     let other = match kind {
         0 => {
             let (friction, gain) = (specimen.friction * 2.5, specimen.gain * 0.7);
@@ -220,7 +220,7 @@ fn foreign(specimen: &Specimen, kind: usize, random: &mut ChaCha8Rng) -> String 
 }
 
 #[test]
-fn long_the_influence_check_finds_foreign_logs() {
+fn long_the_influence_check_finds_outlier_logs() {
     if is_skipped() {
         return;
     }
@@ -230,19 +230,19 @@ fn long_the_influence_check_finds_foreign_logs() {
             let mut missed = 0;
             for seed in 0..3 {
                 let mut random = ChaCha8Rng::seed_from_u64(2000 + seed);
-                let specimen = Specimen::drawn(family, &mut random);
+                let specimen = Specimen::sampled(family, &mut random);
                 let mut logs = days(&specimen, 4, &mut random);
                 let place = random.random_range(0..5);
-                logs.insert(place, ("foreign.csv".to_owned(), foreign(&specimen, kind, &mut random)));
+                logs.insert(place, ("outlier.csv".to_owned(), outlier(&specimen, kind, &mut random)));
                 let dropped = dropped(&logs);
                 sets += 1;
-                found += usize::from(dropped.iter().any(|name| name == "foreign.csv"));
+                found += usize::from(dropped.iter().any(|name| name == "outlier.csv"));
                 missed += usize::from(dropped.is_empty());
-                wrong += usize::from(dropped.iter().any(|name| name != "foreign.csv"));
+                wrong += usize::from(dropped.iter().any(|name| name != "outlier.csv"));
             }
-            eprintln!("{family:?}, foreign kind {kind}: missed {missed} of 3");
+            eprintln!("{family:?}, outlier kind {kind}: missed {missed} of 3");
         }
     }
-    eprintln!("foreign logs found: {found} of {sets}; sets that lost a good log: {wrong}");
+    eprintln!("outlier logs found: {found} of {sets}; sets that lost a good log: {wrong}");
     assert!(10 * found >= 9 * sets, "{found} of {sets}");
 }

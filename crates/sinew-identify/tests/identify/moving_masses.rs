@@ -90,7 +90,7 @@ fn long_axes_of_any_mass_friction_and_sampling_rate() {
     for (far, near) in tasks {
         let scores: Vec<[f64; 2]> = (0..SEEDS)
             .filter_map(|seed| {
-                let rig = AxisRig::drawn(&mut ChaCha8Rng::seed_from_u64(100 + seed));
+                let rig = AxisRig::sampled(&mut ChaCha8Rng::seed_from_u64(100 + seed));
                 // Without a spring the force does not tell the position.
                 if far == "position" && rig.stiffness <= 0.0 {
                     return None;

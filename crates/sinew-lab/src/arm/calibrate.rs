@@ -39,11 +39,11 @@ pub struct CalibrationProgramme {
 
 /// Speeds of the strokes over the largest commanded speed of the winch, the durations, s, and decimations.
 const STROKES: [(f64, f64, usize); 3] = [(0.016, 50.0, 12), (0.105, 20.0, 4), (0.53, 15.0, 4)];
-/// Least length of a stroke over the dead band: the whole cable slides for most of it.
+/// Smallest length of a stroke over the dead band: the whole cable slides for most of it.
 const DEAD_BANDS: f64 = 4.0;
 /// Number of strokes in a run.
 const STROKES_PER_RUN: [f64; 3] = [2.5, 2.0, 4.3];
-/// Bounds of the working range: over the least desired tension, and as a share of the largest.
+/// Bounds of the working range: over the least desired tension, and as a fraction of the largest.
 const WORKING_RANGE: (f64, f64) = (1.2, 0.4);
 
 impl CalibrationProgramme {
@@ -61,11 +61,11 @@ impl CalibrationProgramme {
         let low = WORKING_RANGE.0 * least;
         let high = (WORKING_RANGE.1 * most).max(1.5 * low);
         let stroke = |k: usize| {
-            let (share, duration, decimation) = STROKES[k];
-            let speed = share * gains.max_winch_speed;
-            let wanted = (speed * duration / STROKES_PER_RUN[k]).max(DEAD_BANDS * muscle.dead_band);
+            let (fraction, duration, decimation) = STROKES[k];
+            let speed = fraction * gains.max_winch_speed;
+            let desired = (speed * duration / STROKES_PER_RUN[k]).max(DEAD_BANDS * muscle.dead_band);
             // Half of the drum is left to the stretch of the cable.
-            CalibrationStroke { speed, length: wanted.min(0.5 * drum), duration, decimation }
+            CalibrationStroke { speed, length: desired.min(0.5 * drum), duration, decimation }
         };
         Self { strokes: [0, 1, 2].map(stroke), tension: [low, high] }
     }

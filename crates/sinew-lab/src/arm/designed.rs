@@ -35,14 +35,14 @@ impl IdentifiedMachine {
     ) -> Result<Self, Error> {
         let machine = machine.loaded()?;
         let models = designed_models(&machine)?;
-        Self::of(machine, models, trajectory, gains)
+        Self::new(machine, models, trajectory, gains)
     }
 
     /// With these models of its cables; `machine` has its payload as part of the body.
     ///
     /// # Errors
     /// As [`synthesize`].
-    pub fn of(
+    pub fn new(
         machine: Machine,
         models: Vec<CableModel>,
         trajectory: &Trajectory,

@@ -45,7 +45,7 @@ pub fn infeasible_motion(
 /// torque, of the rate at which it leaves a pose by itself, or of the heat of a drive over `repeats` of the
 /// motion.
 ///
-/// A motion may use a share of the limits of drives and tensions alone
+/// A motion may use a fraction of the limits of drives and tensions alone
 /// ([`ControlRules::margin`](sinew::machine::ControlRules::margin)): a machine as built is heavier and has
 /// more friction than its design.
 ///
@@ -110,7 +110,7 @@ fn too_little_tension(machine: &Machine, gains: &ArmGains) -> Option<Violation> 
     })
 }
 
-/// The pose of some, spread evenly over `duration` s, that the machine leaves fastest with held winches, if
+/// The pose of some, spread evenly over `duration` s, that the machine leaves fastest with locked winches, if
 /// its controller cannot hold it.
 fn first_unstable(
     machine: &Machine,
@@ -141,11 +141,12 @@ fn first_unstable(
     }))
 }
 
-/// Share of a winch's largest speed that an anchor may have: the rest moves the stretch of the cable and its
-/// dead band.
+/// Fraction of a winch's largest speed that an anchor may have: the rest moves the stretch of the cable and
+/// its dead band.
 const ANCHOR_SPEED: f64 = 0.55;
 
-/// Lower and upper tension limit of every muscle, N, of which the upper is lowered to a share of its range.
+/// Lower and upper tension limit of every muscle, N, of which the upper is lowered to a fraction of its
+/// range.
 fn tension_limits(gains: &ArmGains, margin: f64) -> Vec<[f64; 2]> {
     let limits = gains.muscles.iter().map(|muscle| {
         let [least, most] = muscle.tension;

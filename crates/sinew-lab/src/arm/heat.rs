@@ -23,7 +23,7 @@ const LONGEST_STEP: f64 = 1.0;
 /// Steps at one instant's currents, at most: in a motion of days, where they are longer than
 /// [`LONGEST_STEP`], every winding is at its steady temperature, to which the implicit integration leads with
 /// any step.
-const MOST_STEPS: f64 = 1000.0;
+const MAX_STEPS: f64 = 1000.0;
 /// Mean change of temperature over a repeat below which the repeats no longer differ, K/s.
 const STEADY: f64 = 1e-9;
 /// Instants of one repeat at which the currents are computed.
@@ -50,7 +50,7 @@ pub fn drive_heat(
 ) -> Result<DriveHeat, Error> {
     let currents = currents(machine, gains, found, pretension, trajectory)?;
     let interval = trajectory.duration() / INSTANTS as f64;
-    let steps = (interval / LONGEST_STEP).ceil().clamp(1.0, MOST_STEPS);
+    let steps = (interval / LONGEST_STEP).ceil().clamp(1.0, MAX_STEPS);
     let mut heat = DriveHeat { overheated: None, windings: vec![ROOM; machine.muscles.len()] };
     for (k, muscle) in machine.muscles.iter().enumerate() {
         let mut motor = MotorTemperatures::room();
@@ -80,8 +80,8 @@ pub fn drive_heat(
     Ok(heat)
 }
 
-/// Temperature that a planned motion may heat a winding to, degrees Celsius: the machine's margin is a share
-/// of the rise.
+/// Temperature that a planned motion may heat a winding to, degrees Celsius: the machine's margin is a
+/// fraction of the rise.
 pub(super) fn allowed_temperature(machine: &Machine, muscle: usize) -> f64 {
     ROOM + machine.rules.margin * (machine.muscles[muscle].drive.motor.hottest - ROOM)
 }

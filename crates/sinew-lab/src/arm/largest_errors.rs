@@ -10,9 +10,9 @@ use sinew::muscle::MuscleDynamics;
 
 /// Time after a reversal within which an error is attributed to it, s.
 const AFTER_REVERSAL_S: f64 = 0.5;
-/// Joints that are named: at most, and from which share of the error on.
+/// Joints that are named: at most, and from which fraction of the error on.
 const NAMED: usize = 3;
-const NAMED_SHARE: f64 = 0.1;
+const NAMED_FRACTION: f64 = 0.1;
 
 /// One of the largest errors of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -87,7 +87,7 @@ fn account(peak: &ErrorPeak, machine: &Machine, model: &mut MuscleDynamics) -> R
         let slide = part.kind == JointKind::Slide;
         let since = peak.time - peak.reversed[k];
         let range = part.range.map_or(f64::INFINITY, |[low, high]| high - low);
-        let share = end_point_m.map_or(difference.abs() / range / peak.size, |part| part / peak.size);
+        let fraction = end_point_m.map_or(difference.abs() / range / peak.size, |part| part / peak.size);
         let joint = JointShare {
             joint: part.name.clone(),
             error_rad: (!slide).then_some(difference),
@@ -95,10 +95,10 @@ fn account(peak: &ErrorPeak, machine: &Machine, model: &mut MuscleDynamics) -> R
             end_point_m,
             since_reversal_s: (since <= AFTER_REVERSAL_S).then_some(since),
         };
-        joints.push((share, joint));
+        joints.push((fraction, joint));
     }
     joints.sort_by(|a, b| b.0.total_cmp(&a.0));
-    joints.retain(|(share, _)| *share >= NAMED_SHARE);
+    joints.retain(|(fraction, _)| *fraction >= NAMED_FRACTION);
     joints.truncate(NAMED);
     Ok(LargestError {
         time_s: (1e3 * peak.time).round() / 1e3,

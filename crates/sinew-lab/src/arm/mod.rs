@@ -21,7 +21,7 @@ pub use designed::{IdentifiedMachine, designed_controller};
 pub use feasibility::{InfeasibleMotion, first_infeasibility, infeasible_motion};
 pub use heat::{DriveHeat, drive_heat};
 pub use largest_errors::{JointShare, LargestError};
-pub use outcome::{MAX_END_POINT_ERROR_M, MAX_JOINT_ERROR_SHARE, TrackOutcome, max_end_point_error};
+pub use outcome::{MAX_END_POINT_ERROR_M, MAX_JOINT_ERROR_FRACTION, TrackOutcome, max_end_point_error};
 pub use plan::{CLOSED_PATH_S, DesiredMotion, plan, plan_tour};
 pub use report::{
     ErrorRange, ErrorSpread, Hold, MuscleSpread, TrackHealth, TrackIncident, TrackJoint, TrackMode,

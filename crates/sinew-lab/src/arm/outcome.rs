@@ -10,11 +10,11 @@ use sinew::machine::Machine;
 /// Largest end-point error of a run that counts as completed, m, of a large machine: fault-free runs of the
 /// LM-Arm without a payload stay below 20 mm.
 pub const MAX_END_POINT_ERROR_M: f64 = 0.025;
-/// The same as a share of the machine's reach, the sum of the distances between its bodies: 3.5 mm of a
+/// The same as a fraction of the machine's reach, the sum of the distances between its bodies: 3.5 mm of a
 /// finger.
-const MAX_ERROR_SHARE: f64 = 0.035;
-/// Largest joint error of a run that counts as completed, as a share of the joint's range.
-pub const MAX_JOINT_ERROR_SHARE: f64 = 0.1;
+const MAX_ERROR_FRACTION: f64 = 0.035;
+/// Largest joint error of a run that counts as completed, as a fraction of the joint's range.
+pub const MAX_JOINT_ERROR_FRACTION: f64 = 0.1;
 
 /// Largest end-point error of a completed run, m.
 #[must_use]
@@ -23,21 +23,21 @@ pub fn max_end_point_error(machine: &Machine) -> f64 {
     let length = |x: [f64; 3]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
     let tip = machine.task.site().map_or(0.0, |site| length(parts.sites[site].position));
     let reach = tip + parts.bodies.iter().map(|body| length(body.position)).sum::<f64>();
-    (MAX_ERROR_SHARE * reach).min(MAX_END_POINT_ERROR_M)
+    (MAX_ERROR_FRACTION * reach).min(MAX_END_POINT_ERROR_M)
 }
 
-/// The same of a motion that was verified, as a multiple of the largest error of the drawn machines, and at
-/// least as a share of the range; never more than [`MAX_JOINT_ERROR_SHARE`].
+/// The same of a motion that was verified, as a multiple of the largest error of the sampled machines, and at
+/// least as a fraction of the range; never more than [`MAX_JOINT_ERROR_FRACTION`].
 const NORMAL: f64 = 3.0;
-const LEAST_JOINT_ERROR_SHARE: f64 = 0.035;
+const MIN_JOINT_ERROR_FRACTION: f64 = 0.035;
 
 /// Largest error of every joint of a completed run, rad or m: `[joints]`; infinite for a joint without a
 /// range. `normal`: as [`VerifiedMotion::joint_errors`](super::VerifiedMotion::joint_errors).
 pub(super) fn joint_error_limits(machine: &Machine, normal: &[f64]) -> Vec<f64> {
     let limit = |(k, joint): (usize, usize)| {
         let Some([low, high]) = machine.robot.parts().joints[joint].range else { return f64::INFINITY };
-        let most = MAX_JOINT_ERROR_SHARE * (high - low);
-        let least = LEAST_JOINT_ERROR_SHARE * (high - low);
+        let most = MAX_JOINT_ERROR_FRACTION * (high - low);
+        let least = MIN_JOINT_ERROR_FRACTION * (high - low);
         normal.get(k).map_or(most, |normal| (NORMAL * normal).max(least).min(most))
     };
     machine.robot.independent_joints().into_iter().enumerate().map(limit).collect()
@@ -55,25 +55,25 @@ pub(super) struct BoundedError {
 
 impl BoundedError {
     /// Above one in a run that does not count as completed.
-    pub(super) fn share(&self) -> f64 {
+    pub(super) fn fraction(&self) -> f64 {
         self.error / self.bound
     }
 }
 
-/// The error of the end point, or of a machine without one of the joint with the largest share of its bound;
-/// none where no joint has a range.
+/// The error of the end point, or of a machine without one of the joint with the largest fraction of its
+/// bound; none where no joint has a range.
 pub(super) fn largest_bounded_error(summary: &TrackSummary, machine: &Machine) -> Option<BoundedError> {
     if machine.task.site().is_some() {
         let error = summary.end_point_error.max.max(summary.hold_error.max);
         return Some(BoundedError { error, bound: max_end_point_error(machine), joint: None });
     }
     let rigid = vec![0.0; summary.joint_error.len()];
-    joint_errors(summary, machine, &rigid).max_by(|a, b| a.share().total_cmp(&b.share()))
+    joint_errors(summary, machine, &rigid).max_by(|a, b| a.fraction().total_cmp(&b.fraction()))
 }
 
-/// Share of its dead band by which a joint may miss its reference when it breaks away from the friction of
+/// Fraction of its dead band by which a joint may miss its reference when it breaks away from the friction of
 /// its cables.
-const BREAK_AWAY_SHARE: f64 = 0.25;
+const BREAK_AWAY_FRACTION: f64 = 0.25;
 
 /// The error of every joint with a range, beside the largest of a completed run or what the joint's dead
 /// band, rad or m, explains, where that is more.
@@ -86,21 +86,22 @@ pub(super) fn joint_errors(
     joints.filter_map(|((joint, error), dead_band)| {
         let joint = &machine.robot.parts().joints[joint];
         let [low, high] = joint.range?;
-        let bound = (MAX_JOINT_ERROR_SHARE * (high - low)).max(BREAK_AWAY_SHARE * dead_band);
+        let bound = (MAX_JOINT_ERROR_FRACTION * (high - low)).max(BREAK_AWAY_FRACTION * dead_band);
         Some(BoundedError { error: error.max, bound, joint: Some((joint.name.clone(), joint.kind.unit())) })
     })
 }
 
 /// What was larger than in a completed run: the error of the end point, else that of the joint with the
-/// largest share of its limit.
+/// largest fraction of its limit.
 pub(super) fn inaccuracy(summary: &TrackSummary, machine: &Machine, limits: &[f64]) -> Option<String> {
     let at_end = machine.task.site().and_then(|_| largest_bounded_error(summary, machine));
-    if let Some(error) = at_end.filter(|error| error.share() > 1.0) {
+    if let Some(error) = at_end.filter(|error| error.fraction() > 1.0) {
         return Some(format!("the end point exceeded {:.2} mm tracking error", 1e3 * error.bound));
     }
     let joints = machine.robot.independent_joints().into_iter().zip(&summary.joint_error).zip(limits);
-    let shares = joints.map(|((joint, error), limit)| (error.max / limit, joint, *limit));
-    let (_, joint, limit) = shares.filter(|(share, ..)| *share > 1.0).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let fractions = joints.map(|((joint, error), limit)| (error.max / limit, joint, *limit));
+    let (_, joint, limit) =
+        fractions.filter(|(fraction, ..)| *fraction > 1.0).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let joint = &machine.robot.parts().joints[joint];
     let (milli, range) = (1e3 * limit, joint.range.map_or(f64::INFINITY, |[low, high]| high - low));
     Some(format!(
@@ -154,7 +155,7 @@ pub enum TrackOutcome {
 impl TrackOutcome {
     /// The outcome of a run, with the largest error of every joint of a completed one, rad or m: `[joints]`.
     #[must_use]
-    pub fn of(summary: &TrackSummary, machine: &Machine, joint_error_limits: &[f64]) -> Self {
+    pub fn new(summary: &TrackSummary, machine: &Machine, joint_error_limits: &[f64]) -> Self {
         if summary.stopped.is_some() {
             Self::Stopped
         } else if summary.plant_failed.is_some() {
@@ -195,7 +196,7 @@ mod tests {
             let joints = machine.robot.independent_joints().len();
             let ended = |errors: &[f64], normal: &[f64]| {
                 let limits = joint_error_limits(&machine, normal);
-                TrackOutcome::of(&run(&machine, errors), &machine, &limits)
+                TrackOutcome::new(&run(&machine, errors), &machine, &limits)
             };
             let normal = vec![9e-3; joints];
             assert_eq!(ended(&normal, &normal), TrackOutcome::Completed);
@@ -216,8 +217,8 @@ mod tests {
         let machine = bench_joint();
         let limit = |normal: &[f64]| joint_error_limits(&machine, normal)[0] / 2.4;
         assert!((limit(&[0.05]) - 0.15 / 2.4).abs() < 1e-12, "{}", limit(&[0.05]));
-        for (normal, share) in [(&[0.001][..], 0.035), (&[0.2], 0.1), (&[], 0.1)] {
-            assert!((limit(normal) - share).abs() < 1e-12, "{normal:?}: {}", limit(normal));
+        for (normal, fraction) in [(&[0.001][..], 0.035), (&[0.2], 0.1), (&[], 0.1)] {
+            assert!((limit(normal) - fraction).abs() < 1e-12, "{normal:?}: {}", limit(normal));
         }
     }
 

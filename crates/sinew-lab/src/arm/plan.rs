@@ -59,17 +59,17 @@ pub fn plan(machine: &Machine, motion: &DesiredMotion, duration: Option<f64>) ->
     match motion {
         DesiredMotion::ClosedPath(path) => {
             let duration = duration.unwrap_or(CLOSED_PATH_S);
-            EndPoint::of(machine)?.along_path(path, &machine.redundancy, duration)
+            EndPoint::new(machine)?.along_path(path, &machine.redundancy, duration)
         }
         DesiredMotion::Waypoints(points) => {
             // The periodic part of the preferred pose belongs to the phase of a closed path.
             let rule = &machine.redundancy;
             let rule = Redundancy { swing: vec![0.0; rule.swing.len()], ..rule.clone() };
-            EndPoint::of(machine)?.through_waypoints(points, &rule)
+            EndPoint::new(machine)?.through_waypoints(points, &rule)
         }
         DesiredMotion::ToPoint(position) => {
             let duration = duration.unwrap_or(POINT_TO_POINT_S);
-            EndPoint::of(machine)?.to_point(*position, start, duration)
+            EndPoint::new(machine)?.to_point(*position, start, duration)
         }
         DesiredMotion::JointWaypoints(points) => Ok(through_joint_waypoints(points)?),
         DesiredMotion::ToPose(pose) => {
@@ -101,7 +101,7 @@ struct EndPoint<'a> {
 }
 
 impl<'a> EndPoint<'a> {
-    fn of(machine: &'a Machine) -> Result<Self, Error> {
+    fn new(machine: &'a Machine) -> Result<Self, Error> {
         match machine.task {
             Task::EndPoint { site, axes } => Ok(Self { machine, site, axes }),
             Task::Joints => {

@@ -63,12 +63,12 @@ impl ErrorRange {
 pub struct Hold {
     /// Position error of the end point.
     pub end_point_error_m: ErrorSpread,
-    /// Its mean share by the zeros of the joint encoders, m.
+    /// Its mean fraction by the zeros of the joint encoders, m.
     #[serde(deserialize_with = "number_or_nan")]
     pub unseen_error_m: f64,
     /// Largest standard deviation of a tension at an anchor, N.
     #[serde(deserialize_with = "number_or_nan")]
-    pub tension_unrest_n: f64,
+    pub tension_ripple_n: f64,
 }
 
 /// Length errors of the muscles, m.
@@ -153,7 +153,7 @@ pub struct TrackJoint {
 }
 
 impl TrackJoint {
-    fn of(summary: &TrackSummary, robot: &Robot, limits: &[f64]) -> Vec<Self> {
+    fn new(summary: &TrackSummary, robot: &Robot, limits: &[f64]) -> Vec<Self> {
         let joints = robot.independent_joints().into_iter().zip(&summary.joint_error).zip(limits);
         let joint = |((joint, error), limit): ((usize, &Statistics), &f64)| {
             let part = &robot.parts().joints[joint];
@@ -181,7 +181,7 @@ pub struct TrackHealth {
     pub muscle: String,
     /// `friction_drift`, `stiffness_drift` or `pretension_drift`.
     pub kind: String,
-    /// Change since the beginning as a share of the model's value.
+    /// Change since the beginning as a fraction of the model's value.
     pub drift: f64,
     /// Its standard error.
     pub error: f64,
@@ -192,7 +192,7 @@ pub struct TrackHealth {
 impl TrackHealth {
     /// Of all cables: `[muscles]`.
     #[must_use]
-    pub fn of(cables: &[CableHealth], robot: &Robot) -> Vec<Self> {
+    pub fn new(cables: &[CableHealth], robot: &Robot) -> Vec<Self> {
         let names = robot.parts().tendons.iter().zip(cables);
         let found = names.filter_map(|(tendon, health)| {
             let kind = health.found()?;
@@ -204,7 +204,7 @@ impl TrackHealth {
             Some(Self {
                 muscle: tendon.name.clone(),
                 kind: kind.name().to_owned(),
-                drift: drift.share,
+                drift: drift.fraction,
                 error: drift.error,
                 remaining_s: drift.remaining.is_finite().then_some(drift.remaining),
             })
@@ -230,7 +230,7 @@ pub struct TrackingNumbers {
     pub joint_error_m: Option<ErrorRange>,
     /// Position error of the end point.
     pub end_point_error_m: ErrorSpread,
-    /// Its share by the zeros of the joint encoders, which no controller without a sensor at the end point
+    /// Its fraction by the zeros of the joint encoders, which no controller without a sensor at the end point
     /// can correct.
     pub unseen_error_m: ErrorSpread,
     /// Of every repeat.
@@ -245,7 +245,7 @@ pub struct TrackingNumbers {
     /// Its standard deviation over time, m.
     #[serde(rename = "length_error_std_per_muscle_m", default)]
     pub per_muscle_std: Vec<f64>,
-    /// Least and largest desired tension at every anchor, N: `[muscles]`.
+    /// Smallest and largest desired tension at every anchor, N: `[muscles]`.
     #[serde(default)]
     pub tension_limits_n: Vec<[f64; 2]>,
     /// Largest end-point error of a completed run, m; none without an end point.
@@ -254,16 +254,16 @@ pub struct TrackingNumbers {
     /// The largest errors with what they consist of, largest first.
     #[serde(default)]
     pub largest_errors: Vec<LargestError>,
-    /// Least tension at an anchor, N.
+    /// Minimum tension at an anchor, N.
     #[serde(deserialize_with = "number_or_nan")]
-    pub least_anchor_tension_n: f64,
+    pub min_anchor_tension_n: f64,
     /// Longest time for which a cable was slack, less than 1 N above its pretension, of a small machine less
-    /// than a fifth of what its least tension leaves, s.
+    /// than a fifth of what its minimum tension leaves, s.
     #[serde(deserialize_with = "number_or_nan")]
     pub longest_slack_s: f64,
     /// Greatest tension at a drive, N.
     #[serde(deserialize_with = "number_or_nan")]
-    pub most_drive_tension_n: f64,
+    pub max_drive_tension_n: f64,
     /// Time at which the run was stopped, s.
     pub stopped_s: Option<f64>,
     /// The fault that stopped it.
@@ -295,7 +295,7 @@ impl TrackingNumbers {
         let hold = Hold {
             end_point_error_m: (&summary.hold_error).into(),
             unseen_error_m: summary.hold_encoder_zero_error.mean,
-            tension_unrest_n: summary.max_hold_tension_std(),
+            tension_ripple_n: summary.max_hold_tension_std(),
         };
         let muscles = summary.length_error.len().max(1) as f64;
         let squares: f64 =
@@ -305,7 +305,7 @@ impl TrackingNumbers {
             let of_kind = joints.clone().filter(move |(joint, _)| robot.parts().joints[*joint].kind == kind);
             ErrorRange::over(of_kind.map(|(_, statistics)| statistics))
         };
-        let ended = TrackOutcome::of(summary, machine, limits);
+        let ended = TrackOutcome::new(summary, machine, limits);
         let stopped_by = summary.stopped.map(|(_, fault)| stop_reason(fault, summary.threshold, robot));
         let worst = summary.peaks().first().map_or(0.0, |peak| peak.time);
         let why = |consequence: &str, at| reason(summary, robot, consequence, at);
@@ -325,7 +325,7 @@ impl TrackingNumbers {
                     Some(why("the simulated machine moved faster than its cables allow", at))
                 }
             },
-            joints: TrackJoint::of(summary, robot, limits),
+            joints: TrackJoint::new(summary, robot, limits),
             joint_error_rad: of_kind(JointKind::Hinge),
             joint_error_m: of_kind(JointKind::Slide),
             longest_slack_s: summary.slack.0,
@@ -342,13 +342,13 @@ impl TrackingNumbers {
             tension_limits_n: tension_limits.to_vec(),
             end_point_limit_m: machine.task.site().map(|_| max_end_point_error(machine)),
             largest_errors: largest_errors(&summary.peaks(), machine)?,
-            least_anchor_tension_n: summary.min_anchor_tension.0,
-            most_drive_tension_n: summary.max_drive_tension.0,
+            min_anchor_tension_n: summary.min_anchor_tension.0,
+            max_drive_tension_n: summary.max_drive_tension.0,
             stopped_s: summary.stopped.map(|(time, _)| time).or(summary.plant_failed).map(to_milliseconds),
             stopped_by,
             incidents: summary.faults.iter().map(|one| TrackIncident::new(one, robot)).collect(),
             modes: summary.modes.iter().map(TrackMode::new).collect(),
-            health: TrackHealth::of(&summary.health, robot),
+            health: TrackHealth::new(&summary.health, robot),
         })
     }
 }

@@ -35,7 +35,7 @@ pub type Trace = Vec<TraceRow>;
 impl TraceRow {
     /// Of a cycle of a run of a robot.
     #[must_use]
-    pub fn of(row: &TrackRow<'_>, robot: &Robot) -> Self {
+    pub fn new(row: &TrackRow<'_>, robot: &Robot) -> Self {
         let mut frame = Frame::new(Arc::clone(row.layout));
         frame.fill(row.cycle);
         Self {

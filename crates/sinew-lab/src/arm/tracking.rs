@@ -1,4 +1,5 @@
-//! One tracking run: an arm drawn from a seed, calibrated cable by cable, and controlled along a trajectory.
+//! One tracking run: an arm sampled from a seed, calibrated cable by cable, and controlled along a
+//! trajectory.
 
 use super::calibrate::{CalibrationProgramme, calibrate_arm};
 use super::controller::{Parts, controller};
@@ -65,7 +66,7 @@ impl CalibratedArm {
     /// As [`calibrate_arm`] and [`ArmSpecimen::draw`]; [`Error::Physics`] where a payload has no end point.
     pub fn new(machine: &Machine, seed: u64) -> Result<Self, Error> {
         let design = ArmSpecimen::nominal(machine)?;
-        let specimen = ArmSpecimen::drawn_around(&design, machine, seed)?;
+        let specimen = ArmSpecimen::sampled_around(&design, machine, seed)?;
         let programmes = calibration_programmes(machine, &design)?;
         let models = calibrate_arm(&specimen, machine, &design, &programmes, seed)?;
         let bare = Machine { payload: 0.0, ..machine.clone() };
@@ -207,9 +208,9 @@ impl<'a> PreparedRun<'a> {
     /// The controller under the supervisor of the machine.
     ///
     /// # Errors
-    /// As [`Limits::of`] and [`Supervisor::new`].
+    /// As [`Limits::from_machine`] and [`Supervisor::new`].
     pub fn supervisor(&self) -> Result<Supervisor, Error> {
-        let limits = Limits::of(&self.arm.machine, self.controller.gains())?;
+        let limits = Limits::from_machine(&self.arm.machine, self.controller.gains())?;
         Ok(Supervisor::new(self.controller.clone(), limits)?)
     }
 
@@ -248,7 +249,7 @@ pub fn track_arm(
     let mut session = TrackSession::supervised(&run, prepared.supervisor()?)?;
     let mut see = |row: &TrackRow<'_>| {
         if count.is_multiple_of(stride) {
-            trace.push(TraceRow::of(row, &arm.machine.robot));
+            trace.push(TraceRow::new(row, &arm.machine.robot));
         }
         count += 1;
     };

@@ -1,8 +1,8 @@
-//! Verification of a controller before the start: the motion is simulated on machines drawn within the
+//! Verification of a controller before the start: the motion is simulated on machines sampled within the
 //! tolerances, other ones than that of the run, and gains are lowered until all of them track it: to its end,
 //! with taut cables, and with an error below that of a completed run by the machine's margin, or in joint
-//! space with one that the dead bands of the cables explain. More are drawn for a motion that is near to the
-//! limits of the drives or of the error: there single specimens fail in single repeats.
+//! space with one that the dead bands of the cables explain. More are sampled for a motion that is near to
+//! the limits of the drives or of the error: there single specimens fail in single repeats.
 
 use super::feasibility::first_infeasibility;
 use super::outcome::{joint_errors, largest_bounded_error};
@@ -20,10 +20,10 @@ use sinew::twin::arm::ArmSpecimen;
 /// Outcome of a verification.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verified {
-    /// Every drawn machine tracks the motion with these rules.
+    /// Every sampled machine tracks the motion with these rules.
     Tracks(ControlRules),
-    /// With these rules every drawn machine comes to the motion's end with taut cables; the largest error of
-    /// a joint is above that of a completed run, but within what the dead bands of the cables explain: a
+    /// With these rules every sampled machine comes to the motion's end with taut cables; the largest error
+    /// of a joint is above that of a completed run, but within what the dead bands of the cables explain: a
     /// joint that breaks away from their friction jumps.
     Inaccurate(ControlRules, String),
     /// No set of rules does; what stopped a machine with the softest.
@@ -35,7 +35,7 @@ pub enum Verified {
 pub struct VerifiedMotion {
     /// Whether it is tracked, and with which rules.
     pub verified: Verified,
-    /// Largest error of every joint of the drawn machines with these rules, rad or m: `[joints]`; what is
+    /// Largest error of every joint of the sampled machines with these rules, rad or m: `[joints]`; what is
     /// normal for this motion. Empty where it fails.
     pub joint_errors: Vec<f64>,
 }
@@ -48,15 +48,16 @@ impl VerifiedMotion {
     }
 }
 
-/// Factors of bandwidth, pre-travel, position gain and damping crossover, from the rules' own to the softest.
+/// Factors of bandwidth, backlash compensation, position gain and damping crossover, from the rules' own to
+/// the softest.
 const SOFTER: [[f64; 4]; 4] =
     [[1.0, 1.0, 1.0, 1.0], [0.65, 1.0, 1.0, 1.0], [0.48, 0.55, 0.75, 1.0], [0.33, 0.4, 0.55, 0.65]];
-/// Seeds of the drawn machines are those from here on: not those of any run.
+/// Seeds of the sampled machines are those from here on: not those of any run.
 const FIRST_SEED: u64 = 0x7665_7269_6679_0001;
-/// Machines that are drawn, and in all for a motion near to the limits.
+/// Machines that are sampled, and in all for a motion near to the limits.
 const SPECIMENS: usize = 2;
 const SPECIMENS_NEAR: usize = 8;
-/// Shares above which a motion is near to the limits: of what it may use of its drives, and of error and
+/// Fractions above which a motion is near to the limits: of what it may use of its drives, and of error and
 /// slack.
 const NEAR_DRIVES: f64 = 0.7;
 const NEAR_ERROR: f64 = 0.6;
@@ -69,7 +70,7 @@ const LONGEST: f64 = 4.0;
 /// Longest time for which a cable may be slack, s.
 const MAX_SLACK: f64 = 0.25;
 
-/// Finds rules with which drawn machines track a motion, and so many of its repeats as take 4 s; the
+/// Finds rules with which sampled machines track a motion, and so many of its repeats as take 4 s; the
 /// controller has the designed body and the true parameters of their cables, which a calibration would
 /// identify.
 ///
@@ -78,9 +79,9 @@ const MAX_SLACK: f64 = 0.25;
 pub fn verify(machine: &Machine, trajectory: &Trajectory, repeats: u32) -> Result<VerifiedMotion, Error> {
     let loaded = machine.loaded()?;
     let design = ArmSpecimen::nominal(&loaded)?;
-    let drawn =
-        (0..SPECIMENS_NEAR as u64).map(|k| ArmSpecimen::drawn_around(&design, &loaded, FIRST_SEED + k));
-    let specimens = drawn.collect::<Result<Vec<_>, _>>()?;
+    let sampled =
+        (0..SPECIMENS_NEAR as u64).map(|k| ArmSpecimen::sampled_around(&design, &loaded, FIRST_SEED + k));
+    let specimens = sampled.collect::<Result<Vec<_>, _>>()?;
     let (few, more) = specimens.split_at(SPECIMENS);
     let mut many = near_drives(machine, trajectory)?;
     let poses = poses_along(trajectory)?;
@@ -96,7 +97,7 @@ pub fn verify(machine: &Machine, trajectory: &Trajectory, repeats: u32) -> Resul
         };
         let mut found = run(few)?;
         let promising = !matches!(Quality::of_all(&found), Quality::Failed(_));
-        many |= promising && found.iter().any(|run| run.share_of_limits > NEAR_ERROR);
+        many |= promising && found.iter().any(|run| run.fraction_of_limits > NEAR_ERROR);
         if many && promising {
             found.extend(run(more)?);
         }
@@ -121,12 +122,12 @@ pub struct VerifiedTour {
     pub verified: Verified,
     /// As of [`VerifiedMotion`].
     pub joint_errors: Vec<f64>,
-    /// Where it is slower, what the drawn machines did on the tour as given.
+    /// Where it is slower, what the sampled machines did on the tour as given.
     pub slowed: Option<String>,
 }
 
-/// Verifies a tour, and where the drawn machines do not track it, at half its speed and at a quarter: what
-/// takes time at every reversal, to cross the dead bands of the cables, takes a smaller share of a slower
+/// Verifies a tour, and where the sampled machines do not track it, at half its speed and at a quarter: what
+/// takes time at every reversal, to cross the dead bands of the cables, takes a smaller fraction of a slower
 /// motion. The fastest that they track; else the fastest that they come to the end of; else the tour as
 /// given.
 ///
@@ -174,7 +175,7 @@ fn near_drives(machine: &Machine, trajectory: &Trajectory) -> Result<bool, Error
 fn softened(rules: &ControlRules, [bandwidth, pre_travel, position, damping]: [f64; 4]) -> ControlRules {
     ControlRules {
         bandwidth: bandwidth * rules.bandwidth,
-        pre_travel_gain: pre_travel * rules.pre_travel_gain,
+        backlash_gain: pre_travel * rules.backlash_gain,
         position_gain: position * rules.position_gain,
         damping_crossover: damping * rules.damping_crossover,
         ..*rules
@@ -186,8 +187,9 @@ struct Simulated {
     quality: Quality,
     /// Largest error of every joint, rad or m: `[joints]`.
     joint_errors: Vec<f64>,
-    /// The largest share of a limit that the run has used: of the error, or of the time with a slack cable.
-    share_of_limits: f64,
+    /// The largest fraction of a limit that the run has used: of the error, or of the time with a slack
+    /// cable.
+    fraction_of_limits: f64,
 }
 
 fn simulate(
@@ -219,11 +221,11 @@ fn simulate(
     while !stopped && session.step(|row| stopped = matches!(row.command.status, ArmStatus::Stopped(_)))? {}
     let summary = session.finish();
     let dead_bands: Vec<f64> = found.joints.iter().map(|joint| joint.dead_band).collect();
-    let error = largest_bounded_error(&summary, machine).map_or(0.0, |largest| largest.share());
+    let error = largest_bounded_error(&summary, machine).map_or(0.0, |largest| largest.fraction());
     Ok(Simulated {
-        quality: Quality::of(&summary, machine, &dead_bands),
+        quality: Quality::new(&summary, machine, &dead_bands),
         joint_errors: summary.joint_error.iter().map(|error| error.max).collect(),
-        share_of_limits: error.max(summary.slack.0 / MAX_SLACK),
+        fraction_of_limits: error.max(summary.slack.0 / MAX_SLACK),
     })
 }
 
@@ -235,7 +237,7 @@ enum Quality {
 }
 
 impl Quality {
-    fn of(summary: &TrackSummary, machine: &Machine, dead_bands: &[f64]) -> Self {
+    fn new(summary: &TrackSummary, machine: &Machine, dead_bands: &[f64]) -> Self {
         let name = |k: usize| machine.robot.parts().tendons[k].name.as_str();
         if let Some((_, fault)) = summary.stopped {
             let reason = super::stop_reason::stop_reason(fault, summary.threshold, &machine.robot);
@@ -255,7 +257,7 @@ impl Quality {
         // Zero errors of the encoders and everything that differs from machine to machine need a margin.
         let margin = machine.rules.margin;
         let Some(largest) =
-            largest_bounded_error(summary, machine).filter(|largest| largest.share() > margin)
+            largest_bounded_error(summary, machine).filter(|largest| largest.fraction() > margin)
         else {
             return Self::Accurate;
         };
@@ -269,7 +271,8 @@ impl Quality {
                 let bound = margin * largest.bound;
                 let reason =
                     format!("error of {joint} of {:.3} {unit}, above {bound:.3} {unit}", largest.error);
-                let excess = joint_errors(summary, machine, dead_bands).any(|error| error.share() > margin);
+                let excess =
+                    joint_errors(summary, machine, dead_bands).any(|error| error.fraction() > margin);
                 if excess { Self::Failed(reason) } else { Self::Inaccurate(reason) }
             }
         }
@@ -306,7 +309,7 @@ fn blames_a_part(fault: Fault) -> bool {
 /// The error that came first, and the part that was blamed for what it did.
 fn error_taken_for_a_fault(summary: &TrackSummary, machine: &Machine, part: &str) -> String {
     let rigid = vec![0.0; summary.joint_error.len()];
-    let largest = joint_errors(summary, machine, &rigid).max_by(|a, b| a.share().total_cmp(&b.share()));
+    let largest = joint_errors(summary, machine, &rigid).max_by(|a, b| a.fraction().total_cmp(&b.fraction()));
     match largest.and_then(|largest| Some((largest.error, largest.joint?))) {
         Some((error, (joint, unit))) => {
             format!("error of {joint} of {error:.3} {unit}, which looks like a fault ({part})")
@@ -321,16 +324,16 @@ mod tests {
     use super::super::testing::{bench_joint, lm_arm};
     use super::*;
 
-    /// The word for a run of one joint with this error, as a share of its range, and dead band.
-    fn judged(machine: &Machine, share: f64, dead_band: f64) -> &'static str {
+    /// The word for a run of one joint with this error, as a fraction of its range, and dead band.
+    fn judged(machine: &Machine, fraction: f64, dead_band: f64) -> &'static str {
         let joints = machine.robot.independent_joints();
         let parts = &machine.robot.parts().joints;
         let ranges: Vec<f64> =
             joints.iter().map(|&joint| parts[joint].range.map_or(1.0, |[a, b]| b - a)).collect();
         let mut summary = TrackSummary::new(vec![1.0; machine.muscles.len()], ranges.clone(), machine.period);
-        summary.joint_error[0].record(share * ranges[0]);
-        summary.end_point_error.record(share);
-        match Quality::of(&summary, machine, &vec![dead_band; joints.len()]) {
+        summary.joint_error[0].record(fraction * ranges[0]);
+        summary.end_point_error.record(fraction);
+        match Quality::new(&summary, machine, &vec![dead_band; joints.len()]) {
             Quality::Accurate => "accurate",
             Quality::Inaccurate(_) => "inaccurate",
             Quality::Failed(_) => "failed",
@@ -357,7 +360,7 @@ mod tests {
 
     #[test]
     fn the_worst_of_several_runs_decides() {
-        let run = |quality| Simulated { quality, joint_errors: vec![], share_of_limits: 0.0 };
+        let run = |quality| Simulated { quality, joint_errors: vec![], fraction_of_limits: 0.0 };
         let runs =
             [run(Quality::Accurate), run(Quality::Inaccurate("a".into())), run(Quality::Failed("b".into()))];
         assert!(matches!(Quality::of_all(&runs), Quality::Failed(reason) if reason == "b"));

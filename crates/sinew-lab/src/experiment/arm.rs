@@ -19,7 +19,7 @@ pub fn track(
     controller: ArmController,
     see: impl FnMut(&TrackRow<'_>),
 ) -> Result<TrackSummary, Error> {
-    track_supervised(run, Supervisor::of(controller)?, see)
+    track_supervised(run, Supervisor::from_controller(controller)?, see)
 }
 
 /// The same under a supervisor.
@@ -50,9 +50,9 @@ impl<'a> TrackSession<'a> {
     /// A run before its first control cycle, with the limits that the controller's gains alone tell.
     ///
     /// # Errors
-    /// As [`supervised`](Self::supervised) and [`Supervisor::of`].
+    /// As [`supervised`](Self::supervised) and [`Supervisor::from_controller`].
     pub fn new(run: &TrackRun<'a>, controller: ArmController) -> Result<Self, Error> {
-        Self::supervised(run, Supervisor::of(controller)?)
+        Self::supervised(run, Supervisor::from_controller(controller)?)
     }
 
     /// A run before its first control cycle.

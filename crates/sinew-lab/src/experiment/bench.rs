@@ -36,7 +36,7 @@ pub struct BenchRun {
     pub speed: f64,
     /// Length of a stroke, m.
     pub stroke: f64,
-    /// Least and largest far tension, N.
+    /// Smallest and largest far tension, N.
     pub tension: [f64; 2],
     /// Period of the far tension, s.
     pub period: f64,
@@ -90,7 +90,7 @@ pub struct BenchRow {
     /// else 0.
     pub window: f64,
     /// Desired far tension, N.
-    pub wanted: f64,
+    pub desired: f64,
     /// Command of the muscle's drive.
     pub command: DriveCommand,
     /// Measurements of the muscle's sensors and the joint's.
@@ -129,7 +129,7 @@ pub enum Stop {
 }
 
 impl Stop {
-    fn of(cable: &CableReading, fault: Option<DriveFault>) -> Option<Self> {
+    fn new(cable: &CableReading, fault: Option<DriveFault>) -> Option<Self> {
         cable.broken.map(Self::Broken).or(fault.map(Self::Drive))
     }
 }
@@ -181,7 +181,7 @@ pub fn run(
         let truth = bench.step(row.command, load, STEP)?;
         row.complete(&truth);
         see(&row);
-        if let Some(stop) = Stop::of(&truth, bench.fault()) {
+        if let Some(stop) = Stop::new(&truth, bench.fault()) {
             return Ok(Some(stop));
         }
     }
@@ -203,7 +203,7 @@ pub struct CalibrationRun {
 pub type KeptRows = Result<Vec<BenchRow>, Stop>;
 
 /// Runs without compensation. Their cables are computed in SIMD lanes of eight, and their rows are those of
-/// [`run`] to the bit.
+/// [`run`] bit for bit.
 ///
 /// # Errors
 /// As [`run`].
@@ -261,7 +261,7 @@ fn run_batch(runs: &[&CalibrationRun]) -> Result<Vec<KeptRows>, Error> {
             if step % of.decimation.max(1) as u64 == 0 {
                 list.push(*row);
             }
-            if let Some(stop) = Stop::of(truth, fault) {
+            if let Some(stop) = Stop::new(truth, fault) {
                 *kept = Err(stop);
             }
         }
@@ -301,7 +301,7 @@ impl<'a> Cycle<'a> {
         let time = self.cycles as f64 * STEP;
         self.cycles += 1;
         let (velocity, previewed_velocity) = (self.stroke.next(), self.previewed_stroke.next());
-        let wanted = desired_tension(run, time);
+        let desired = desired_tension(run, time);
         let anchor = match run.anchor {
             AnchorSource::JointEncoder => reading.anchor(),
             AnchorSource::Reference => self.reference_anchor,
@@ -309,20 +309,20 @@ impl<'a> Cycle<'a> {
         self.reference_anchor += velocity * STEP;
         let sample =
             CableSample { motor: reading.muscle.position, anchor, tension_in: reading.muscle.tension };
-        let reference = FarEndReference { tension_out: wanted, velocity, previewed_velocity };
+        let reference = FarEndReference { tension_out: desired, velocity, previewed_velocity };
         let window = self.stroke.window();
         let output = control(&reference, &sample, window != 0.0)?;
         let (command, load) = match run.programme {
             Programme::Track => (output.command, DriveCommand::Velocity(-velocity)),
             Programme::Calibrate => {
-                let feed = self.load.speed(wanted, velocity)?;
-                (DriveCommand::Velocity(velocity), DriveCommand::Tension { tension: wanted, feed })
+                let feed = self.load.speed(desired, velocity)?;
+                (DriveCommand::Velocity(velocity), DriveCommand::Tension { tension: desired, feed })
             }
         };
         let row = BenchRow {
             time,
             window,
-            wanted,
+            desired,
             command,
             sample,
             anchor: reading.anchor(),
@@ -380,8 +380,8 @@ struct Stroke {
     steady: f64,
 }
 
-/// Time at full speed before the steady window of a stroke begins, as a share of the stroke's duration: the
-/// slip front travels through the sheath.
+/// Time at full speed before the steady window of a stroke begins, as a fraction of the stroke's duration:
+/// the slip front travels through the sheath.
 const RUN_IN: f64 = 0.3;
 
 impl Stroke {

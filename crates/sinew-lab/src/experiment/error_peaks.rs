@@ -5,7 +5,7 @@ use sinew::control::tension::Status;
 
 /// Number of errors that are kept.
 const KEPT: usize = 3;
-/// Least time between two of them, s.
+/// Smallest time between two of them, s.
 const APART_S: f64 = 1.0;
 /// Speed of a reference above which it has a direction, rad/s or m/s.
 const MOVING: f64 = 1e-6;
@@ -14,7 +14,7 @@ const MOVING: f64 = 1e-6;
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorPeak {
     /// Distance of the end point from its reference, m. For a machine without an end point: the largest joint
-    /// error as a share of the joint's range, 1; a joint without limits counts as 0.
+    /// error as a fraction of the joint's range, 1; a joint without limits counts as 0.
     pub size: f64,
     /// s.
     pub time: f64,
@@ -72,8 +72,9 @@ impl ErrorPeaks {
         let size = if distance.is_finite() {
             distance
         } else {
-            let shares = row.joint_error.iter().zip(&self.ranges).map(|(error, range)| error.abs() / range);
-            shares.filter(|share| share.is_finite()).fold(0.0, f64::max)
+            let fractions =
+                row.joint_error.iter().zip(&self.ranges).map(|(error, range)| error.abs() / range);
+            fractions.filter(|fraction| fraction.is_finite()).fold(0.0, f64::max)
         };
         let slots = self.slots.iter().enumerate();
         let near = slots.clone().find(|(_, slot)| (row.time - slot.time).abs() < APART_S);

@@ -36,15 +36,15 @@ pub struct ModeChange {
     pub fault: Option<NamedFault>,
 }
 
-/// Far tension above the pretension below which a cable is slack, N, at most; of a small machine the share
-/// [`SLACK_SHARE`] of what its least tension leaves.
+/// Far tension above the pretension below which a cable is slack, N, at most; of a small machine the fraction
+/// [`SLACK_FRACTION`] of what its minimum tension leaves.
 const SLACK_TENSION: f64 = 1.0;
 /// 1.
-const SLACK_SHARE: f64 = 0.2;
+const SLACK_FRACTION: f64 = 0.2;
 
 /// Far tension below which a cable is slack, N, from its least desired tension and its pretension, N.
 pub(super) fn slack_below(least: f64, pretension: f64) -> f64 {
-    pretension + (SLACK_SHARE * (least - pretension)).clamp(0.0, SLACK_TENSION)
+    pretension + (SLACK_FRACTION * (least - pretension)).clamp(0.0, SLACK_TENSION)
 }
 
 /// Longest time between two reports of one interval, s.
@@ -62,8 +62,8 @@ pub struct TrackSummary {
     /// The same as [`end_point_error`](Self::end_point_error) at rest after the motion, from [`SETTLING`] s
     /// on.
     pub hold_error: Statistics,
-    /// Share of the encoders' zero errors in the end point's error during motion, m: no controller without a
-    /// sensor at the end point can compensate it.
+    /// Fraction of the encoders' zero errors in the end point's error during motion, m: no controller without
+    /// a sensor at the end point can compensate it.
     pub encoder_zero_error: Statistics,
     /// And at rest.
     pub hold_encoder_zero_error: Statistics,
@@ -73,13 +73,13 @@ pub struct TrackSummary {
     /// m: `[joints]`.
     pub joint_error: Vec<Statistics>,
     /// Longest time for which a cable was slack, its far tension less than 1 N above its pretension, of a
-    /// small machine less than a fifth of what its least tension leaves, s, and its muscle.
+    /// small machine less than a fifth of what its minimum tension leaves, s, and its muscle.
     pub slack: (f64, usize),
     /// Of the control cycle, s.
     period: f64,
     slack_below: Vec<f64>,
     slack_for: Vec<f64>,
-    /// Least tension at an anchor, N, and its muscle.
+    /// Minimum tension at an anchor, N, and its muscle.
     pub min_anchor_tension: (f64, usize),
     /// Largest tension at a drive's outlet, N, and its muscle.
     pub max_drive_tension: (f64, usize),

@@ -35,7 +35,7 @@ impl Mechanism {
     ///
     /// Ratios use the true tensions: the noise of load cells averages out in a mean.
     #[must_use]
-    pub fn of(runs: &[Vec<BenchRow>]) -> Self {
+    pub fn new(runs: &[Vec<BenchRow>]) -> Self {
         let mut found = Self::default();
         let mut loss = [Moments::default(), Moments::default()];
         for (speed, rows) in runs.iter().enumerate().take(SPEEDS.len()) {

@@ -14,7 +14,7 @@ pub struct Sides<T> {
 }
 
 impl<T> Sides<T> {
-    pub(super) fn of(mut make: impl FnMut(usize) -> T) -> Self {
+    pub(super) fn new(mut make: impl FnMut(usize) -> T) -> Self {
         Self { active: make(0), passive: make(1) }
     }
 }

@@ -39,7 +39,7 @@ pub struct TraceRow {
     /// s.
     pub time: f64,
     /// Desired far tension, N.
-    pub wanted: f64,
+    pub desired: f64,
     /// True far and near tension, N.
     pub far: f64,
     /// See [`far`](Self::far).
@@ -98,10 +98,10 @@ pub fn run_trial(
         let [near, far] = row.truth;
         let scores = &mut trial.scores;
         // Tensions of the plant are finite; an estimate that is not is left out, which the count shows.
-        let _ = scores.cycles[side].push(row.wanted, far);
+        let _ = scores.cycles[side].push(row.desired, far);
         let _ = scores.estimated[side].push(far, row.estimate);
         if row.window != 0.0 {
-            let _ = scores.achieved[side].push(row.wanted, far);
+            let _ = scores.achieved[side].push(row.desired, far);
             trial.tension_loss[side] += (near - far).abs();
         }
         watch.update(row, &mut trial.recovery);
@@ -123,7 +123,7 @@ pub fn run_trial(
 fn trace_row(row: &BenchRow) -> TraceRow {
     TraceRow {
         time: row.time,
-        wanted: row.wanted,
+        desired: row.desired,
         far: row.truth[1],
         near: row.truth[0],
         estimate: row.estimate,
@@ -156,7 +156,7 @@ impl ReversalWatch {
         }
         self.direction = direction;
         let recovered = self.since > self.last_outside + RECOVERED_S;
-        if self.since > 0.0 && !recovered && (row.truth[1] - row.wanted).abs() > RECOVERED_N {
+        if self.since > 0.0 && !recovered && (row.truth[1] - row.desired).abs() > RECOVERED_N {
             self.last_outside = self.since;
         }
     }

@@ -87,8 +87,8 @@ impl SimulatedLog {
 pub fn simulated_log(options: &SimulatedLog) -> String {
     let options = options.within_domain();
     let mut sampler = Sampler::new(options.seed, options.day);
-    let day = Day::drawn(&mut sampler);
-    let motion = Motion::drawn(&mut sampler, WARM_UP_S + options.duration_s + 1.0);
+    let day = Day::sampled(&mut sampler);
+    let motion = Motion::sampled(&mut sampler, WARM_UP_S + options.duration_s + 1.0);
     let mut cable = Cable::specimen(options.seed, day.friction_factor, day.stiffness_factor);
     let interval_s = 1.0 / options.rate_hz;
     let parts = (interval_s / LONGEST_STEP_S).ceil().max(1.0);
@@ -156,7 +156,7 @@ struct Day {
 }
 
 impl Day {
-    fn drawn(sampler: &mut Sampler) -> Self {
+    fn sampled(sampler: &mut Sampler) -> Self {
         Self {
             friction_factor: 1.0 + 0.015 * sampler.normal().clamp(-2.0, 2.0),
             stiffness_factor: 1.0 + 0.005 * sampler.normal().clamp(-2.0, 2.0),

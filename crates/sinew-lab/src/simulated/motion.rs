@@ -16,8 +16,8 @@ impl Sampler {
 
     /// Uniform in `[low, high)`.
     pub(super) fn uniform(&mut self, low: f64, high: f64) -> f64 {
-        let share: f64 = self.0.random();
-        low + (high - low) * share
+        let fraction: f64 = self.0.random();
+        low + (high - low) * fraction
     }
 
     /// Normal to three digits, variance 1: the sum of twelve uniform numbers, which needs no logarithm.
@@ -42,7 +42,7 @@ struct Stroke {
     to: f64,
 }
 
-/// The motion of a log: stretch between the ends and position of the anchor, drawn independently.
+/// The motion of a log: stretch between the ends and position of the anchor, sampled independently.
 pub(super) struct Motion {
     stretch: Vec<Stroke>,
     anchor: Vec<Stroke>,
@@ -50,7 +50,7 @@ pub(super) struct Motion {
 
 impl Motion {
     /// Draws a motion of the given length, s.
-    pub(super) fn drawn(sampler: &mut Sampler, duration_s: f64) -> Self {
+    pub(super) fn sampled(sampler: &mut Sampler, duration_s: f64) -> Self {
         // Large strokes and, equally often, small ones about the last position: inner hysteresis loops.
         let stretch = strokes(sampler, duration_s, 0.04, |sampler, at| {
             let small = sampler.uniform(0.0, 1.0) < 0.5;
@@ -95,9 +95,9 @@ fn strokes(
 fn value(strokes: &[Stroke], time_s: f64) -> f64 {
     let next = strokes.partition_point(|stroke| stroke.end_s < time_s);
     let Some(stroke) = strokes.get(next).or(strokes.last()) else { return 0.0 };
-    let share = ((time_s - stroke.start_s) / (stroke.end_s - stroke.start_s)).clamp(0.0, 1.0);
+    let fraction = ((time_s - stroke.start_s) / (stroke.end_s - stroke.start_s)).clamp(0.0, 1.0);
     // Continuous speed at both ends.
-    stroke.from + (stroke.to - stroke.from) * share * share * (3.0 - 2.0 * share)
+    stroke.from + (stroke.to - stroke.from) * fraction * fraction * (3.0 - 2.0 * fraction)
 }
 
 #[cfg(test)]
@@ -106,7 +106,7 @@ mod tests {
 
     #[test]
     fn the_ends_move_continuously_and_within_their_range() {
-        let motion = Motion::drawn(&mut Sampler::new(5, 1), 30.0);
+        let motion = Motion::sampled(&mut Sampler::new(5, 1), 30.0);
         let mut last = motion.at(0.0);
         for k in 1..=30_000 {
             let place = motion.at(f64::from(k) * 1e-3);

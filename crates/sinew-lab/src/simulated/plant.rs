@@ -5,7 +5,7 @@ use sinew::math::tanh;
 
 /// Nodes of friction.
 const NODES: usize = 8;
-/// Share of the total bend at each node, with two tight bends; the sum is 1.
+/// Fraction of the total bend at each node, with two tight bends; the sum is 1.
 const BENDS: [f64; NODES] = [0.06, 0.22, 0.10, 0.07, 0.08, 0.09, 0.28, 0.10];
 /// Speed at which friction is halfway between breakaway and sliding, m/s.
 const FALL_SPEED: f64 = 2e-3;
@@ -46,7 +46,7 @@ pub(super) struct Cable {
     /// `d`, N s/m.
     drag: f64,
     /// `a` and `tau_c`, s.
-    creep_share: f64,
+    creep_fraction: f64,
     creep_s: f64,
     /// `x_j`, m: `None` before the first step.
     nodes: Option<[f64; NODES]>,
@@ -60,17 +60,17 @@ impl Cable {
     /// The specimen of a seed, on a day of the given friction and stiffness.
     pub(super) fn specimen(seed: u64, friction_factor: f64, stiffness_factor: f64) -> Self {
         let mut sampler = Sampler::new(seed, 0);
-        let mut about = |value: f64, share: f64| value * (1.0 + share * sampler.uniform(-1.0, 1.0));
+        let mut about = |value: f64, fraction: f64| value * (1.0 + fraction * sampler.uniform(-1.0, 1.0));
         let sliding = friction_factor * about(0.11, 0.1);
         let breakaway = sliding * about(1.18, 0.04);
         let whole_bend = about(4.2, 0.1);
         Self {
             stiffness: stiffness_factor * about(2000.0, 0.1) * (NODES + 1) as f64,
-            bends: BENDS.map(|share| share * whole_bend),
+            bends: BENDS.map(|fraction| fraction * whole_bend),
             sliding,
             breakaway,
             drag: about(40.0, 0.1) / NODES as f64,
-            creep_share: about(0.05, 0.2),
+            creep_fraction: about(0.05, 0.2),
             creep_s: about(6.0, 0.2),
             nodes: None,
             coefficients: [breakaway; NODES],
@@ -104,7 +104,7 @@ impl Cable {
             self.sliding,
             self.breakaway,
             self.whole_drag(),
-            self.creep_share,
+            self.creep_fraction,
             self.creep_s,
         )
     }
@@ -122,7 +122,7 @@ impl Cable {
         self.nodes = Some(nodes);
         let tensions = self.tensions(winch_m, anchor_m, &nodes);
         for (creep, tension) in self.creep.iter_mut().zip(tensions) {
-            let towards = self.creep_share * tension / self.stiffness;
+            let towards = self.creep_fraction * tension / self.stiffness;
             *creep += (towards - *creep) * dt / (self.creep_s + dt);
         }
         for (coefficient, (now, then)) in self.coefficients.iter_mut().zip(nodes.iter().zip(before)) {
@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn sliding_everywhere_is_the_capstan() {
-        let mut cable = Cable { drag: 0.0, creep_share: 0.0, ..Cable::specimen(3, 1.0, 1.0) };
+        let mut cable = Cable { drag: 0.0, creep_fraction: 0.0, ..Cable::specimen(3, 1.0, 1.0) };
         cable.breakaway = cable.sliding;
         cable.coefficients = [cable.sliding; NODES];
         let mut ends = cable.step(0.03, 0.0, DT);

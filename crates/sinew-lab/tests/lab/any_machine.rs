@@ -50,13 +50,13 @@ fn feasible(seed: u64, period: f64) -> Result<(RandomMachine, Trajectory), Strin
     let text = |error: sinew_lab::Error| error.to_string();
     let mut reason = String::new();
     for lighter in LIGHTER {
-        let mut drawn = machine(seed, lighter).map_err(|error| error.to_string())?;
-        drawn.machine.period = period;
-        drawn.machine.safety = SafetyLimits::at_period(period);
-        let check = |trajectory: &Trajectory| first_infeasibility(&drawn.machine, trajectory, 1);
-        let trajectory = plan_tour(&drawn.machine, None, check).map_err(text)?;
-        match first_infeasibility(&drawn.machine, &trajectory, 1).map_err(text)? {
-            None => return Ok((drawn, trajectory)),
+        let mut sampled = machine(seed, lighter).map_err(|error| error.to_string())?;
+        sampled.machine.period = period;
+        sampled.machine.safety = SafetyLimits::at_period(period);
+        let check = |trajectory: &Trajectory| first_infeasibility(&sampled.machine, trajectory, 1);
+        let trajectory = plan_tour(&sampled.machine, None, check).map_err(text)?;
+        match first_infeasibility(&sampled.machine, &trajectory, 1).map_err(text)? {
+            None => return Ok((sampled, trajectory)),
             Some(violated) => reason = violated.to_string(),
         }
     }
@@ -108,10 +108,10 @@ fn track(seed: u64, period: f64) -> Result<Tracked, String> {
     })
 }
 
-/// Value below which a share of the list lies.
-fn quantile(mut list: Vec<f64>, share: f64) -> f64 {
+/// Value below which a fraction of the list lies.
+fn quantile(mut list: Vec<f64>, fraction: f64) -> f64 {
     list.sort_by(f64::total_cmp);
-    list.get((list.len().saturating_sub(1) as f64 * share).round() as usize).copied().unwrap_or(f64::NAN)
+    list.get((list.len().saturating_sub(1) as f64 * fraction).round() as usize).copied().unwrap_or(f64::NAN)
 }
 
 /// Tracks machines of these seeds, prints what the documentation tabulates, and returns those that were
@@ -157,7 +157,7 @@ fn campaign(seeds: Range<u64>, period: f64) -> Vec<Tracked> {
         quantile(ratio.clone(), 0.5),
         quantile(ratio, 0.9)
     );
-    // Of a hundred machines 95 % are wanted (docs/campaigns.md).
+    // Of a hundred machines 95 % are desired (docs/campaigns.md).
     assert!(2 * good.len() >= accepted && !good.is_empty());
     good
 }

@@ -1,4 +1,4 @@
-//! An arm drawn from a seed, calibrated muscle by muscle, and tracked along a path.
+//! An arm sampled from a seed, calibrated muscle by muscle, and tracked along a path.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 

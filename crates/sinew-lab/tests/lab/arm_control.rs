@@ -35,7 +35,7 @@ fn start(robot: &Robot) -> Vec<f64> {
 
 /// Cable models with errors of 2 to 10 % in friction, drag, pretension and compliance; path and weakening are
 /// the plant's.
-fn believed(specimen: &ArmSpecimen) -> Vec<CableModel> {
+fn estimated(specimen: &ArmSpecimen) -> Vec<CableModel> {
     let model = |(k, cable): (usize, &sinew::twin::cable::Specimen)| {
         let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
         let mut parameters = cable.parameters;
@@ -76,7 +76,7 @@ fn run(case: Case<'_>, see: impl FnMut(&TrackRow<'_>)) -> TrackSummary {
     let robot = lm_arm();
     let specimen = ArmSpecimen::draw(&lm_machine(), case.seed).unwrap();
     let way = trajectory(&robot, 1.0, case.seconds);
-    let models = believed(&specimen);
+    let models = estimated(&specimen);
     let gains = (case.change)(gains(&models));
     let limits = gains.tension_limits();
     let controller = ArmController::new(&robot, &models, gains, case.way).unwrap();
@@ -125,12 +125,12 @@ fn the_error_by_encoder_zeros_is_proportional_to_them_and_an_open_trajectory_is_
     let mut there = q.clone();
     there[3] += 0.2;
     let away = Trajectory::PointToPoint(MinimumJerk::new(&q, &there, 1.5).unwrap());
-    let mut hidden = |share: f64, repeats: u32| {
+    let mut hidden = |fraction: f64, repeats: u32| {
         for (encoder, zero) in specimen.encoders.iter_mut().flatten().zip(&zeros) {
-            encoder.zero = share * zero;
+            encoder.zero = fraction * zero;
         }
         let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
-        let models = believed(&specimen);
+        let models = estimated(&specimen);
         let limits = gains(&models).tension_limits();
         let controller = ArmController::new(&robot, &models, gains(&models), way).unwrap();
         let run = TrackRun {
@@ -161,26 +161,26 @@ fn the_error_by_encoder_zeros_is_proportional_to_them_and_an_open_trajectory_is_
 #[test]
 fn an_arm_at_rest_has_no_limit_cycle() {
     // Of five arms one or two creep, and their elbow breaks away once after seconds; the others rest.
-    let mut unrest: Vec<f64> = (1..6)
+    let mut ripple: Vec<f64> = (1..6)
         .map(|seed| {
             let found = run(Case { seed, after: 20.0, ..Case::default() }, |_| {});
             assert!(found.hold_error.max < 6e-3, "seed {seed}: {:?}", found.hold_error);
             found.max_hold_tension_std()
         })
         .collect();
-    unrest.sort_by(f64::total_cmp);
-    assert!(unrest[2] < 0.3 && unrest[4] < 1.5, "{unrest:?} N");
+    ripple.sort_by(f64::total_cmp);
+    assert!(ripple[2] < 0.3 && ripple[4] < 1.5, "{ripple:?} N");
 }
 
 #[test]
 fn with_a_constant_reference_the_controller_adds_no_energy_to_the_arm() {
     let robot = lm_arm();
     let q = start(&robot);
-    let wanted = Reference { q: q.clone(), ..Reference::new(7) };
+    let desired = Reference { q: q.clone(), ..Reference::new(7) };
     for seed in [1, 2, 3] {
         let specimen = ArmSpecimen::draw(&lm_machine(), seed).unwrap();
         let way = ActuationMode::WinchSpeed(CableStateSource::Observer);
-        let models = believed(&specimen);
+        let models = estimated(&specimen);
         let limits = gains(&models).tension_limits();
         let mut controller = ArmController::new(&robot, &models, gains(&models), way).unwrap();
         let mut away = q.clone();
@@ -194,7 +194,7 @@ fn with_a_constant_reference_the_controller_adds_no_energy_to_the_arm() {
             let reading = arm.reading();
             let sample =
                 ArmMeasurement { motor: &reading.motor, tension: &reading.tension, joint: &reading.joint };
-            let goal = PreviewedReference { current: &wanted, previewed: &wanted, repeat_time: None };
+            let goal = PreviewedReference { current: &desired, previewed: &desired, repeat_time: None };
             let commands = controller.step(H, &sample, &goal).unwrap().drives.to_vec();
             let truth = arm.step(&commands, H).unwrap();
             let pulls = truth.drives.iter().zip(truth.cables);
@@ -320,7 +320,7 @@ fn a_permanent_fault_is_identified_and_stops_the_arm_without_a_jump() {
 fn a_controller_of_inconsistent_parts_is_refused() {
     let robot = lm_arm();
     let specimen = ArmSpecimen::nominal(&lm_machine()).unwrap();
-    let models = believed(&specimen);
+    let models = estimated(&specimen);
     let way = || ActuationMode::WinchSpeed(CableStateSource::Observer);
     let gains = gains(&models);
     assert!(ArmController::new(&robot, &models, gains.clone(), way()).is_ok());
@@ -331,7 +331,7 @@ fn a_controller_of_inconsistent_parts_is_refused() {
         |g: &mut ArmGains| g.joints[2].bandwidth = f64::NAN,
         |g: &mut ArmGains| g.joints.truncate(3),
         |g: &mut ArmGains| g.muscles[0].rest_tolerance = [1.0, 0.5],
-        |g: &mut ArmGains| g.feedback_share = 1.5,
+        |g: &mut ArmGains| g.feedback_fraction = 1.5,
     ] {
         let mut bad = gains.clone();
         change(&mut bad);
@@ -344,7 +344,7 @@ fn for_any_measurements_commands_stay_finite_and_within_the_limits_of_a_winch() 
     let robot = lm_arm();
     let specimen = ArmSpecimen::nominal(&lm_machine()).unwrap();
     let mut random = sinew::random::Random::new(3);
-    let models = believed(&specimen);
+    let models = estimated(&specimen);
     let limited = gains(&models);
     for seed in 0..20 {
         let mut controller = ArmController::new(
@@ -379,7 +379,7 @@ fn for_any_measurements_commands_stay_finite_and_within_the_limits_of_a_winch() 
 #[test]
 fn for_any_reference_commands_stay_within_the_limits_of_a_winch_or_the_reference_is_refused() {
     let robot = lm_arm();
-    let models = believed(&ArmSpecimen::nominal(&lm_machine()).unwrap());
+    let models = estimated(&ArmSpecimen::nominal(&lm_machine()).unwrap());
     let limited = gains(&models);
     let way = || ActuationMode::WinchSpeed(CableStateSource::Observer);
     let fresh = || ArmController::new(&robot, &models, limited.clone(), way()).unwrap();

@@ -80,7 +80,7 @@ impl Arm {
             if row.mode == Mode::SafeStop {
                 stopped_at = stopped_at.or(Some(row.time));
             }
-            // Then the cables are let down.
+            // Then the cables are released.
             let standing = stopped_at.is_none_or(|at| row.time < at + 1.0);
             for (k, (last, cable)) in last.iter_mut().zip(row.truth.cables).enumerate() {
                 let told = format!(
@@ -249,8 +249,8 @@ impl Outcome {
         }
         let mut delays: Vec<f64> = self.cases.iter().filter_map(Case::delay).collect();
         delays.sort_by(f64::total_cmp);
-        let delay = |share: f64| {
-            let index = (delays.len().saturating_sub(1) as f64 * share).round() as usize;
+        let delay = |fraction: f64| {
+            let index = (delays.len().saturating_sub(1) as f64 * fraction).round() as usize;
             delays.get(index).map_or(f64::NAN, |delay| 1e3 * delay)
         };
         eprintln!(
@@ -272,7 +272,7 @@ impl Outcome {
     }
 }
 
-/// The motion of a campaign: the LM-Arm's paths by turns in 11.5 s, a tour of every other machine.
+/// The motion of a campaign: the LM-Arm's paths in turn in 11.5 s, a tour of every other machine.
 fn motion(machine: &Machine, seed: u64) -> Trajectory {
     if machine.robot.parts().name == "lm_arm" {
         let path = machine.paths[(seed % 2) as usize].path.clone();

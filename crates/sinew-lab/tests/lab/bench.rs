@@ -8,12 +8,12 @@ use sinew_lab::experiment::bench::{BenchRow, BenchRun, MuscleControl, Programme,
 
 /// Root mean square error of the far tension in the windows of active and passive strokes, N.
 fn errors(specimen: Specimen, speed: f64, mut compensation: Compensation) -> [f64; 2] {
-    let wanted = BenchRun::paper(specimen, Programme::Track, speed, 1);
+    let desired = BenchRun::paper(specimen, Programme::Track, speed, 1);
     let mut sums = [[0.0; 2]; 2];
-    let stop = run(&wanted, MuscleControl::Compensation(&mut compensation), 30.0, |row| {
+    let stop = run(&desired, MuscleControl::Compensation(&mut compensation), 30.0, |row| {
         if row.window.abs() > 0.0 && row.time > 3.0 {
             let sum = &mut sums[usize::from(row.window < 0.0)];
-            sum[0] += (row.truth[1] - row.wanted).powi(2);
+            sum[0] += (row.truth[1] - row.desired).powi(2);
             sum[1] += 1.0;
         }
     });
@@ -43,12 +43,12 @@ fn the_observer_tracks_the_far_tension_better_than_capstan_and_no_compensation()
 #[test]
 fn the_same_seed_gives_the_same_run() {
     let rows = |seed| {
-        let wanted = BenchRun::paper(Specimen::draw(seed), Programme::Calibrate, 0.1, seed);
+        let desired = BenchRun::paper(Specimen::draw(seed), Programme::Calibrate, 0.1, seed);
         let mut bits = Vec::new();
         let see =
             |row: &BenchRow| bits.push([row.far, row.sample.tension_in, row.truth[1]].map(f64::to_bits));
         assert_eq!(
-            run(&wanted, MuscleControl::Compensation(&mut Compensation::None), 3.0, see).unwrap(),
+            run(&desired, MuscleControl::Compensation(&mut Compensation::None), 3.0, see).unwrap(),
             None
         );
         bits
@@ -61,10 +61,10 @@ fn the_same_seed_gives_the_same_run() {
 fn a_broken_cable_is_reported_with_its_time_and_ends_the_run() {
     let mut specimen = Specimen::bench();
     specimen.effects.breakage.as_mut().unwrap().tension = 250.0;
-    let wanted = BenchRun::paper(specimen, Programme::Track, 0.06, 1);
+    let desired = BenchRun::paper(specimen, Programme::Track, 0.06, 1);
     let mut last = 0.0;
     let stop =
-        run(&wanted, MuscleControl::Compensation(&mut observer()), 30.0, |row| last = row.time).unwrap();
+        run(&desired, MuscleControl::Compensation(&mut observer()), 30.0, |row| last = row.time).unwrap();
     assert!(matches!(stop, Some(Stop::Broken(broken)) if broken.tension > 250.0), "{stop:?}");
     assert!(last < 29.0);
 }

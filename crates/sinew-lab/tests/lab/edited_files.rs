@@ -293,10 +293,10 @@ fn use_it(described: &MachineDescription) -> Result<(), Refused> {
     if let Err(Ok(refused)) = calibration_programmes(&machine, &design).map_err(physics) {
         return Err(refused);
     }
-    let built = ArmSpecimen::drawn_around(&design, &machine, 7)?;
+    let built = ArmSpecimen::sampled_around(&design, &machine, 7)?;
     let (gains, _) = synthesize(&machine, &oracle_models(&built), &poses)?;
     let mode = ActuationMode::WinchSpeed(CableStateSource::Observer);
-    let limits = Limits::of(&machine, &gains)?;
+    let limits = Limits::from_machine(&machine, &gains)?;
     let tensions: Vec<f64> = gains.tension_limits().iter().map(|[least, _]| *least).collect();
     let controller = ArmController::new(&machine.robot, &oracle_models(&built), gains, mode)?;
     Supervisor::new(controller.with_sheath_bends(&built.bends)?, limits)?;

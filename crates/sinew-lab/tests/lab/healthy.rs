@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 #![allow(clippy::print_stderr, reason = "a campaign prints its table")]
 
-use crate::common::healthy::{Drawn, drawn};
+use crate::common::healthy::{Sampled, sampled};
 use rayon::prelude::*;
 use sinew::machine::Machine;
 use sinew_lab::CompensationVariant;
@@ -24,7 +24,7 @@ struct Outcome {
 
 fn track(seed: u64) -> Result<Outcome, String> {
     let text = |error: sinew_lab::Error| error.to_string();
-    let Drawn { machine, what, trajectory, hold } = drawn(seed)?;
+    let Sampled { machine, what, trajectory, hold } = sampled(seed)?;
     let rules = match verify(&machine, &trajectory, 1).map_err(text)?.verified {
         Verified::Tracks(rules) | Verified::Inaccurate(rules, _) => rules,
         Verified::Fails(reason) => return Err(format!("{what}: {reason}")),
@@ -59,12 +59,12 @@ fn campaign(seeds: &[u64]) -> Vec<Outcome> {
             found
         })
         .collect();
-    let drawn = results.len();
+    let sampled = results.len();
     let ran: Vec<Outcome> = results.into_iter().flatten().collect();
     let count = |f: fn(&Outcome) -> bool| ran.iter().filter(|run| f(run)).count();
     eprintln!(
-        "{drawn} machines, {} refused before the start, {} ran for {:.2} h: {} stopped, {} lost, {} with an incident",
-        drawn - ran.len(),
+        "{sampled} machines, {} refused before the start, {} ran for {:.2} h: {} stopped, {} lost, {} with an incident",
+        sampled - ran.len(),
         ran.len(),
         ran.iter().map(|run| run.seconds).sum::<f64>() / 3600.0,
         count(|run| run.ended == TrackOutcome::Stopped),

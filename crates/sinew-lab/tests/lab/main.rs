@@ -13,7 +13,7 @@ mod cable_tables;
 mod common;
 mod edited_files;
 mod healthy;
-mod held_winches;
+mod locked_winches;
 mod reproduce_bench;
 mod sensor_faults;
 mod sensor_moments;

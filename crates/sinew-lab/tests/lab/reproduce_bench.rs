@@ -13,8 +13,8 @@ fn rmse(sides: &[Comparison; 2]) -> [f64; 2] {
 }
 
 fn trial(specimen: &Specimen, speed: f64, steering: MuscleControl<'_>) -> Trial {
-    let wanted = BenchRun::paper(specimen.clone(), Programme::Track, speed, 77);
-    run_trial(&wanted, steering, 3.0 + 3.2 * wanted.stroke / speed, [0.0, 0.0]).unwrap()
+    let desired = BenchRun::paper(specimen.clone(), Programme::Track, speed, 77);
+    run_trial(&desired, steering, 3.0 + 3.2 * desired.stroke / speed, [0.0, 0.0]).unwrap()
 }
 
 #[test]
@@ -41,7 +41,7 @@ fn a_calibrated_observer_tracks_the_far_tension_of_a_drawn_specimen() {
 #[test]
 fn the_calibration_runs_reproduce_tables_two_and_three() {
     let logs = calibration_runs(&Specimen::bench(), 3.0, 1).unwrap();
-    let [rms, largest] = Mechanism::of(&logs).differences();
+    let [rms, largest] = Mechanism::new(&logs).differences();
     assert!(rms < 0.09, "{rms}");
     // Two cells are outliers in the paper itself: passive efficiency at 0.10 m/s, active elongation at 0.12
     // m/s.

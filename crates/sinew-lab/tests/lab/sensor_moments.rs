@@ -5,7 +5,7 @@
 #![allow(clippy::print_stdout, reason = "a campaign prints its table")]
 
 use crate::common::machines::{machine, motion};
-use crate::common::sensors::{crossings, drawn, names};
+use crate::common::sensors::{crossings, names, sampled};
 use crate::common::supervised::Bench;
 use rayon::prelude::*;
 use sinew::control::supervisor::{Mode, NamedFault, Request};
@@ -79,8 +79,12 @@ fn cases(name: &'static str, seed: u64, count: usize) -> Vec<Case> {
                 Moment::Two => [3.5, end - 2.0],
             };
             let seeds = seed ^ ((moment as u64) << 32);
-            let all =
-                drawn(machine, seeds, (times, &most), if moment == Moment::Two { 2 * count } else { count });
+            let all = sampled(
+                machine,
+                seeds,
+                (times, &most),
+                if moment == Moment::Two { 2 * count } else { count },
+            );
             let together = if moment == Moment::Two { 2 } else { 1 };
             for pair in all.chunks_exact(together) {
                 let mut faults: Vec<InjectedFault> = pair.iter().map(|(_, fault)| *fault).collect();

@@ -27,9 +27,9 @@ fn campaign(name: &str, seeds: Range<u64>, per_kind: usize) -> (Vec<Case>, Vec<H
     (cases.into_iter().flatten().collect(), healthy)
 }
 
-/// A share of sorted numbers.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let index = (sorted.len().saturating_sub(1) as f64 * share).round() as usize;
+/// A fraction of sorted numbers.
+fn quantile(sorted: &[f64], fraction: f64) -> f64 {
+    let index = (sorted.len().saturating_sub(1) as f64 * fraction).round() as usize;
     sorted.get(index).copied().unwrap_or(f64::NAN)
 }
 
@@ -176,8 +176,8 @@ fn stalls_are_bridged_and_reported_and_lasting_lateness_stops_the_machine() {
 
 /// Wear of one cable from the 15th minute on, s of motion, and what is to be found.
 fn wears(muscle: usize) -> [(&'static str, f64, Vec<InjectedFault>, FaultKind); 3] {
-    let wear = |what, share, duration| {
-        let failure = Failure::Wear { muscle, what, share };
+    let wear = |what, fraction, duration| {
+        let failure = Failure::Wear { muscle, what, fraction };
         vec![InjectedFault { start: 903.0, duration, failure }]
     };
     let growth = wear(Worn::Friction, 0.2, 3600.0);

@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 /// let (server, mut port) = Server::start(ServerSettings { address, key: None, domain, sessions })?;
 ///
 /// let mut client = Client::connect(server.address(), None, Duration::from_secs(5))?;
-/// client.send(&Command::of(Request::GetReady))?;
+/// client.send(&Command::from_request(Request::GetReady))?;
 /// let command = loop {
 ///     if let Some(command) = port.next_command() { break command } // in the control cycle
 /// };

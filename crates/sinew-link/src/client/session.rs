@@ -50,7 +50,7 @@ impl Greeting {
             if refused.client_nonce != self.nonce {
                 return Err(Rejection::Session);
             }
-            return RefusedBecause::of(refused.because).map(Err).ok_or(Rejection::Code);
+            return RefusedBecause::from_number(refused.because).map(Err).ok_or(Rejection::Code);
         }
         let welcome = Welcome::read(&mut body).filter(|_| body.is_empty()).ok_or(Rejection::Length)?;
         if welcome.client_nonce != self.nonce {

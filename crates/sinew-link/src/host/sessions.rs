@@ -203,7 +203,7 @@ impl Sessions {
         if !received.is_sealed_by(&self.sealer) {
             return Err(Rejection::Tag);
         }
-        let role = Role::of(hello.role).ok_or(Rejection::Code)?;
+        let role = Role::from_number(hello.role).ok_or(Rejection::Code)?;
         if received.head.sequence != 0 || hello.padding != [0; 87] {
             return Err(Rejection::Code);
         }

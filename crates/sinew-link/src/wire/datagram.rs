@@ -100,6 +100,6 @@ pub fn open(datagram: &[u8]) -> Result<Received<'_>, Rejection> {
     if usize::from(head.length) != datagram.len() {
         return Err(Rejection::Length);
     }
-    let kind = Kind::of(head.kind).ok_or(Rejection::Kind)?;
+    let kind = Kind::from_number(head.kind).ok_or(Rejection::Kind)?;
     Ok(Received { head, kind, sealed, tag })
 }

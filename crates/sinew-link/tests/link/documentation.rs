@@ -28,13 +28,13 @@ fn the_records_of_the_c_header_are_those_of_the_code() {
         let names: Vec<_> = fields.iter().map(|field| field.name).collect();
         format!("typedef struct {{ double {}; }} {name};", names.join(", "))
     };
-    let wanted = [
+    let desired = [
         record("sinew_joint", sinew_link::JointState::FIELDS),
         record("sinew_muscle", sinew_link::MuscleState::FIELDS),
     ];
     if std::env::var_os("SINEW_LINK_WRITE").is_some() {
         let line = |line: &str| {
-            let own = wanted.iter().find(|own| line.ends_with(own.rsplit(' ').next().unwrap()));
+            let own = desired.iter().find(|own| line.ends_with(own.rsplit(' ').next().unwrap()));
             own.filter(|_| line.starts_with("typedef struct { double"))
                 .map_or(line, |own| own.as_str())
                 .to_owned()
@@ -43,7 +43,7 @@ fn the_records_of_the_c_header_are_those_of_the_code() {
         std::fs::write(path, header.lines().map(line).collect::<String>()).unwrap();
         return;
     }
-    for line in &wanted {
+    for line in &desired {
         assert!(header.contains(line.as_str()), "run this test with SINEW_LINK_WRITE=1: {line}");
     }
 }

@@ -176,8 +176,8 @@ def main():
     begin, states, watched = time.monotonic(), 0, 0
     watcher.send(WATCH)
     while (t := time.monotonic() - begin) < seconds:
-        wanted = [start[0] + 0.05 * math.sin(2 * math.pi * t / seconds), *start[1:]]
-        client.command(run, joint, [(0, wanted)])
+        desired = [start[0] + 0.05 * math.sin(2 * math.pi * t / seconds), *start[1:]]
+        client.command(run, joint, [(0, desired)])
         if (arrived := client.state(0.004)) is not None:
             state, states = arrived, states + 1
         if watcher.state(0.001) is not None:

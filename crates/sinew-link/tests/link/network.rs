@@ -92,7 +92,7 @@ fn commands_and_states_cross_with_and_without_a_key() {
                 assert!(begin.elapsed() < SOON, "the set-point did not arrive");
             }
             for _ in 0..50 {
-                client.send(&Command::of(Request::None)).unwrap();
+                client.send(&Command::from_request(Request::None)).unwrap();
                 client.receive(SOON).unwrap();
             }
             let round_trip = *client.session().peer().round_trip();
@@ -146,7 +146,7 @@ fn a_second_client_is_refused_and_the_first_one_is_not_disturbed_by_a_flood() {
         let stopping = StopOnDrop(&stop);
         scope.spawn(|| cycle(&mut port, &stop));
         let mut client = Client::connect(address, None, SOON).unwrap();
-        client.send(&Command::of(Request::Run)).unwrap();
+        client.send(&Command::from_request(Request::Run)).unwrap();
         client.receive(SOON).unwrap();
         let flood = scope.spawn(|| {
             let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
@@ -158,7 +158,7 @@ fn a_second_client_is_refused_and_the_first_one_is_not_disturbed_by_a_flood() {
         });
         let refused = Client::connect(address, None, Duration::from_millis(300));
         for _ in 0..100 {
-            client.send(&Command::of(Request::None)).unwrap();
+            client.send(&Command::from_request(Request::None)).unwrap();
             client.receive(SOON).unwrap();
         }
         // Under a flood the answer may be lost in the socket's queue, like any other packet.
@@ -188,15 +188,16 @@ fn commands_come_before_the_end_of_their_session_however_late_the_cycle_looks() 
     let (server, mut port) = start(None);
     for request in [Request::SafeStop, Request::TurnOff] {
         let mut client = Client::connect(server.address(), None, SOON).unwrap();
-        client.send(&Command::of(Request::Run)).unwrap();
-        client.send(&Command::of(request)).unwrap();
+        client.send(&Command::from_request(Request::Run)).unwrap();
+        client.send(&Command::from_request(request)).unwrap();
         client.close_at_once().unwrap();
         // The next client's session has begun, too, before the cycle looks.
         let mut other = Client::connect(server.address(), None, SOON).unwrap();
-        other.send(&Command::of(Request::None)).unwrap();
+        other.send(&Command::from_request(Request::None)).unwrap();
         other.close_at_once().unwrap();
         std::thread::sleep(Duration::from_millis(100));
-        let [run, stop, none] = [Request::Run, request, Request::None].map(Command::of).map(Input::Command);
+        let [run, stop, none] =
+            [Request::Run, request, Request::None].map(Command::from_request).map(Input::Command);
         for expected in [Input::Begins, run, stop, Input::Ends, Input::Begins, none, Input::Ends] {
             assert_eq!(next(&mut port), expected, "{request:?}");
         }
@@ -214,14 +215,14 @@ fn closing_waits_for_the_acknowledgement_of_a_stop_and_of_nothing_else() {
     };
     // Nobody takes what is sent: a stop is not acknowledged by a state that shows another request.
     let mut client = Client::connect(server.address(), None, SOON).unwrap();
-    client.send(&Command::of(Request::SafeStop)).unwrap();
+    client.send(&Command::from_request(Request::SafeStop)).unwrap();
     answer(&mut port, Request::Run);
     let error = client.close().unwrap_err();
     assert!(matches!(error, Error::StopNotAcknowledged { request: "SafeStop", .. }), "{error}");
     // What was asked for after the stop, and what is no stop, is not waited for.
     for requests in [&[Request::Run][..], &[Request::SafeStop, Request::Hold], &[Request::None]] {
         let mut client = Client::connect(server.address(), None, SOON).unwrap();
-        requests.iter().for_each(|request| client.send(&Command::of(*request)).unwrap());
+        requests.iter().for_each(|request| client.send(&Command::from_request(*request)).unwrap());
         let begin = Instant::now();
         client.close().unwrap();
         assert!(begin.elapsed() < Duration::from_millis(500), "{requests:?}");
@@ -229,14 +230,14 @@ fn closing_waits_for_the_acknowledgement_of_a_stop_and_of_nothing_else() {
     // A machine that takes the stop late: it is asked again meanwhile.
     while port.next_input().is_some() {}
     let mut client = Client::connect(server.address(), None, SOON).unwrap();
-    client.send(&Command::of(Request::TurnOff)).unwrap();
-    client.send(&Command::of(Request::None)).unwrap();
+    client.send(&Command::from_request(Request::TurnOff)).unwrap();
+    client.send(&Command::from_request(Request::None)).unwrap();
     std::thread::scope(|scope| {
         let closing = scope.spawn(|| client.close());
         std::thread::sleep(Duration::from_millis(200));
         let mut asked = 0;
         while let Some(input) = port.next_input() {
-            asked += usize::from(input == Input::Command(Command::of(Request::TurnOff)));
+            asked += usize::from(input == Input::Command(Command::from_request(Request::TurnOff)));
         }
         assert!(asked > 1, "{asked}");
         answer(&mut port, Request::TurnOff);

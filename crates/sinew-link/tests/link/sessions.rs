@@ -38,7 +38,7 @@ fn begin(host: &mut Sessions, nonce: u8, now: u64) -> ClientSession {
 }
 
 fn command(session: &mut ClientSession, now: u64) -> Vec<u8> {
-    session.command(&Command::of(Request::None), now, &mut Datagram::default()).to_vec()
+    session.command(&Command::from_request(Request::None), now, &mut Datagram::default()).to_vec()
 }
 
 #[test]

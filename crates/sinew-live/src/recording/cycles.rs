@@ -1,4 +1,4 @@
-//! The cycles of a recording at any time, decoded block by block where they are wanted.
+//! The cycles of a recording at any time, decoded block by block where they are requested.
 
 use super::events::EventList;
 use crate::scene::Event;
@@ -25,7 +25,7 @@ pub(crate) struct Cycles {
 }
 
 impl Cycles {
-    /// Reads the head and looks through all cycles for events; `progress` gets the share that is done.
+    /// Reads the head and looks through all cycles for events; `progress` gets the fraction that is done.
     ///
     /// # Errors
     /// As [`Recording::read`]; [`Error::Damaged`] for a recording without a cycle.
@@ -112,7 +112,7 @@ impl Cycles {
         // Slow columns between the two of their rows that the time is between, the second possibly of the
         // next block.
         let lower = (place.max(0.0) / stride as f64).floor();
-        let share = place.max(0.0) / stride as f64 - lower;
+        let fraction = place.max(0.0) / stride as f64 - lower;
         let rows = [lower as u64 * stride, (lower as u64 + 1) * stride];
         let [before, after] = [self.slow(rows[0])?, self.slow(rows[1])?];
         let (before, after) = match (before, after) {
@@ -123,7 +123,7 @@ impl Cycles {
         for (signal, first) in self.columns.iter().filter(|(signal, _)| signal.row().slow) {
             let rows = before.iter().zip(&after).skip(*first);
             for (to, (a, b)) in now.frame.of_mut(*signal).iter_mut().zip(rows) {
-                *to = if b.is_finite() { a + share * (b - a) } else { *a };
+                *to = if b.is_finite() { a + fraction * (b - a) } else { *a };
             }
         }
         Ok(now)

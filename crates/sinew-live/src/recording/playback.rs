@@ -32,7 +32,7 @@ pub struct PlaybackParts {
     pub bytes: Vec<u8>,
     /// Names and bytes of recordings of the same machine that can be laid over it; the first is at the start.
     pub overlays: Vec<(String, Vec<u8>)>,
-    /// Least and largest tension at every anchor, N: `[muscles]`.
+    /// Smallest and largest tension at every anchor, N: `[muscles]`.
     pub tension_limits: Vec<[f64; 2]>,
 }
 
@@ -59,7 +59,7 @@ pub struct Playback {
 }
 
 impl Playback {
-    /// At the beginning of a recording, paused. `progress` gets the share of the files that was looked
+    /// At the beginning of a recording, paused. `progress` gets the fraction of the files that was looked
     /// through.
     ///
     /// # Errors
@@ -68,7 +68,7 @@ impl Playback {
     pub fn new(parts: PlaybackParts, mut progress: impl FnMut(f64)) -> Result<Self, LiveError> {
         let PlaybackParts { machine, trajectory, path, bytes, overlays, tension_limits } = parts;
         let count = (1 + overlays.len()) as f64;
-        let first = Cycles::open(bytes, |share| progress(share / count))?;
+        let first = Cycles::open(bytes, |fraction| progress(fraction / count))?;
         let of_file = [first.head.muscles.len(), first.head.joints.len()];
         let of_machine = [machine.muscles.len(), machine.robot.independent_joints().len()];
         if of_file != of_machine {
@@ -81,7 +81,7 @@ impl Playback {
         let (mut names, mut others) = (Vec::new(), Vec::new());
         for (name, bytes) in overlays {
             let done = (1 + others.len()) as f64;
-            let cycles = Cycles::open(bytes, |share| progress((done + share) / count))
+            let cycles = Cycles::open(bytes, |fraction| progress((done + fraction) / count))
                 .map_err(|error| LiveError::Overlay { name: name.clone(), reason: error.to_string() })?;
             if (&cycles.head.muscles, &cycles.head.joints) != (&first.head.muscles, &first.head.joints) {
                 let reason = format!(

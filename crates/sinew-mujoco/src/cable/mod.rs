@@ -27,7 +27,7 @@ const HEAD: usize = 4;
 const LONGEST: f64 = 0.02;
 const FARTHEST: f64 = 0.1;
 /// Most substeps of one step: beyond it a motion is cut short.
-const MOST_SUBSTEPS: usize = 64;
+const MAX_SUBSTEPS: usize = 64;
 
 /// One cable with its actuator.
 struct Winch {
@@ -86,7 +86,7 @@ impl Plugin for Cables {
     fn wire(setup: &Setup<'_>) -> Result<Self, String> {
         let (model, (config, _)) = (setup.model, setup.config());
         let cells = cells(config)?;
-        let substeps = count(config, 2, "substeps", 1, MOST_SUBSTEPS)?;
+        let substeps = count(config, 2, "substeps", 1, MAX_SUBSTEPS)?;
         let text = config.first().map_or("", String::as_str);
         let entries = entries(text).map_err(|error| format!("cables: {error}"))?;
         let read = |entry: &crate::text::Entry<'_>| {
@@ -133,7 +133,7 @@ impl Plugin for Cables {
 
     fn compute(&mut self, model: &Model<'_>, data: &mut Data<'_>, instance: usize) {
         let Some(begin) = index(model.stateadr.get(instance)) else { return };
-        let moment = Moment::of(model, data);
+        let moment = Moment::new(model, data);
         if self.step(model, data, begin).is_err() {
             // Outside of the law's domain a cable does not pull.
             self.ends.fill(EndTensions::default());
@@ -152,7 +152,7 @@ impl Plugin for Cables {
         let Some(begin) = index(model.stateadr.get(instance)) else { return };
         if !self.trial.is_of(data.identity) {
             // Computed on another thread: once more, at the beginning of the step that ends now.
-            let moment = Moment::of(model, data);
+            let moment = Moment::new(model, data);
             if self.step(model, data, begin).is_err() {
                 return;
             }
@@ -209,14 +209,14 @@ impl Cables {
             }
         }
         if begun > 0 {
-            let wanted = (farthest / FARTHEST).max(interval / LONGEST).ceil();
-            let substeps = self.substeps.max((wanted.min(MOST_SUBSTEPS as f64)) as usize);
-            let share = 1.0 / substeps as f64;
+            let desired = (farthest / FARTHEST).max(interval / LONGEST).ceil();
+            let substeps = self.substeps.max((desired.min(MAX_SUBSTEPS as f64)) as usize);
+            let fraction = 1.0 / substeps as f64;
             for motion in &mut self.motions {
-                let cut = |slide: f64| (slide * share).clamp(-FARTHEST, FARTHEST);
+                let cut = |slide: f64| (slide * fraction).clamp(-FARTHEST, FARTHEST);
                 *motion = EndMotion { motor: cut(motion.motor), anchor: cut(motion.anchor) };
             }
-            let interval = (interval * share).clamp(1e-7, LONGEST);
+            let interval = (interval * fraction).clamp(1e-7, LONGEST);
             for _ in 0..substeps {
                 self.batch.step(interval, &self.motions, &mut self.ends).map_err(|_| NotPossible)?;
             }

@@ -12,7 +12,7 @@ pub(crate) struct Moment {
 }
 
 impl Moment {
-    pub(crate) fn of(model: &Model<'_>, data: &Data<'_>) -> Self {
+    pub(crate) fn new(model: &Model<'_>, data: &Data<'_>) -> Self {
         Self {
             identity: data.identity,
             time: data.time,

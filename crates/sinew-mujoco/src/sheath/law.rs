@@ -19,8 +19,8 @@ const LARGEST_ANGLE: f64 = 20.0;
 /// | T      |              | N    | any    | sum of the actuators' pulls on the tendon; at or below 0 no friction acts |
 /// | mu     | `friction`   | 1    | >= 0   | coefficient of sliding                                         |
 /// | phi    | `bend`       | rad  | >= 0   | bend of the sheath, independent of the pose                    |
-/// | g      | `turning`    | 1    | >= 0   | share of psi that is counted; psi, rad, is the sum of the angles of the tendon's path |
-/// | eta    | `efficiency` | 1    | (0, 1] | share of the tension left by losses that do not depend on the bend |
+/// | g      | `turning`    | 1    | >= 0   | fraction of psi that is counted; psi, rad, is the sum of the angles of the tendon's path |
+/// | eta    | `efficiency` | 1    | (0, 1] | fraction of the tension left by losses that do not depend on the bend |
 /// | T_0    | `pretension` | N    | >= 0   | constant force in parallel                                     |
 /// | beta   | `rise`       | 1    | >= 0   | friction at rest is `1 + beta` times that of fast sliding        |
 /// | v_s    | `speed`      | m/s  | > 0    | speed at which half of the rise remains                         |

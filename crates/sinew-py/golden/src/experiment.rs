@@ -36,7 +36,7 @@ impl Simulate {
         let mode = ActuationMode::WinchSpeed(CableStateSource::Observer);
         let mut controller = ArmController::new(&machine.robot, &models, gains, mode)?;
         controller = controller.with_sheath_bends(&machine.sheath_bends()?)?;
-        let specimen = ArmSpecimen::drawn_around(&design, &machine, self.seed)?;
+        let specimen = ArmSpecimen::sampled_around(&design, &machine, self.seed)?;
         let tensions = resting_tensions(&specimen.robot, &machine.start, &limits)?;
         let mut twin = ArmTwin::new(&specimen, &machine.start, &tensions, self.seed)?;
         let joints = machine.start.len();

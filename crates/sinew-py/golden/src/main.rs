@@ -1,4 +1,4 @@
-//! Answers of the Rust libraries, with which the tests of the Python package compare to the bit.
+//! Answers of the Rust libraries, with which the tests of the Python package compare bit for bit.
 //!
 //! One request a line on standard input, one answer a line on standard output, both JSON. No code is shared
 //! with the bindings: every answer is what a user of the Rust crates computes.

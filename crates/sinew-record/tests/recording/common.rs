@@ -38,7 +38,7 @@ impl Setup {
         let text = std::fs::read_to_string(&file).unwrap();
         let machine = machine_from_toml(name, &text, &mut |_| Err("no other file".into())).unwrap().machine;
         let design = ArmSpecimen::nominal(&machine).unwrap();
-        let specimen = ArmSpecimen::drawn_around(&design, &machine, seed).unwrap();
+        let specimen = ArmSpecimen::sampled_around(&design, &machine, seed).unwrap();
         let models: Vec<CableModel> = specimen
             .cables
             .iter()
@@ -70,7 +70,7 @@ impl Setup {
     }
 
     pub(crate) fn supervisor(&self) -> Supervisor {
-        let limits = Limits::of(&self.machine, self.controller.gains()).unwrap();
+        let limits = Limits::from_machine(&self.machine, self.controller.gains()).unwrap();
         Supervisor::new(self.controller.clone(), limits).unwrap()
     }
 

@@ -20,12 +20,12 @@ pub(super) fn strokes(
     let trace: &Trace = part.traces.iter().find(|trace| trace.variant == variant && trace.speed == speed)?;
     let rows: Vec<_> = trace.rows.iter().filter(|row| row.time > 3.0).collect();
     let (first, last) = (rows.first()?.time, rows.last()?.time);
-    let most = rows.iter().map(|row| row.far.max(row.wanted)).fold(220.0, f64::max);
+    let most = rows.iter().map(|row| row.far.max(row.desired)).fold(220.0, f64::max);
     let (x, y) = (Axis::new((first, last), 5), Axis::new(padded((0.0, most.min(700.0)), 0.03), 5));
     let title = format!("{}, {} m/s", label(variant), fixed(SPEEDS[speed], 2));
     let mut plot =
         Plot::new("trace", title.clone(), (&x, "time (s)".to_owned()), (&y, format!("{title}: tension (N)")));
-    plot.draw("measured", "reference", line(rows.iter().map(|row| (row.time, row.wanted)), &x, &y));
+    plot.draw("measured", "reference", line(rows.iter().map(|row| (row.time, row.desired)), &x, &y));
     if near {
         plot.draw("near", "near tension", line(rows.iter().map(|row| (row.time, row.near)), &x, &y));
     }

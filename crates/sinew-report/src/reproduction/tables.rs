@@ -36,7 +36,7 @@ pub(super) struct Row {
     pub(super) cells: Vec<String>,
     /// Least correlation over the speeds.
     pub(super) pearson: String,
-    /// Least and largest mean recovery time over the speeds, s.
+    /// Smallest and largest mean recovery time over the speeds, s.
     pub(super) recovery: String,
 }
 
@@ -310,7 +310,7 @@ pub(super) fn elongation(results: &BenchResults) -> Vec<ElongationRow> {
     ]
 }
 
-/// Specimens drawn at random, with the observer: largest error over the speeds, N rms. `max. ratio` is the
+/// Specimens sampled at random, with the observer: largest error over the speeds, N rms. `max. ratio` is the
 /// largest ratio, over the speeds, of the errors (c) with the observer and with the true state of the cable.
 pub(super) fn others(results: &BenchResults) -> Vec<Row> {
     let mut rows = Vec::new();

@@ -78,7 +78,7 @@ fn trace(
 /// Five simulated logs with about `rows` samples each, one of them foreign, one with a gap.
 pub(crate) fn simulated(rows: usize) -> IdentificationReport {
     let names =
-        ["simulated_a.csv", "simulated_b.csv", "simulated_c.csv", "simulated_d.csv", "simulated_foreign.csv"];
+        ["simulated_a.csv", "simulated_b.csv", "simulated_c.csv", "simulated_d.csv", "simulated_outlier.csv"];
     let mut traces = Vec::new();
     for (k, name) in names.iter().enumerate() {
         let hz = 0.12 + 0.05 * k as f64;
@@ -90,7 +90,7 @@ pub(crate) fn simulated(rows: usize) -> IdentificationReport {
             traces.push(trace(name, "", (0.0, rows, dt), hz, seed));
         }
     }
-    // A foreign log: another gain, so that its band does not hold.
+    // An outlier log: another gain, so that its band does not hold.
     if let Some(foreign) = traces.last_mut() {
         foreign.far.iter_mut().for_each(|f| *f *= 1.06);
     }
@@ -164,7 +164,7 @@ fn report(names: &[&str], rows: usize, traces: Vec<Trace>) -> IdentificationRepo
         classical: classical(),
         traces,
         warnings: vec![
-            "simulated_foreign.csv was excluded: with it the error on the other logs is 4.4 times as large.".to_owned(),
+            "simulated_outlier.csv was excluded: with it the error on the other logs is 4.4 times as large.".to_owned(),
             "tension_in_n and stroke_mm are nearly proportional (r = 0.998): their effects cannot be separated.".to_owned(),
         ],
         grade: Grade::Use,

@@ -63,7 +63,7 @@ fn robot_page(name: &str) -> String {
 
 fn numbers(end_point: bool) -> TrackingNumbers {
     let spread = ErrorSpread { mean: 1e-3, std: 2e-4, max: 3e-3 };
-    let share = JointShare {
+    let fraction = JointShare {
         joint: "knee".to_owned(),
         error_rad: Some(4e-3),
         error_m: None,
@@ -89,12 +89,12 @@ fn numbers(end_point: bool) -> TrackingNumbers {
             time_s: 7.5,
             end_point_error_m: end_point.then_some(3e-3),
             unseen_error_m: end_point.then_some(4e-4),
-            joints: vec![share],
+            joints: vec![fraction],
             feasible: true,
         }],
-        least_anchor_tension_n: 15.0,
+        min_anchor_tension_n: 15.0,
         longest_slack_s: 0.0,
-        most_drive_tension_n: 41.0,
+        max_drive_tension_n: 41.0,
         stopped_s: None,
         stopped_by: None,
         modes: Vec::new(),

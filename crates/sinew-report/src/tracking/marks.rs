@@ -5,7 +5,7 @@ use crate::scale::Axis;
 use crate::svg_path::{Pen, vertical_lines};
 use sinew_lab::arm::{TraceRow, TrackIncident};
 
-/// Share of a reference's range by which it must turn back to reverse.
+/// Fraction of a reference's range by which it must turn back to reverse.
 const TURNED: f64 = 0.005;
 /// Range below which a reference rests, rad or m.
 const RESTING: f64 = 1e-6;

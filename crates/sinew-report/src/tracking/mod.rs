@@ -21,7 +21,7 @@ use table::Row;
 pub use view::TrackView;
 pub use words::response;
 
-/// Least and largest number of poses of the machine that the view plays.
+/// Smallest and largest number of poses of the machine that the view plays.
 const POSES: [usize; 2] = [20, 240];
 
 #[derive(Template)]

@@ -38,8 +38,8 @@ fn cells(n: &TrackingNumbers) -> Vec<String> {
         fixed(1e3 * e.std, 2),
         fixed(1e3 * e.max, 1),
         fixed(1e3 * n.muscle_length_error_m.mean, 3),
-        fixed(n.least_anchor_tension_n, 1),
-        fixed(n.most_drive_tension_n, 0),
+        fixed(n.min_anchor_tension_n, 1),
+        fixed(n.max_drive_tension_n, 0),
     ]
 }
 

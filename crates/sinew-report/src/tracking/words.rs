@@ -78,23 +78,23 @@ fn source(one: &LargestError, numbers: &TrackingNumbers) -> String {
     text
 }
 
-fn joint(share: &JointShare) -> String {
-    let off = match (share.error_rad, share.error_m) {
+fn joint(fraction: &JointShare) -> String {
+    let off = match (fraction.error_rad, fraction.error_m) {
         (Some(rad), _) => format!("{} mrad", significant(1e3 * rad, 3)),
         (None, Some(m)) => format!("{} mm", significant(1e3 * m, 3)),
         (None, None) => "–".to_owned(),
     };
-    let mut text = format!("{} is off by {off}", share.joint);
-    if let Some(part) = share.end_point_m {
+    let mut text = format!("{} is off by {off}", fraction.joint);
+    if let Some(part) = fraction.end_point_m {
         text += &format!(", which alone makes {} mm along the error", fixed(1e3 * part, 2));
     }
-    if let Some(since) = share.since_reversal_s {
+    if let Some(since) = fraction.since_reversal_s {
         text += &format!(", {} s after it reversed", fixed(since, 2));
     }
     text
 }
 
-/// Share of the largest tenth of the errors that follows a reversal, beside the share of the time.
+/// Fraction of the largest tenth of the errors that follows a reversal, beside the fraction of the time.
 fn after_reversals(view: &TrackView<'_>) -> Option<String> {
     let rows: Vec<&TraceRow> = view.trace.iter().filter(|row| row.repeat.is_some()).collect();
     let joints = 0..view.joints.len();
@@ -120,12 +120,13 @@ fn after_reversals(view: &TrackView<'_>) -> Option<String> {
     if tenth < 10 || times.is_empty() {
         return None;
     }
-    let share = |of: &[(f64, f64)]| of.iter().filter(|(_, t)| follows(*t)).count() as f64 / of.len() as f64;
+    let fraction =
+        |of: &[(f64, f64)]| of.iter().filter(|(_, t)| follows(*t)).count() as f64 / of.len() as f64;
     Some(format!(
         "Of the largest tenth of all errors {} lie within {AFTER_REVERSAL_S} s after the reversal of a joint; of the time of \
          the motion these are {}.",
-        percent(share(&sorted[..tenth])),
-        percent(share(&sorted))
+        percent(fraction(&sorted[..tenth])),
+        percent(fraction(&sorted))
     ))
 }
 
@@ -147,10 +148,10 @@ pub(super) fn remarks(view: &TrackView<'_>) -> Vec<String> {
     if let Some(hold) = numbers.hold {
         let e = hold.end_point_error_m;
         let [mean, max] = [(e.mean, 2), (e.max, 2)].map(|(m, digits)| fixed(1e3 * m, digits));
-        let [unrest, unseen] = [hold.tension_unrest_n, 1e3 * hold.unseen_error_m].map(|x| fixed(x, 2));
+        let [ripple, unseen] = [hold.tension_ripple_n, 1e3 * hold.unseen_error_m].map(|x| fixed(x, 2));
         remarks.push(format!(
             "Mean error while holding: {mean} mm (max {max}), by the encoders’ zero offsets alone: {unseen} mm. \
-             Tension ripple while holding: {unrest} N rms."
+             Tension ripple while holding: {ripple} N rms."
         ));
     }
     remarks

@@ -100,21 +100,21 @@ impl Timing {
         })
     }
 
-    /// Share of the cycles of every quantity between these times, us, with their last bin open:
+    /// Fraction of the cycles of every quantity between these times, us, with their last bin open:
     /// `[quantities][bins]`.
     #[must_use]
-    pub fn shares(&self, edges: &[f64]) -> Vec<(&'static str, Vec<f64>)> {
+    pub fn fractions(&self, edges: &[f64]) -> Vec<(&'static str, Vec<f64>)> {
         QUANTITIES
             .iter()
             .zip(&self.histograms)
             .map(|(quantity, histogram)| {
                 let all = histogram.len().max(1) as f64;
-                let share = |k: usize| {
+                let fraction = |k: usize| {
                     let from = (edges[k] * 1e3) as u64;
                     let to = edges.get(k + 1).map_or(u64::MAX, |edge| (edge * 1e3) as u64 - 1);
                     histogram.count_between(from, to) as f64 / all
                 };
-                (*quantity, (0..edges.len()).map(share).collect())
+                (*quantity, (0..edges.len()).map(fraction).collect())
             })
             .collect()
     }
@@ -147,7 +147,7 @@ mod tests {
         assert!(near(wake.median, 30.0) && near(wake.p99, 30.0) && near(wake.max, 430.0), "{wake:?}");
         assert!(near(read.median, 10.0) && near(control.max, 20.0) && near(write.p99, 7.0));
         assert!(near(frame.median, 1000.0));
-        let shares = timing.shares(&[0.0, 50.0]);
-        assert!((shares[1].1[1] - 1e-3).abs() < 1e-9, "one late wake-up in a thousand: {shares:?}");
+        let fractions = timing.fractions(&[0.0, 50.0]);
+        assert!((fractions[1].1[1] - 1e-3).abs() < 1e-9, "one late wake-up in a thousand: {fractions:?}");
     }
 }

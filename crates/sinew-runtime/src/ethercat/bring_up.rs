@@ -1,7 +1,7 @@
 //! From a silent wire to configured devices in OP.
 
 use super::device::EthercatDevice;
-use super::drive::{MODE, mode_of_operation, wanted_mapping};
+use super::drive::{MODE, desired_mapping, mode_of_operation};
 use super::error::EthercatError;
 use super::found::FoundDevice;
 use super::image::Mapping;
@@ -83,7 +83,8 @@ pub(super) async fn configure(
         let during = || format!("configuring {}", device.name());
         let subdevice = group.subdevice(main, *position).map_err(protocol(during()))?;
         if let DeviceRole::Drive(drive) = &device.device.role {
-            for ((assignment, pdo), entries) in ASSIGNMENTS.iter().zip(PDOS).zip(wanted_mapping(drive.mode)) {
+            for ((assignment, pdo), entries) in ASSIGNMENTS.iter().zip(PDOS).zip(desired_mapping(drive.mode))
+            {
                 // A drive whose mapping is fixed may have the objects all the same: what it has is read
                 // below.
                 let _ = remap(&subdevice, *assignment, pdo, &entries).await;
@@ -233,7 +234,7 @@ pub(super) const AL_ERROR: u8 = 0x10;
 pub(super) async fn not_in_state(
     main: &MainDevice<'_>,
     devices: &[String],
-    wanted: u8,
+    desired: u8,
 ) -> Option<EthercatError> {
     for (position, name) in devices.iter().enumerate() {
         let station = FIRST_STATION + position as u16;
@@ -243,7 +244,7 @@ pub(super) async fn not_in_state(
             return Some(EthercatError::NotOperational { device: name.clone(), state, reason });
         };
         let status = status as u8;
-        if status & 0x0f < wanted || status & AL_ERROR != 0 {
+        if status & 0x0f < desired || status & AL_ERROR != 0 {
             let code = Command::fprd(station, AL_STATUS_CODE).receive::<u16>(main).await.unwrap_or(0);
             let reason = format!("{} (AL status code {code:#06x})", ethercrab::AlStatusCode::from(code));
             return Some(EthercatError::NotOperational {

@@ -26,7 +26,7 @@ pub enum DriveState {
 impl DriveState {
     /// From bits 0 to 3, 5 and 6 of the statusword; other bits are not looked at.
     #[must_use]
-    pub fn of(statusword: u16) -> Self {
+    pub fn from_statusword(statusword: u16) -> Self {
         match statusword & 0x4f {
             0x40 => return Self::SwitchOnDisabled,
             0x08 => return Self::Fault,
@@ -51,7 +51,7 @@ impl DriveState {
     }
 }
 
-/// Wanted state of a drive.
+/// Desired state of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Goal {
     /// The motor follows its set-points; a latched fault is reset on the way.
@@ -106,12 +106,16 @@ mod tests {
         ];
         for (word, state) in states {
             for other in 0..=u16::MAX {
-                assert_eq!(DriveState::of(word | (other & !0x6f)), state, "{word:#06x} {other:#06x}");
+                assert_eq!(
+                    DriveState::from_statusword(word | (other & !0x6f)),
+                    state,
+                    "{word:#06x} {other:#06x}"
+                );
             }
         }
         // Bit 5, quick stop, has no meaning in these states.
         for (word, state) in [states[0], states[1], states[6], states[7]] {
-            assert_eq!(DriveState::of(word | 0x20), state);
+            assert_eq!(DriveState::from_statusword(word | 0x20), state);
         }
     }
 

@@ -19,18 +19,18 @@ const TIME_DIFFERENCE: u16 = 0x092c;
 const MAGNITUDE: u32 = 0x7fff_ffff;
 /// From the configuration to the first pulse, ns: the devices reach SAFE-OP meanwhile.
 const START_DELAY: u64 = 100_000_000;
-/// SYNC0 comes when this share of a period has passed: 1/2. The set-points arrive before, and a late frame
+/// SYNC0 comes when this fraction of a period has passed: 1/2. The set-points arrive before, and a late frame
 /// still does.
-const SYNC0_SHARE: u64 = 2;
+const SYNC0_FRACTION: u64 = 2;
 
-/// Share of a difference in phase that one period corrects; the integral share is its square over four:
+/// Fraction of a difference in phase that one period corrects; the integral fraction is its square over four:
 /// critical damping.
-const SHARE: f64 = 1.0 / 64.0;
+const FRACTION: f64 = 1.0 / 64.0;
 /// Longest correction of one period beside that of the drift, and largest difference that is believed, as
-/// shares of the period: a cycle that was woken late says nothing about the clocks.
+/// fractions of the period: a cycle that was woken late says nothing about the clocks.
 const MAX_STEP: f64 = 0.02;
 const MAX_DIFFERENCE: f64 = 0.05;
-/// Largest drift between the computer's clock and the devices', as a share: far above that of quartz.
+/// Largest drift between the computer's clock and the devices', as a fraction: far above that of quartz.
 const MAX_DRIFT: f64 = 1e-3;
 
 /// Clocks of the devices on the wire; none where no device has one.
@@ -61,7 +61,7 @@ pub(super) struct Clocks {
 pub(super) async fn start(
     main: &MainDevice<'_>,
     group: &PreOpPdiGroup,
-    wanted: &[(usize, &str)],
+    desired: &[(usize, &str)],
     period: u64,
 ) -> Result<Option<Clocks>, EthercatError> {
     let clocked = group.iter(main).enumerate().filter(|(_, device)| device.dc_support().any());
@@ -74,7 +74,7 @@ pub(super) async fn start(
         .map_err(protocol("reading the reference clock"))?;
     let first = (now + START_DELAY) / period * period;
     let mut synchronized = 0;
-    for (position, name) in wanted {
+    for (position, name) in desired {
         let during = || protocol(format!("starting SYNC0 of {name}"));
         let device = group.subdevice(main, *position).map_err(during())?;
         if !device.dc_support().enhanced() {
@@ -87,7 +87,7 @@ pub(super) async fn start(
         synchronized += 1;
     }
     // A cycle begins half a period before the pulse.
-    let begin = first - period / SYNC0_SHARE;
+    let begin = first - period / SYNC0_FRACTION;
     Ok(Some(Clocks {
         period: period as f64,
         devices,
@@ -107,8 +107,8 @@ impl Clocks {
         let difference = self.difference(reference, since);
         let believed = difference.clamp(-MAX_DIFFERENCE * self.period, MAX_DIFFERENCE * self.period);
         let (step, drift) = (MAX_STEP * self.period, MAX_DRIFT * self.period);
-        self.drift = (self.drift - SHARE * SHARE / 4.0 * believed).clamp(-drift, drift);
-        self.step = (-SHARE * believed).clamp(-step, step);
+        self.drift = (self.drift - FRACTION * FRACTION / 4.0 * believed).clamp(-drift, drift);
+        self.step = (-FRACTION * believed).clamp(-step, step);
 
         let [count, square, most] = &mut self.differences;
         *count += 1.0;

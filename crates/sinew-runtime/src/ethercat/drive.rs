@@ -50,8 +50,8 @@ pub(super) struct DriveSlot {
     commanded: f64,
 }
 
-/// Share of a drive's acceleration with which it brakes before it is disabled, as in a safe stop.
-const BRAKING_SHARE: f64 = 0.4;
+/// Fraction of a drive's acceleration with which it brakes before it is disabled, as in a safe stop.
+const BRAKING_FRACTION: f64 = 0.4;
 
 /// Mode of operation of a drive, as in object 0x6060.
 pub(super) fn mode_of_operation(mode: DriveMode) -> i8 {
@@ -62,7 +62,7 @@ pub(super) fn mode_of_operation(mode: DriveMode) -> i8 {
 }
 
 /// Entries of a mapping that serves the cycle: outputs, inputs.
-pub(super) fn wanted_mapping(mode: DriveMode) -> [Vec<u32>; 2] {
+pub(super) fn desired_mapping(mode: DriveMode) -> [Vec<u32>; 2] {
     let target = match mode {
         DriveMode::Velocity => entry(TARGET_VELOCITY, 32),
         DriveMode::Torque => entry(TARGET_TORQUE, 16),
@@ -154,7 +154,7 @@ impl DriveSlot {
     /// The speed, m/s, that follows the one that was commanded last on the way to rest, `h` s later: never a
     /// step.
     pub(super) fn braked_speed(&self, h: f64) -> f64 {
-        let most = BRAKING_SHARE * self.parameters.acceleration * h;
+        let most = BRAKING_FRACTION * self.parameters.acceleration * h;
         self.commanded - self.commanded.clamp(-most, most)
     }
 
@@ -165,8 +165,8 @@ impl DriveSlot {
         let velocity = match command {
             DriveCommand::Velocity(velocity) => velocity,
             DriveCommand::Tension { tension, feed } => {
-                let wanted = tension.clamp(parameters.least_tension, parameters.most_tension);
-                self.tension_loop.speed(wanted, self.tension, feed, h)
+                let desired = tension.clamp(parameters.min_tension, parameters.max_tension);
+                self.tension_loop.speed(desired, self.tension, feed, h)
             }
             DriveCommand::Current(current) if device.mode == DriveMode::Torque => {
                 self.commanded = self.speed * per_radian;
@@ -198,7 +198,7 @@ impl DriveSlot {
     /// Reads the inputs: position of the cable, m, and the error code where the drive reports a fault or has
     /// left operation without being told.
     pub(super) fn read(&mut self, inputs: &[u8]) -> (f64, Option<u16>) {
-        self.state = DriveState::of(self.status.word(inputs).unwrap_or(0));
+        self.state = DriveState::from_statusword(self.status.word(inputs).unwrap_or(0));
         let counts = self.position.signed(inputs).map_or(f64::NAN, f64::from);
         self.angle = self.device.angle(counts);
         let per_count = core::f64::consts::TAU / self.device.counts_per_turn;

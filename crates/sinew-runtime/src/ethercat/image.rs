@@ -31,11 +31,11 @@ impl Mapping {
     }
 
     /// The place of an object, where it is mapped with one of these lengths, octets, at a whole octet.
-    pub(super) fn find(&self, wanted: ObjectAddress, lengths: &[usize]) -> Option<Field> {
+    pub(super) fn find(&self, desired: ObjectAddress, lengths: &[usize]) -> Option<Field> {
         let mut start = 0;
         for (address, bits) in &self.entries {
             let (bits, whole) = (usize::from(*bits), start % 8 == 0);
-            if *address == wanted && whole && lengths.iter().any(|length| 8 * length == bits) {
+            if *address == desired && whole && lengths.iter().any(|length| 8 * length == bits) {
                 return Some(Field { start: start / 8, length: bits / 8 });
             }
             start += bits;
@@ -50,11 +50,11 @@ impl Mapping {
     pub(super) fn require(
         &self,
         device: &str,
-        wanted: ObjectAddress,
+        desired: ObjectAddress,
         lengths: &[usize],
     ) -> Result<Field, EthercatError> {
-        let missing = || EthercatError::NotMapped { device: device.to_owned(), object: wanted };
-        self.find(wanted, lengths).ok_or_else(missing)
+        let missing = || EthercatError::NotMapped { device: device.to_owned(), object: desired };
+        self.find(desired, lengths).ok_or_else(missing)
     }
 }
 

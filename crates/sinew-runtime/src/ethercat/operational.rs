@@ -52,10 +52,10 @@ pub struct EthercatBus<'a, L: Link> {
     until_clock: u64,
 }
 
-/// Since the beginning of a cycle, when inputs and the answer to outputs are waited for no longer: shares of
-/// the period.
-const READ_SHARE: f64 = 0.5;
-const WRITE_SHARE: f64 = 0.9;
+/// Since the beginning of a cycle, when inputs and the answer to outputs are waited for no longer: fractions
+/// of the period.
+const READ_FRACTION: f64 = 0.5;
+const WRITE_FRACTION: f64 = 0.9;
 /// Time until all devices are in OP and their drives enabled, at most, ns.
 const START_TIME: u64 = 8_000_000_000;
 /// Time between two steps that bring a device back, ns.
@@ -68,7 +68,7 @@ const BRAKE_TIME: u64 = 500_000_000;
 const STAND_TIME: u64 = 20_000_000;
 const DISABLE_TIME: u64 = 200_000_000;
 /// Cycles of any such time, at least: a drive takes one state after the other.
-const LEAST_CYCLES: u64 = 5;
+const MIN_CYCLES: u64 = 5;
 
 impl<'a, L: Link> EthercatBus<'a, L> {
     /// As [`Matched::operate`](super::Matched::operate).
@@ -230,7 +230,7 @@ impl<'a, L: Link> EthercatBus<'a, L> {
 
     /// Cycles of a time, ns.
     fn cycles_of(&self, time: u64) -> u64 {
-        (time / self.period.max(1)).max(LEAST_CYCLES)
+        (time / self.period.max(1)).max(MIN_CYCLES)
     }
 
     fn corrected_period(&self) -> u64 {
@@ -238,8 +238,8 @@ impl<'a, L: Link> EthercatBus<'a, L> {
     }
 
     /// Since the beginning of the cycle, ns, the deadline of an answer.
-    fn deadline(&self, share: f64) -> u64 {
-        self.begin + (self.period as f64 * share) as u64
+    fn deadline(&self, fraction: f64) -> u64 {
+        self.begin + (self.period as f64 * fraction) as u64
     }
 
     fn write_outputs(&mut self, commands: &[DriveCommand]) {
@@ -366,7 +366,7 @@ impl<L: Link> Plant for EthercatBus<'_, L> {
         let period = self.corrected_period();
         self.pump.link_mut().begin_cycle(period);
         self.begin = self.pump.link_mut().now();
-        let deadline = self.deadline(READ_SHARE);
+        let deadline = self.deadline(READ_FRACTION);
         let fault = match self.pump.complete_by(deadline, self.data.read(&self.main)) {
             Some(Ok(())) => self.take_over(feedback).or(self.written).or(self.pump.link().injected()),
             Some(Err(Error::WorkingCounter { expected, received })) => {
@@ -384,7 +384,7 @@ impl<L: Link> Plant for EthercatBus<'_, L> {
 
     fn write(&mut self, commands: &[DriveCommand]) {
         self.write_outputs(commands);
-        let deadline = self.deadline(WRITE_SHARE);
+        let deadline = self.deadline(WRITE_FRACTION);
         let sent = self.pump.link_mut().now().saturating_sub(self.begin);
         let answer = self.pump.complete_by(deadline, self.group.tx_rx_sync_system_time(&self.main));
         let Some(Ok(answer)) = answer else {

@@ -6,7 +6,7 @@ use sinew_link::host::Domain;
 
 /// Poses in which the lengths of the muscles and the end point are looked at.
 const POSES: usize = 500;
-/// Share by which what was found in them is widened at both ends.
+/// Fraction by which what was found in them is widened at both ends.
 const MARGIN: f64 = 0.1;
 
 /// What set-points a machine accepts: joints within `ranges`, tensions within `tension`, lengths and end
@@ -36,7 +36,7 @@ pub fn domain(
     for _ in 0..POSES {
         let unit = even.next().unwrap_or_default();
         let pose: Vec<f64> =
-            ranges.iter().zip(&unit).map(|([low, high], share)| low + share * (high - low)).collect();
+            ranges.iter().zip(&unit).map(|([low, high], fraction)| low + fraction * (high - low)).collect();
         widen(&mut lengths, muscles.lengths(&pose)?);
         if let Some(end_point) = &mut end_point {
             widen(&mut points, &end_point.position(&pose)?);

@@ -35,7 +35,7 @@ impl SessionEvent {
     }
 
     /// What an input of the link is, and what it asks for.
-    pub(super) fn of(input: &Input) -> (Self, Request) {
+    pub(super) fn from_input(input: &Input) -> (Self, Request) {
         match input {
             Input::Begins => (Self::Begins, Request::None),
             Input::Ends => (Self::Ends, Request::None),
@@ -72,7 +72,7 @@ pub struct GoalRow {
 
 /// Goals under tension.
 const TENSE: &[Request] = &[Request::Pretension, Request::Hold, Request::Run];
-/// Modes of a machine that is let down or has a fault.
+/// Modes of a machine that is released or has a fault.
 const STOPPED: &[Mode] = &[Mode::SafeStop, Mode::Fault];
 
 const fn row(event: SessionEvent, modes: &'static [Mode], goals: &'static [Request], then: Then) -> GoalRow {
@@ -220,7 +220,7 @@ mod tests {
         for came in [None, Some(silent(SessionEvent::Begins)), Some(asks(Request::Run))] {
             let mut goal = Goal::new(100);
             goal.pass(Mode::Hold, 1_000_000);
-            assert_eq!(goal.request(), Request::Hold, "before the first client for ever");
+            assert_eq!(goal.request(), Request::Hold, "before the first client indefinitely");
             goal.follow(silent(SessionEvent::Begins), Mode::Hold, 1000);
             goal.follow(asks(Request::Run), Mode::Hold, 1000);
             goal.pass(Mode::Run, 9000);

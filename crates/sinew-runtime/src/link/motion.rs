@@ -14,7 +14,7 @@ use sinew_link::host::{Input, Port, SessionSettings};
 use sinew_link::wire::{MAX_VALUES, flags};
 use sinew_link::{Command, Counters, Playout, Pushed, SetpointKind, Snapshot};
 use sinew_session::signals::Seen;
-use sinew_session::{CycleTime, References, Wanted};
+use sinew_session::{CycleTime, Desired, References};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -87,7 +87,7 @@ impl LinkedMotion {
         pose: &[f64],
         end: Option<u64>,
     ) -> Result<Self, Error> {
-        Self::of(Source::Server(Box::new(port)), settings, machine, limits, (pose, end))
+        Self::from_source(Source::Server(Box::new(port)), settings, machine, limits, (pose, end))
     }
 
     /// The same over inputs that were recorded, see [`supply`](Self::supply), from the first cycle on and
@@ -101,10 +101,10 @@ impl LinkedMotion {
         limits: JointLimits,
         pose: &[f64],
     ) -> Result<Self, Error> {
-        Self::of(Source::Recording(VecDeque::new()), settings, machine, limits, (pose, None))
+        Self::from_source(Source::Recording(VecDeque::new()), settings, machine, limits, (pose, None))
     }
 
-    fn of(
+    fn from_source(
         source: Source,
         settings: SessionSettings,
         machine: &Machine,
@@ -232,7 +232,7 @@ impl LinkedMotion {
         if let Some(tape) = tape {
             tape.put(CycleInput { at_ns: now, what: Taken::Link(input) });
         }
-        let event = SessionEvent::of(&input);
+        let event = SessionEvent::from_input(&input);
         self.attended = event.0 != SessionEvent::Ends;
         match &input {
             Input::Command(command) => self.follow(command, now),
@@ -245,7 +245,7 @@ impl LinkedMotion {
 
     /// What the state says of the goal; at once, because in lock-step a client waits for it without a cycle.
     fn show_goal(&mut self) {
-        let request = sinew_link::Request::of(self.goal.request() as u8);
+        let request = sinew_link::Request::from_number(self.goal.request() as u8);
         self.snapshot.request = request.unwrap_or(sinew_link::Request::None);
     }
 
@@ -297,7 +297,7 @@ impl LinkedMotion {
         supervisor: &mut Supervisor,
         References { current, previewed }: &mut References,
         tape: Option<&mut Tape>,
-    ) -> Result<Wanted, sinew::Error> {
+    ) -> Result<Desired, sinew::Error> {
         let now = at.ns();
         self.take_inputs(now, tape);
         self.goal.pass(self.mode, now);
@@ -323,7 +323,7 @@ impl LinkedMotion {
         self.limited = self.follower.step(setpoint, current, previewed)?;
         supervisor.set_tensions(tension.then_some(&*x))?;
         let moment = Moment { time: now as f64 * 1e-9, repeat: None, repeat_time: None, rested: 0.0 };
-        Ok(Wanted { moment, request: self.goal.request(), command_age: self.command_age(now) })
+        Ok(Desired { moment, request: self.goal.request(), command_age: self.command_age(now) })
     }
 
     /// After the supervisor: what the next cycle begins with, and the state for the client. Nothing is

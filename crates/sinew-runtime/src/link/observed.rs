@@ -65,7 +65,7 @@ fn keep(place: &mut f64, number: f64) -> bool {
 }
 
 fn mode(mode: Mode) -> sinew_link::Mode {
-    sinew_link::Mode::of(mode as u8).unwrap_or(sinew_link::Mode::Fault)
+    sinew_link::Mode::from_number(mode as u8).unwrap_or(sinew_link::Mode::Fault)
 }
 
 fn fault(named: NamedFault) -> [u16; 2] {
@@ -94,7 +94,7 @@ mod tests {
         for request in sinew_link::Request::ALL {
             let own = Request::from_number(request.number()).expect("a request of the supervisor");
             assert_eq!(request.name(), format!("{own:?}"));
-            assert_eq!(sinew_link::Request::of(own as u8), Some(*request));
+            assert_eq!(sinew_link::Request::from_number(own as u8), Some(*request));
         }
     }
 }

@@ -4,7 +4,7 @@ use sinew::Error;
 use sinew::control::supervisor::{Request, Supervisor};
 use sinew::trajectory::Schedule;
 use sinew_session::signals::Seen;
-use sinew_session::{CycleTime, Motion, References, Scheduled, Wanted};
+use sinew_session::{CycleTime, Desired, Motion, References, Scheduled};
 
 /// Along a schedule or commanded by a client, with a tape of what is taken from elsewhere, so that the run
 /// can be replayed.
@@ -75,7 +75,7 @@ impl Motion for RunMotion<'_> {
         at: CycleTime,
         supervisor: &mut Supervisor,
         references: &mut References,
-    ) -> Result<Wanted, Error> {
+    ) -> Result<Desired, Error> {
         match &mut self.way {
             Way::Schedule(scheduled) => scheduled.sample(at, supervisor, references),
             Way::Linked(motion) => motion.sample(at, supervisor, references, self.tape.as_mut()),

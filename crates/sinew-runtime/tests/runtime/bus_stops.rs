@@ -114,7 +114,7 @@ fn ended(setup: &Setup, watched: &Watched, end: End) -> usize {
     assert_eq!(ran.is_err(), end == End::Panic);
     assert_eq!(ran.is_ok_and(|ran| ran.is_err()), end == End::ErrorInACycle);
     if end == End::SafeStop {
-        assert!(last == Mode::Ready && cycles > 2000, "let down after {cycles} cycles: {last:?}");
+        assert!(last == Mode::Ready && cycles > 2000, "released after {cycles} cycles: {last:?}");
     }
     let left = watched.cycles();
     drop(cycle);

@@ -45,7 +45,7 @@ pub(crate) fn with_mode(mut machine: Machine, mode: DriveMode) -> Machine {
 impl Setup {
     pub(crate) fn new(machine: Machine, seed: u64, faults: &[InjectedFault]) -> Self {
         let design = ArmSpecimen::nominal(&machine).unwrap();
-        let specimen = ArmSpecimen::drawn_around(&design, &machine, seed).unwrap();
+        let specimen = ArmSpecimen::sampled_around(&design, &machine, seed).unwrap();
         let models: Vec<CableModel> = specimen
             .cables
             .iter()
@@ -79,7 +79,7 @@ impl Setup {
     }
 
     pub(crate) fn supervisor(&self) -> Supervisor {
-        let limits = Limits::of(&self.machine, self.controller.gains()).unwrap();
+        let limits = Limits::from_machine(&self.machine, self.controller.gains()).unwrap();
         Supervisor::new(self.controller.clone(), limits).unwrap()
     }
 

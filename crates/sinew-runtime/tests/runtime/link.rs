@@ -40,10 +40,10 @@ impl Driver {
     fn move_to(&mut self, kind: SetpointKind, from: &[f64], to: &[f64]) -> Snapshot {
         let mut state = None;
         for k in 1..=100_u64 {
-            let share = k as f64 / 100.0;
-            let share = share * share * (3.0 - 2.0 * share);
+            let fraction = k as f64 / 100.0;
+            let fraction = fraction * fraction * (3.0 - 2.0 * fraction);
             let mut setpoints = Setpoints::new(kind, from.len());
-            let numbers: Vec<f64> = from.iter().zip(to).map(|(a, b)| a + share * (b - a)).collect();
+            let numbers: Vec<f64> = from.iter().zip(to).map(|(a, b)| a + fraction * (b - a)).collect();
             assert!(setpoints.push(self.now + 20 * MS, &numbers));
             state = Some(self.advance(setpoints, 20));
         }
@@ -104,9 +104,9 @@ fn set_points_of_joints_muscle_lengths_and_end_points_move_the_machine() {
         let machine = &setup.machine;
         let ranges = machine.ranges().unwrap();
         let start = machine.start.clone();
-        let aside = |share: f64| -> Vec<f64> {
+        let aside = |fraction: f64| -> Vec<f64> {
             let toward = |(start, [low, high]): (&f64, &[f64; 2])| {
-                start + share * (if high - start > start - low { high - start } else { low - start })
+                start + fraction * (if high - start > start - low { high - start } else { low - start })
             };
             start.iter().zip(&ranges).map(toward).collect()
         };
@@ -160,9 +160,9 @@ fn tensions_are_followed_within_the_machines_limits() {
             let to: Vec<f64> = from.iter().zip(&limits).map(|(f, [_, most])| (1.1 * f).min(*most)).collect();
             let mut state = state;
             for k in 1..=50 * seconds {
-                let share = (k as f64 / 20.0).min(1.0);
+                let fraction = (k as f64 / 20.0).min(1.0);
                 let mut setpoints = Setpoints::new(SetpointKind::Tension, from.len());
-                let numbers: Vec<f64> = from.iter().zip(&to).map(|(a, b)| a + share * (b - a)).collect();
+                let numbers: Vec<f64> = from.iter().zip(&to).map(|(a, b)| a + fraction * (b - a)).collect();
                 assert!(setpoints.push(driver.now + 20 * MS, &numbers));
                 state = driver.advance(setpoints, 20);
             }

@@ -22,7 +22,7 @@ const SLACK: f64 = 4.0;
 /// Of a machine that is left, ns of its time.
 const UNATTENDED: u64 = 300_000_000;
 
-/// A machine that is let down fast, within a time, s.
+/// A machine that is released fast, within a time, s.
 fn setup(lowering_time: f64, faults: &[InjectedFault]) -> Setup {
     let mut machine = machine("bench_joint");
     (machine.safety.holding_time, machine.safety.lowering_time) = (0.1, lowering_time);
@@ -59,8 +59,8 @@ impl<'a> Given<'a> {
     }
 
     fn ask(&mut self, request: Request) {
-        let request = sinew_link::Request::of(request as u8).unwrap();
-        self.give(Input::Command(Command::of(request)));
+        let request = sinew_link::Request::from_number(request as u8).unwrap();
+        self.give(Input::Command(Command::from_request(request)));
     }
 
     fn step(&mut self) -> Mode {
@@ -139,7 +139,7 @@ fn faults_of(mode: Mode) -> Vec<InjectedFault> {
 
 /// What happens to sessions after a stop: nothing of it asks for anything.
 fn happenings() -> Vec<Vec<Input>> {
-    let alive = Input::Command(Command::of(sinew_link::Request::None));
+    let alive = Input::Command(Command::from_request(sinew_link::Request::None));
     vec![
         vec![],
         vec![Input::Ends],
@@ -156,7 +156,7 @@ fn no_event_of_a_session_undoes_a_stop_in_any_mode_now_or_later() {
         let setup = setup(SLACK, &faults_of(mode));
         for stop in [Request::SafeStop, Request::GetReady, Request::TurnOff] {
             for (k, happening) in happenings().into_iter().enumerate() {
-                // In the cycle of the stop, while it is let down, and when it is down.
+                // In the cycle of the stop, while it is released, and when it is down.
                 for delay in [0, 50, 1200] {
                     let mut machine = Given::in_mode(&setup, mode);
                     machine.ask(stop);
@@ -269,7 +269,7 @@ fn until(client: &mut Client, request: sinew_link::Request, mode: sinew_link::Mo
         if client.session().state().machine_time_ns >= goal {
             goal += 20_000_000;
         }
-        client.send(&Command { advance_to_ns: goal, ..Command::of(request) }).unwrap();
+        client.send(&Command { advance_to_ns: goal, ..Command::from_request(request) }).unwrap();
         let _ = client.receive(Duration::from_millis(20));
     }
 }
@@ -293,7 +293,7 @@ fn a_stop_over_sockets_outlives_its_client_in_real_and_virtual_time() {
                 let mut watcher = Client::connect_to_watch(address, None, SOON).unwrap();
                 watcher.watch().unwrap();
                 let granted = client.session().state().machine_time_ns + 1_500_000_000;
-                let stop = Command { advance_to_ns: granted, ..Command::of(LinkRequest::SafeStop) };
+                let stop = Command { advance_to_ns: granted, ..Command::from_request(LinkRequest::SafeStop) };
                 client.send(&stop).unwrap();
                 match leaves {
                     Leaves::Closing => client.close().unwrap(),
@@ -310,7 +310,8 @@ fn a_stop_over_sockets_outlives_its_client_in_real_and_virtual_time() {
                 let mut goal = granted;
                 while begin.elapsed() < Duration::from_millis(2500) {
                     goal += 20_000_000;
-                    next.send(&Command { advance_to_ns: goal, ..Command::of(LinkRequest::None) }).unwrap();
+                    next.send(&Command { advance_to_ns: goal, ..Command::from_request(LinkRequest::None) })
+                        .unwrap();
                     if let Ok(state) = next.receive(Duration::from_millis(20))
                         && seen.last() != Some(&state.mode)
                     {

@@ -80,18 +80,18 @@ impl Machine {
     /// Works on a request that is due. Some where the status changes.
     pub(crate) fn advance(&mut self, now: u64, surroundings: &mut impl Surroundings) -> Option<Transition> {
         let mut pending = self.pending.filter(|pending| now >= pending.due)?;
-        let wanted = (pending.request & STATE) as u8;
+        let desired = (pending.request & STATE) as u8;
         self.showing_identification = pending.request & IDENTIFICATION != 0;
         let acknowledged = pending.request & ERROR != 0;
-        if self.code != AlStatusCode::NoError && !acknowledged && wanted != AlState::Init.number() {
+        if self.code != AlStatusCode::NoError && !acknowledged && desired != AlState::Init.number() {
             // An error stands until it is acknowledged; only the way down is open.
-            if AlState::from_number(wanted).is_none_or(|wanted| wanted >= self.state) {
+            if AlState::from_number(desired).is_none_or(|desired| desired >= self.state) {
                 self.pending = None;
                 return Some(self.shown());
             }
         }
-        let Some(target) = AlState::from_number(wanted) else {
-            let code = if wanted == BOOT { AlStatusCode::NoBootstrap } else { AlStatusCode::UnknownState };
+        let Some(target) = AlState::from_number(desired) else {
+            let code = if desired == BOOT { AlStatusCode::NoBootstrap } else { AlStatusCode::UnknownState };
             return Some(self.refuse(code));
         };
         if acknowledged || target < self.state {

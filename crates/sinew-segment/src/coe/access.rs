@@ -8,7 +8,7 @@ use crate::dictionary::{Dictionary, Entry, Object};
 use crate::pdo::{Mapped, MappingProblem};
 
 /// Octets that one datagram carries: the limit of all PDOs of one direction.
-const MOST_PROCESS_DATA: usize = 1486;
+const MAX_PROCESS_DATA: usize = 1486;
 
 /// Value of one entry.
 pub(super) fn read(dictionary: &Dictionary, index: u16, subindex: u8) -> Result<Vec<u8>, Abort> {
@@ -128,8 +128,8 @@ fn layout<'a>(
     highest: u8,
 ) -> impl Iterator<Item = (usize, &'a Entry)> {
     let entries = dictionary.entries(object).iter();
-    let wanted = entries.filter(move |entry| (from..=highest).contains(&entry.description.subindex));
-    wanted.scan(0_usize, move |next, entry| {
+    let desired = entries.filter(move |entry| (from..=highest).contains(&entry.description.subindex));
+    desired.scan(0_usize, move |next, entry| {
         let bits = usize::from(entry.description.bits);
         let place = if bits >= 8 { next.next_multiple_of(8) } else { *next };
         let padded = entry.description.subindex == 0 && object.code != ObjectCode::Variable;
@@ -204,7 +204,7 @@ fn check_process_data(dictionary: &Dictionary, index: u16, subindex: u8, value: 
         Some(_) => (1..=count).map(|at| Mapped::from_number(dictionary.number(index, at) as u32).bits).sum(),
         None => (1..=count).map(|at| mapped_bits(dictionary, dictionary.number(index, at) as u16)).sum(),
     };
-    if bits > 8 * MOST_PROCESS_DATA { Err(Abort::PdoLength) } else { Ok(()) }
+    if bits > 8 * MAX_PROCESS_DATA { Err(Abort::PdoLength) } else { Ok(()) }
 }
 
 fn mapped_bits(dictionary: &Dictionary, pdo: u16) -> usize {

@@ -108,7 +108,7 @@ fn object(dictionary: &Dictionary, index: u16) -> Result<Vec<u8>, Abort> {
     Ok(content)
 }
 
-fn entry(dictionary: &Dictionary, index: u16, subindex: u8, wanted: u8) -> Result<Vec<u8>, Abort> {
+fn entry(dictionary: &Dictionary, index: u16, subindex: u8, desired: u8) -> Result<Vec<u8>, Abort> {
     let object = dictionary.object(index).ok_or(Abort::NoObject)?;
     let entries = dictionary.entries(object);
     let last = entries.last().map_or(0, |entry| entry.description.subindex);
@@ -123,9 +123,9 @@ fn entry(dictionary: &Dictionary, index: u16, subindex: u8, wanted: u8) -> Resul
     let rights =
         description.access.rights() | mappable(Direction::Outputs, 0x40) | mappable(Direction::Inputs, 0x80);
     let given = if description.limits.is_some() {
-        wanted & (DEFAULT_VALUE | MINIMUM | MAXIMUM)
+        desired & (DEFAULT_VALUE | MINIMUM | MAXIMUM)
     } else {
-        wanted & DEFAULT_VALUE
+        desired & DEFAULT_VALUE
     };
     let mut content = Vec::new();
     content.extend(index.to_le_bytes());

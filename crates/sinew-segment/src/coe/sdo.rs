@@ -27,7 +27,7 @@ const INITIATE_LENGTH: usize = 10;
 /// CoE header and command.
 const SEGMENT_HEADER: usize = 3;
 /// The longest value that is taken in segments.
-const MOST_OCTETS: u32 = 1 << 16;
+const MAX_OCTETS: u32 = 1 << 16;
 
 #[derive(Debug, Clone)]
 struct Target {
@@ -152,7 +152,7 @@ impl SdoServer {
             return Ok(initiated(3 << 5, target));
         }
         let expected = u32_at(rest, 0);
-        if expected > MOST_OCTETS {
+        if expected > MAX_OCTETS {
             return Err(Abort::Memory);
         }
         let (expected, data) = (expected as usize, rest.get(4..).unwrap_or_default());

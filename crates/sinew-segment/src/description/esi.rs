@@ -14,7 +14,7 @@ use roxmltree::{Document, Node};
 
 /// Memory begins here, and there is at least this much of it.
 const MEMORY_START: u32 = 0x1000;
-const LEAST_MEMORY: u32 = 0x2000;
+const MIN_MEMORY: u32 = 0x2000;
 /// The watchdog's bit in the control octet of a sync manager.
 const WATCHDOG: u64 = 0x40;
 
@@ -114,7 +114,7 @@ fn device(file: EsiFile<'_>, vendor: u32, node: Node<'_, '_>) -> Result<DeviceDe
     let name = text_of(node, "Type").filter(|name| !name.is_empty()).unwrap_or("unnamed").to_owned();
     let sync_managers = sync_managers(file, node)?;
     let end = sync_managers.iter().map(|manager| u32::from(manager.start) + u32::from(manager.length)).max();
-    let memory = end.unwrap_or(0).saturating_sub(MEMORY_START).max(LEAST_MEMORY).next_multiple_of(1024);
+    let memory = end.unwrap_or(0).saturating_sub(MEMORY_START).max(MIN_MEMORY).next_multiple_of(1024);
     let profile = child(node, "Profile").and_then(|profile| text_of(profile, "ProfileNo"));
     let has_mailbox = sync_managers.iter().any(|manager| manager.kind == SyncManagerKind::MailboxOut);
     let coe = child(node, "Mailbox").and_then(|mailbox| child(mailbox, "CoE"));

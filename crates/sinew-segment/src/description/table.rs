@@ -43,8 +43,8 @@ impl Reader<'_> {
     /// The line of an error that the check of the whole found, from the index it names.
     fn with_line(&self, mut error: DescriptionError) -> DescriptionError {
         let name = error.field.split('.').nth(1).and_then(|name| name.split(':').next()).unwrap_or_default();
-        let wanted = format!("index = {name}");
-        let line = self.text.lines().position(|line| line.to_lowercase().contains(&wanted));
+        let desired = format!("index = {name}");
+        let line = self.text.lines().position(|line| line.to_lowercase().contains(&desired));
         error.line = line.map_or(1, |line| line + 1);
         error
     }

@@ -9,7 +9,7 @@ const SMALLEST_MAILBOX: u16 = 24;
 /// A category of the EEPROM counts its words in 16 bits; half of it is more than any device needs.
 const LARGEST_CATEGORY: usize = 0xffff;
 /// Subindices of an assignment.
-const MOST_ASSIGNED: usize = 254;
+const MAX_ASSIGNED: usize = 254;
 /// One Ethernet frame carries this much in a datagram.
 const LARGEST_AREA: u16 = 1486;
 
@@ -67,10 +67,10 @@ impl DeviceDescription {
             }
         }
         let has = |kind| self.sync_managers.iter().filter(|manager| manager.kind == kind).count();
-        let wanted = usize::from(self.mailbox.is_some());
+        let desired = usize::from(self.mailbox.is_some());
         for kind in [SyncManagerKind::MailboxOut, SyncManagerKind::MailboxIn] {
-            if has(kind) != wanted {
-                let problem = format!("{} of {kind:?}, expected {wanted} with this mailbox", has(kind));
+            if has(kind) != desired {
+                let problem = format!("{} of {kind:?}, expected {desired} with this mailbox", has(kind));
                 return Err(self.error("sync_manager", problem));
             }
         }
@@ -153,10 +153,10 @@ impl DeviceDescription {
             let all = self.pdos.iter().filter(|pdo| pdo.direction() == direction);
             let octets: usize = all.clone().map(|pdo| 8 * (1 + pdo.entries.len())).sum();
             let assigned = all.filter(|pdo| pdo.assigned).count();
-            if octets > LARGEST_CATEGORY || assigned > MOST_ASSIGNED {
+            if octets > LARGEST_CATEGORY || assigned > MAX_ASSIGNED {
                 let problem = format!(
                     "{octets} octets of {direction:?} in the EEPROM and {assigned} of them assigned, \
-                     at most {LARGEST_CATEGORY} and {MOST_ASSIGNED}"
+                     at most {LARGEST_CATEGORY} and {MAX_ASSIGNED}"
                 );
                 return Err(self.error("pdo", problem));
             }

@@ -22,7 +22,7 @@ const GENERIC_ERROR: i64 = 1;
 const REST: i64 = 100;
 const LONGEST_STOP_NS: u64 = 2_000_000_000;
 /// The largest torque that the type of the target holds, per mille.
-const MOST_TORQUE: i64 = 0x7fff;
+const MAX_TORQUE: i64 = 0x7fff;
 /// A following error window of this size is none.
 const NO_WINDOW: i64 = 0xffff_ffff;
 
@@ -198,7 +198,7 @@ impl Drive {
             return;
         }
         let option = dictionary.get(self.objects.quick_stop_option);
-        let next = self.state.next(Command::of(controlword), option >= 5);
+        let next = self.state.next(Command::from_controlword(controlword), option >= 5);
         if next == DriveState::QuickStopActive && self.state != next {
             self.stopping_ns = 0;
         }
@@ -234,24 +234,24 @@ impl Drive {
         match self.mode {
             Mode::None => (AxisCommand::QuickStop, false),
             Mode::Position => {
-                let wanted = get(objects.target_position);
-                let allowed = if low < high { wanted.clamp(low, high) } else { wanted };
-                (AxisCommand::Position(allowed as i32), allowed != wanted)
+                let desired = get(objects.target_position);
+                let allowed = if low < high { desired.clamp(low, high) } else { desired };
+                (AxisCommand::Position(allowed as i32), allowed != desired)
             }
             Mode::Velocity => {
-                let wanted = get(objects.target_velocity) + get(objects.velocity_offset);
+                let desired = get(objects.target_velocity) + get(objects.velocity_offset);
                 let most = max_velocity(dictionary, objects);
-                let allowed = wanted.clamp(if at_low { 0 } else { -most }, if at_high { 0 } else { most });
-                (AxisCommand::Velocity(allowed as i32), allowed != wanted)
+                let allowed = desired.clamp(if at_low { 0 } else { -most }, if at_high { 0 } else { most });
+                (AxisCommand::Velocity(allowed as i32), allowed != desired)
             }
             Mode::Torque => {
-                let wanted = get(objects.target_torque) + get(objects.torque_offset);
-                let most = objects.max_torque.map_or(MOST_TORQUE, |slot| get(Some(slot)).min(MOST_TORQUE));
+                let desired = get(objects.target_torque) + get(objects.torque_offset);
+                let most = objects.max_torque.map_or(MAX_TORQUE, |slot| get(Some(slot)).min(MAX_TORQUE));
                 let speed = max_velocity(dictionary, objects);
                 let lowest = if at_low || velocity < -speed { 0 } else { -most };
                 let highest = if at_high || velocity > speed { 0 } else { most };
-                let allowed = wanted.clamp(lowest, highest);
-                (AxisCommand::Torque(allowed as i16), allowed != wanted)
+                let allowed = desired.clamp(lowest, highest);
+                (AxisCommand::Torque(allowed as i16), allowed != desired)
             }
         }
     }

@@ -40,7 +40,7 @@ pub(super) enum Command {
 }
 
 impl Command {
-    pub(super) fn of(controlword: u16) -> Self {
+    pub(super) fn from_controlword(controlword: u16) -> Self {
         let set = |bits: u16| controlword & bits == bits;
         match () {
             () if !set(ENABLE_VOLTAGE) => Self::DisableVoltage,

@@ -9,8 +9,8 @@
 const MAX_RATE_PPB: i64 = 1_000_000;
 /// Limit of one correction of the phase, ns.
 const MAX_STEP_NS: i64 = 10_000;
-/// Proportional share of a difference; the integral share is its square over four: critical damping.
-const SHARE: i64 = 16;
+/// Proportional fraction of a difference; the integral fraction is its square over four: critical damping.
+const FRACTION: i64 = 16;
 const BILLION: i64 = 1_000_000_000;
 
 /// Pulses in an interval of virtual time.
@@ -104,12 +104,12 @@ impl Clock {
         let all = self.system().wrapping_add(later).wrapping_sub(expected);
         let difference = if wide { all as i64 } else { i64::from(all as u32 as i32) };
         self.mean += (difference - self.mean) >> filter_depth.min(12);
-        let step = (difference / SHARE).clamp(-MAX_STEP_NS, MAX_STEP_NS);
+        let step = (difference / FRACTION).clamp(-MAX_STEP_NS, MAX_STEP_NS);
         if let Some(last) = self.last_update
             && let Ok(interval @ 1..=BILLION) = i64::try_from(self.local.wrapping_sub(last))
-            && difference.abs() < SHARE * MAX_STEP_NS
+            && difference.abs() < FRACTION * MAX_STEP_NS
         {
-            let change = difference * BILLION / interval / (4 * SHARE * SHARE);
+            let change = difference * BILLION / interval / (4 * FRACTION * FRACTION);
             self.rate_ppb = (self.rate_ppb - change).clamp(-MAX_RATE_PPB, MAX_RATE_PPB);
         }
         self.local = self.local.wrapping_add_signed(-step);

@@ -45,9 +45,9 @@ impl Controller {
         at: usize,
         address: u32,
         length: usize,
-        wanted: fn(&Fmmu) -> bool,
+        desired: fn(&Fmmu) -> bool,
     ) -> Option<(Fmmu, Window)> {
-        let fmmu = self.fmmus[at].filter(wanted)?;
+        let fmmu = self.fmmus[at].filter(desired)?;
         let window = fmmu.window(address, length)?;
         Some((fmmu, window))
     }

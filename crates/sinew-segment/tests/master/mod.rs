@@ -44,7 +44,7 @@ pub(crate) struct Line {
 const FRAME_NS: u64 = 20_000;
 const IDLE_NS: u64 = 10_000;
 /// Polls without end are a hang.
-const MOST_POLLS: usize = 2_000_000;
+const MAX_POLLS: usize = 2_000_000;
 
 impl Line {
     pub(crate) fn new(segment: Segment, tx: PduTx<'static>, rx: PduRx<'static>) -> Self {
@@ -68,7 +68,7 @@ impl Line {
     pub(crate) fn run<F: Future>(&mut self, future: F) -> F::Output {
         let mut future = pin!(future);
         let mut context = Context::from_waker(Waker::noop());
-        for _ in 0..MOST_POLLS {
+        for _ in 0..MAX_POLLS {
             if let Poll::Ready(output) = future.as_mut().poll(&mut context) {
                 return output;
             }
@@ -76,7 +76,7 @@ impl Line {
                 self.wait(IDLE_NS);
             }
         }
-        panic!("the master waits for ever");
+        panic!("the master waits indefinitely");
     }
 
     fn exchange(&mut self) -> bool {

@@ -39,7 +39,7 @@ pub enum Kind {
 /// How exactly a signal is kept.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Resolution {
-    /// To the bit.
+    /// Bit for bit.
     Exact,
     /// In multiples of a number.
     Rounded(f64),

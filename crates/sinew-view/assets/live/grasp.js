@@ -9,7 +9,7 @@ import { place, project, ray } from "../view/pick.js";
 const NEAR = { mouse: 16, pen: 20, touch: 28 };
 /** Between two commands, ms. */
 const EVERY = 33;
-/** Step of a key, as a share of the reach of the view. */
+/** Step of a key, as a fraction of the reach of the view. */
 const STEP = 0.04;
 
 export class Grasp {
@@ -21,7 +21,7 @@ export class Grasp {
     this.sent = 0;
     /** @type {Vector3|null} Where keys have moved the target to. */
     this.target = null;
-    const { canvas } = view.stage, plane = new Plane(), wanted = new Vector3();
+    const { canvas } = view.stage, plane = new Plane(), requested = new Vector3();
     view.orbit.taken.push(() => this.held);
     canvas.addEventListener("pointerdown", (e) => {
       if (!session.accepts("drag") || !view.surroundings.handle.visible) return;
@@ -34,7 +34,7 @@ export class Grasp {
     }, { capture: true });
     canvas.addEventListener("pointermove", (e) => {
       if (!this.held) return;
-      if (ray(view, place(view, e)).ray.intersectPlane(plane, wanted)) this.drag(wanted);
+      if (ray(view, place(view, e)).ray.intersectPlane(plane, requested)) this.drag(requested);
     });
     const release = () => {
       if (!this.held) return;

@@ -123,11 +123,11 @@ function slow() {
   if (session.flag("stale")) notes.push("source is silent");
   tell(byId("clock"), [`${session.time.toFixed(1)} s`, ...notes].join(" · "));
   seen.fps = stage?.fps ?? 0;
-  seen.share = stage?.share ?? 1;
+  seen.fraction = stage?.fraction ?? 1;
   toolbar.read();
 }
 
-/** Charts share what the view leaves of the processor. */
+/** Charts fraction what the view leaves of the processor. */
 function charts() {
   requestAnimationFrame(charts);
   const now = performance.now(), every = page.view?.stage.software ? 240 : 60;

@@ -61,7 +61,7 @@ export class Session extends EventTarget {
     this.tell("recall");
   }
 
-  /** Goes to a time of a recording, s. @param {number} time @param {boolean} [whole] whether the signals before it are wanted, too */
+  /** Goes to a time of a recording, s. @param {number} time @param {boolean} [whole] whether the signals before it are requested, too */
   async seek(time, whole = true) {
     if (!await this.command("seek", { time_s: time })) return;
     this.history.clear();

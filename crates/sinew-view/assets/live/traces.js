@@ -51,10 +51,10 @@ export class Traces {
   }
 
   add() {
-    const wanted = this.find.value.trim().toLowerCase();
-    if (!wanted) return;
-    const known = panes(this.session.scene).find(([, title]) => title.toLowerCase() === wanted), signals = this.session.scene?.signals ?? [];
-    const signal = signals.find((s) => words(s.name).toLowerCase() === wanted) ?? signals.find((s) => `${words(s.name)} ${s.label}`.toLowerCase().includes(wanted));
+    const requested = this.find.value.trim().toLowerCase();
+    if (!requested) return;
+    const known = panes(this.session.scene).find(([, title]) => title.toLowerCase() === requested), signals = this.session.scene?.signals ?? [];
+    const signal = signals.find((s) => words(s.name).toLowerCase() === requested) ?? signals.find((s) => `${words(s.name)} ${s.label}`.toLowerCase().includes(requested));
     const id = known?.[0] ?? (signal ? `signal:${signal.name}` : "");
     if (!id) { this.session.tell("notice", { text: `No signal is called “${this.find.value}”.`, bad: true }); return; }
     if (!this.panes.includes(id)) this.panes.push(id);
@@ -85,10 +85,10 @@ export class Traces {
 
   /** Makes the charts whose lines changed, and keeps the others. */
   build() {
-    const wanted = this.panes.map((id) => pane(this.session, id)).filter((p) => p !== null);
+    const requested = this.panes.map((id) => pane(this.session, id)).filter((p) => p !== null);
     const key = (/** @type {Pane} */ p) => JSON.stringify([p.id, p.unit, p.lines.map((l) => [l.name, l.colour])]);
     const kept = new Map(this.shown.map((s) => [s.key, s]));
-    const next = wanted.map((p) => {
+    const next = requested.map((p) => {
       const old = kept.get(key(p));
       if (old) {
         kept.delete(key(p));
@@ -236,7 +236,7 @@ function onCanvas(software, make) {
   try { return make(); } finally { canvas.getContext = getContext; }
 }
 
-/** A range with room above and below; around a constant, a share of it. @param {number} low @param {number} high @returns {[number, number]} */
+/** A range with room above and below; around a constant, a fraction of it. @param {number} low @param {number} high @returns {[number, number]} */
 function spread(low, high) {
   if (!Number.isFinite(low) || !Number.isFinite(high)) return [0, 1];
   const room = high > low ? 0.08 * (high - low) : Math.max(0.02 * Math.abs(high), 0.01);

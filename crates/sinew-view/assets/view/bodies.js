@@ -79,11 +79,11 @@ export class Bodies {
     this.recolour();
   }
 
-  /** Shapes by class of geometry. @param {(shape: Shape) => boolean} wanted @returns {Map<string, Class>} */
-  sort(wanted) {
+  /** Shapes by class of geometry. @param {(shape: Shape) => boolean} requested @returns {Map<string, Class>} */
+  sort(requested) {
     /** @type {Map<string, Class>} */
     const classes = new Map();
-    for (const shape of this.machine.shapes.filter((s) => s.kind !== "plane" && wanted(s))) {
+    for (const shape of this.machine.shapes.filter((s) => s.kind !== "plane" && requested(s))) {
       for (const [name, make, scale, at] of parts(shape, this.machine.meshes)) {
         const found = classes.get(name) ?? { geometry: make(this.detail), parts: [] };
         classes.set(name, found);

@@ -6,7 +6,7 @@ import { Ribbon } from "./ribbon.js";
 
 /** @import {Machine, Instant} from "./types.js" */
 
-/** Speed of the marks, their period, both as shares of the machine's reach. */
+/** Speed of the marks, their period, both as fractions of the machine's reach. */
 const PERIOD = 0.045;
 const SPEED = 0.05;
 

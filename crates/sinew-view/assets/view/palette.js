@@ -16,26 +16,26 @@ const MAP = [
 const FIRST = 0.12;
 
 /**
- * Colour of a share of the highest tension, three numbers of 0 to 1.
- * @param {number} share
+ * Colour of a fraction of the highest tension, three numbers of 0 to 1.
+ * @param {number} fraction
  * @returns {number[]}
  */
-export function tensionColour(share) {
-  const at = FIRST + (1 - FIRST) * Math.min(1, Math.max(0, share));
+export function tensionColour(fraction) {
+  const at = FIRST + (1 - FIRST) * Math.min(1, Math.max(0, fraction));
   return [0, 1, 2].map((k) => Math.min(1, Math.max(0, MAP.reduceRight((sum, row) => sum * at + row[k], 0))));
 }
 
-/** The map for a fragment shader: `vec3 tension_colour(float share)`. */
-export const TENSION_GLSL = `vec3 tension_colour(float share) {
-  float at = ${FIRST} + ${1 - FIRST} * clamp(share, 0.0, 1.0);
+/** The map for a fragment shader: `vec3 tension_colour(float fraction)`. */
+export const TENSION_GLSL = `vec3 tension_colour(float fraction) {
+  float at = ${FIRST} + ${1 - FIRST} * clamp(fraction, 0.0, 1.0);
   vec3 sum = vec3(0.0);
   ${[...MAP].reverse().map((row) => `sum = sum * at + vec3(${row.map((v) => v.toFixed(10)).join(", ")});`).join("\n  ")}
   return clamp(sum, 0.0, 1.0);
 }`;
 
 /** The map as a gradient of a style sheet, from low to high. */
-export const TENSION_GRADIENT = `linear-gradient(90deg, ${[0, 0.25, 0.5, 0.75, 1].map((share) => {
-  const [r, g, b] = tensionColour(share).map((v) => Math.round(255 * v));
+export const TENSION_GRADIENT = `linear-gradient(90deg, ${[0, 0.25, 0.5, 0.75, 1].map((fraction) => {
+  const [r, g, b] = tensionColour(fraction).map((v) => Math.round(255 * v));
   return `rgb(${r} ${g} ${b})`;
 }).join(", ")})`;
 

@@ -122,11 +122,11 @@ class Figure {
     const { sweep, data } = this, base = data.poses[0]?.scene;
     if (!base) return;
     if (!sweep) { this.take(this.instant(data.poses[Number(this.choice?.value ?? 0)]?.scene ?? base)); return; }
-    const at = Number(this.slider?.value ?? 0), k = Math.min(Math.floor(at), sweep.frames.length - 1), next = Math.min(k + 1, sweep.frames.length - 1), share = at - k;
-    const value = sweep.at[k] + share * (sweep.at[next] - sweep.at[k]), output = this.slide?.querySelector("output");
+    const at = Number(this.slider?.value ?? 0), k = Math.min(Math.floor(at), sweep.frames.length - 1), next = Math.min(k + 1, sweep.frames.length - 1), fraction = at - k;
+    const value = sweep.at[k] + fraction * (sweep.at[next] - sweep.at[k]), output = this.slide?.querySelector("output");
     if (output) output.textContent = `${value.toFixed(sweep.unit === "s" ? 2 : 3)} ${sweep.unit}`;
     const [a, b] = [this.instant(sweep.frames[k]), this.instant(sweep.frames[next])];
-    this.take(share ? between(a, b, share) : a);
+    this.take(fraction ? between(a, b, fraction) : a);
   }
 
   /** @param {Instant} now */
@@ -143,13 +143,13 @@ class Figure {
   }
 }
 
-/** What lies between two instants. @param {Instant} a @param {Instant} b @param {number} share @returns {Instant} */
-function between(a, b, share) {
-  const mix = (/** @type {ArrayLike<number>} */ x, /** @type {ArrayLike<number>} */ y) => Array.from(x, (v, k) => v + share * (y[k] - v));
+/** What lies between two instants. @param {Instant} a @param {Instant} b @param {number} fraction @returns {Instant} */
+function between(a, b, fraction) {
+  const mix = (/** @type {ArrayLike<number>} */ x, /** @type {ArrayLike<number>} */ y) => Array.from(x, (v, k) => v + fraction * (y[k] - v));
   const poses = mix(a.body_pose, b.body_pose), p = new Quaternion(), q = new Quaternion();
   for (let k = 0; k + 6 < poses.length; k += 7) {
     const of = (/** @type {ArrayLike<number>} */ list, /** @type {Quaternion} */ out) => out.set(list[k + 4], list[k + 5], list[k + 6], list[k + 3]);
-    const { x, y, z, w } = of(a.body_pose, p).slerp(of(b.body_pose, q), share);
+    const { x, y, z, w } = of(a.body_pose, p).slerp(of(b.body_pose, q), fraction);
     poses.splice(k + 3, 4, w, x, y, z);
   }
   return { body_pose: poses, cable_points: mix(a.cable_points, b.cable_points) };

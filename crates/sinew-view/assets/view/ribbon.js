@@ -50,14 +50,14 @@ export class Ribbon {
     this.meshes = options.hidden ? [this.mesh(fragment, options, true), this.mesh(fragment, options)] : [this.mesh(fragment, options)];
   }
 
-  /** Geometry of the segments that are wanted. @param {(line: number, k: number, count: number) => boolean} wanted whether point k is joined with the next */
-  strips(wanted) {
+  /** Geometry of the segments that are requested. @param {(line: number, k: number, count: number) => boolean} requested whether point k is joined with the next */
+  strips(requested) {
     const geometry = new BufferGeometry(), index = [];
     for (const [name, attribute] of Object.entries(this.vertex)) geometry.setAttribute(name, attribute);
     geometry.setAttribute("line", this.line);
     let at = 0;
     for (const [line, count] of this.counts.entries()) for (let k = 0; k < count; k += 1, at += 1) {
-      if (k < count - 1 && wanted(line, k, count)) index.push(2 * at, 2 * at + 1, 2 * at + 2, 2 * at + 2, 2 * at + 1, 2 * at + 3);
+      if (k < count - 1 && requested(line, k, count)) index.push(2 * at, 2 * at + 1, 2 * at + 2, 2 * at + 2, 2 * at + 1, 2 * at + 3);
     }
     geometry.setIndex(index);
     return geometry;

@@ -3,8 +3,8 @@ import { AmbientLight, Color, DirectionalLight, HemisphereLight, PerspectiveCame
 import { token } from "./palette.js";
 
 /** Frames per second that the resolution is adapted to. */
-const WANTED_FPS = 24;
-/** Share of the full resolution below which the picture is too coarse. */
+const REQUESTED_FPS = 24;
+/** Fraction of the full resolution below which the picture is too coarse. */
 const COARSEST = 0.45;
 /** Rest after which a finer frame is drawn, ms, and its resolution, whose edges are smooth once it is scaled down. */
 const REST = 800;
@@ -41,8 +41,8 @@ export class Stage {
     this.sky = new HemisphereLight(0xffffff, 0x8090a0, 1.5);
     this.fill = new AmbientLight(0xffffff, 0.25);
     this.scene.add(this.key, this.key.target, this.sky, this.fill);
-    /** Share of the resolution of the screen. */
-    this.share = this.software ? 0.6 : 1;
+    /** Fraction of the resolution of the screen. */
+    this.fraction = this.software ? 0.6 : 1;
     this.fps = 0;
     this.frames = 0;
     /** Whether there is something to draw. */
@@ -93,10 +93,10 @@ export class Stage {
     this.invalidate();
   }
 
-  resize(share = this.share) {
+  resize(fraction = this.fraction) {
     const { clientWidth: w, clientHeight: h } = this.canvas;
     if (!w || !h) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio || 1, this.software ? 1 : 2) * share);
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio || 1, this.software ? 1 : 2) * fraction);
     this.renderer.setSize(w, h, false);
     this.camera.aspect = w / h;
     this.camera.updateProjectionMatrix();
@@ -109,7 +109,7 @@ export class Stage {
     // Once everything rests, one finer frame is drawn.
     const refine = !this.changed && this.software && !this.refined && performance.now() - this.touched > REST;
     if (!this.changed && !refine) return;
-    if (refine !== this.refined) this.resize(refine ? FINEST : this.share);
+    if (refine !== this.refined) this.resize(refine ? FINEST : this.fraction);
     this.refined = refine;
     this.changed = false;
     for (const call of this.before) call(now);
@@ -130,10 +130,10 @@ export class Stage {
     if (!(elapsed > 0 && elapsed < 1000)) return;
     this.fps = this.fps ? 0.93 * this.fps + 0.07 * (1000 / elapsed) : 1000 / elapsed;
     if (!this.software || now - this.lastChange < PATIENCE || this.frames < 8) return;
-    const wanted = this.fps < WANTED_FPS ? this.share * (this.fps < 0.5 * WANTED_FPS ? 0.75 : 0.88) : this.fps > 1.3 * WANTED_FPS ? this.share * 1.06 : this.share;
-    const share = Math.min(1, Math.max(COARSEST, wanted));
-    if (Math.abs(share - this.share) < 0.01) return;
-    this.share = share;
+    const requested = this.fps < REQUESTED_FPS ? this.fraction * (this.fps < 0.5 * REQUESTED_FPS ? 0.75 : 0.88) : this.fps > 1.3 * REQUESTED_FPS ? this.fraction * 1.06 : this.fraction;
+    const fraction = Math.min(1, Math.max(COARSEST, requested));
+    if (Math.abs(fraction - this.fraction) < 0.01) return;
+    this.fraction = fraction;
     this.lastChange = now;
     this.resize();
   }

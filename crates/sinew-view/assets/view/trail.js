@@ -1,4 +1,4 @@
-// Lines of a point: the wanted path, and the trail that the end point leaves, faded towards its beginning.
+// Lines of a point: the requested path, and the trail that the end point leaves, faded towards its beginning.
 import { Color } from "../vendor/three/three.module.min.js";
 import { triple } from "./cables.js";
 import { token } from "./palette.js";

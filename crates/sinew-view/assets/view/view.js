@@ -58,7 +58,7 @@ export class View {
     this.highest = highest > 0 ? highest : 1;
   }
 
-  /** Sets the wanted path. @param {number[][]|null} points */
+  /** Sets the requested path. @param {number[][]|null} points */
   path(points) {
     for (const path of this.paths) this.root.remove(...path.ribbon.meshes);
     this.paths = [];
@@ -108,9 +108,9 @@ export class View {
     this.bodies.update("body", now.body_pose);
     this.bodies.update("surface", now.body_pose);
     const known = (/** @type {ArrayLike<number>|undefined} */ list) => list !== undefined && list.length > 0 && Number.isFinite(list[list.length - 1]);
-    for (const [look, poses, wanted] of /** @type {const} */ ([["ghost", now.reference_pose, this.ghost], ["second", now.body_pose_2, true]])) {
-      this.bodies.show(look, wanted && known(poses));
-      if (poses && wanted) this.bodies.update(look, poses);
+    for (const [look, poses, requested] of /** @type {const} */ ([["ghost", now.reference_pose, this.ghost], ["second", now.body_pose_2, true]])) {
+      this.bodies.show(look, requested && known(poses));
+      if (poses && requested) this.bodies.update(look, poses);
     }
     this.cables.update(now, this.highest);
     this.surroundings.update(now.body_pose, now.end_point);

@@ -3,7 +3,7 @@
 use crate::browser::{Browser, rest};
 use crate::input::{click, drag, key};
 use crate::server::Server;
-use crate::{Outcome, Wanted, memory};
+use crate::{Outcome, Requested, memory};
 use serde_json::Value;
 use std::time::{Duration, Instant};
 
@@ -26,34 +26,34 @@ pub(crate) async fn all(
     page: &Browser,
     address: &str,
     server: Option<&Server>,
-    wanted: &Wanted,
+    requested: &Requested,
 ) -> Outcome<()> {
     let began = Instant::now();
-    let out = &wanted.out;
+    let out = &requested.out;
     page.size(1400, 900).await?;
-    first_frame(page, address, wanted).await?;
+    first_frame(page, address, requested).await?;
     settled(page).await?;
     page.picture(out, "light").await?;
     positions(page, server).await?;
     pace(page).await?;
-    story(page, address, wanted).await?;
+    story(page, address, requested).await?;
     page.value("localStorage.setItem('sinew-theme', 'dark')").await?;
     page.go(address).await?;
     ready(page).await?;
     settled(page).await?;
     page.picture(out, "dark").await?;
-    accessible(page, wanted, "dark").await?;
+    accessible(page, requested, "dark").await?;
     page.value("localStorage.setItem('sinew-theme', 'light')").await?;
     page.go(address).await?;
     ready(page).await?;
-    accessible(page, wanted, "light").await?;
-    dragged(page, wanted).await?;
-    stopped(page, wanted).await?;
+    accessible(page, requested, "light").await?;
+    dragged(page, requested).await?;
+    stopped(page, requested).await?;
     keyboard(page).await?;
     if let Some(server) = server {
-        lost_and_healed(page, server, wanted).await?;
+        lost_and_healed(page, server, requested).await?;
     }
-    phone(page, wanted).await?;
+    phone(page, requested).await?;
     page.size(1400, 900).await?;
     quiet(page, "after the visit").await?;
     memory::steady(page).await?;
@@ -62,7 +62,7 @@ pub(crate) async fn all(
     Ok(())
 }
 
-/// Waits until a machine is drawn.
+/// Waits until a machine is sampled.
 pub(crate) async fn ready(page: &Browser) -> Outcome<()> {
     page.until(
         "the page shows a machine",
@@ -72,7 +72,7 @@ pub(crate) async fn ready(page: &Browser) -> Outcome<()> {
     Ok(())
 }
 
-async fn first_frame(page: &Browser, address: &str, wanted: &Wanted) -> Outcome<()> {
+async fn first_frame(page: &Browser, address: &str, requested: &Requested) -> Outcome<()> {
     let mut best = f64::INFINITY;
     for _ in 0..VISITS {
         page.go(address).await?;
@@ -82,9 +82,9 @@ async fn first_frame(page: &Browser, address: &str, wanted: &Wanted) -> Outcome<
             break;
         }
     }
-    let busy = wanted.busy.map_or(String::new(), |load| format!(", not judged at a load of {load:.1}"));
+    let busy = requested.busy.map_or(String::new(), |load| format!(", not judged at a load of {load:.1}"));
     println!("first frame: {best:.0} ms{busy}");
-    if best > FIRST_FRAME_MS && wanted.busy.is_none() {
+    if best > FIRST_FRAME_MS && requested.busy.is_none() {
         return Err(format!("the first frame came after {best:.0} ms, expected {FIRST_FRAME_MS:.0}"));
     }
     rest(2000).await;
@@ -147,15 +147,15 @@ async fn positions(page: &Browser, server: Option<&Server>) -> Outcome<()> {
 async fn pace(page: &Browser) -> Outcome<()> {
     rest(3000).await;
     let fps = page.number("return sinew.fps").await?;
-    let share = page.number("return sinew.share").await?;
+    let fraction = page.number("return sinew.fraction").await?;
     let software = page.value("return sinew.view.stage.software").await? == Value::Bool(true);
     let how = if software { "software rendering" } else { "a graphics processor" };
-    println!("pace: {fps:.1} frames per second with {how}, at {:.0} % of the resolution", 100.0 * share);
+    println!("pace: {fps:.1} frames per second with {how}, at {:.0} % of the resolution", 100.0 * fraction);
     if fps > 0.5 { Ok(()) } else { Err(format!("{fps} frames per second")) }
 }
 
 /// Every step of the introduction has a link that opens it.
-async fn story(page: &Browser, address: &str, wanted: &Wanted) -> Outcome<()> {
+async fn story(page: &Browser, address: &str, requested: &Requested) -> Outcome<()> {
     for step in 1..=5 {
         page.go("about:blank").await?;
         page.go(&format!("{address}#story={step}")).await?;
@@ -166,13 +166,13 @@ async fn story(page: &Browser, address: &str, wanted: &Wanted) -> Outcome<()> {
         )
         .await?;
         settled(page).await?;
-        page.picture(&wanted.out, &format!("story-{step}")).await?;
+        page.picture(&requested.out, &format!("story-{step}")).await?;
     }
     Ok(())
 }
 
 /// Dragging the end point moves it.
-async fn dragged(page: &Browser, wanted: &Wanted) -> Outcome<()> {
+async fn dragged(page: &Browser, requested: &Requested) -> Outcome<()> {
     page.later("const done = arguments[0]; sinew.session.command('mode', { request: 'hold' }).then(done)")
         .await?;
     // Until the machine rests and is drawn so.
@@ -185,7 +185,7 @@ async fn dragged(page: &Browser, wanted: &Wanted) -> Outcome<()> {
     let from = [0, 1].map(|k| at[k].as_f64().unwrap_or(0.0));
     let before = page.value("return [...sinew.state.end_point]").await?;
     drag(page, from, [-60.0, -70.0], Duration::from_millis(1200)).await?;
-    page.picture(&wanted.out, "dragged").await?;
+    page.picture(&requested.out, "dragged").await?;
     let after = page.value("return [...sinew.state.end_point]").await?;
     let moved = (0..3)
         .map(|k| (after[k].as_f64().unwrap_or(0.0) - before[k].as_f64().unwrap_or(0.0)).powi(2))
@@ -196,7 +196,7 @@ async fn dragged(page: &Browser, wanted: &Wanted) -> Outcome<()> {
 }
 
 /// The stop acts by a click and by the space bar, wherever the focus is.
-async fn stopped(page: &Browser, wanted: &Wanted) -> Outcome<()> {
+async fn stopped(page: &Browser, requested: &Requested) -> Outcome<()> {
     for by_key in [false, true] {
         page.later("const done = arguments[0]; sinew.session.command('mode', { request: 'run' }).then(done)")
             .await?;
@@ -214,7 +214,7 @@ async fn stopped(page: &Browser, wanted: &Wanted) -> Outcome<()> {
             took.as_millis()
         );
     }
-    page.picture(&wanted.out, "stopped").await
+    page.picture(&requested.out, "stopped").await
 }
 
 /// The tabulator reaches every control; letters select and change.
@@ -249,12 +249,12 @@ async fn keyboard(page: &Browser) -> Outcome<()> {
 }
 
 /// A cut connection is shown within a second, and heals by itself.
-async fn lost_and_healed(page: &Browser, server: &Server, wanted: &Wanted) -> Outcome<()> {
+async fn lost_and_healed(page: &Browser, server: &Server, requested: &Requested) -> Outcome<()> {
     let began = Instant::now();
     server.silence(true);
     page.until("the loss is shown", "sinew.connection === 'lost'").await?;
     let took = began.elapsed();
-    page.picture(&wanted.out, "lost").await?;
+    page.picture(&requested.out, "lost").await?;
     server.silence(false);
     let healed = page.until("the connection heals", "sinew.connection === 'open'").await?;
     println!(
@@ -264,7 +264,7 @@ async fn lost_and_healed(page: &Browser, server: &Server, wanted: &Wanted) -> Ou
     );
     // A request that fails while the server is away is the browser's own message.
     page.console_errors().await?;
-    if took > LOST + NOTICE && wanted.busy.is_none() {
+    if took > LOST + NOTICE && requested.busy.is_none() {
         Err(format!("the loss was shown after {} ms", took.as_millis()))
     } else {
         Ok(())
@@ -272,8 +272,8 @@ async fn lost_and_healed(page: &Browser, server: &Server, wanted: &Wanted) -> Ou
 }
 
 /// Rules of accessibility, by axe-core, where it is at hand.
-pub(crate) async fn accessible(page: &Browser, wanted: &Wanted, state: &str) -> Outcome<()> {
-    let Some(axe) = &wanted.axe else {
+pub(crate) async fn accessible(page: &Browser, requested: &Requested, state: &str) -> Outcome<()> {
+    let Some(axe) = &requested.axe else {
         println!("accessibility: skipped, axe-core is not here");
         return Ok(());
     };
@@ -290,10 +290,10 @@ pub(crate) async fn accessible(page: &Browser, wanted: &Wanted, state: &str) -> 
 }
 
 /// A phone's width: nothing wider than the screen, the stop in sight.
-async fn phone(page: &Browser, wanted: &Wanted) -> Outcome<()> {
+async fn phone(page: &Browser, requested: &Requested) -> Outcome<()> {
     page.size(390, 844).await?;
     settled(page).await?;
-    page.picture(&wanted.out, "phone").await?;
+    page.picture(&requested.out, "phone").await?;
     let narrow = page.value(
         "const s = document.querySelector('#stop').getBoundingClientRect();
          return { wide: document.documentElement.scrollWidth, stop: [s.left, s.top, s.right, s.bottom], ready: sinew.ready };",

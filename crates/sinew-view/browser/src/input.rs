@@ -14,10 +14,10 @@ pub(crate) async fn key(page: &Browser, value: char) -> Outcome<()> {
 
 /// Drags from one place of the page to another, in steps, and holds there before letting go.
 pub(crate) async fn drag(page: &Browser, from: [f64; 2], by: [f64; 2], hold: Duration) -> Outcome<()> {
-    let to = |share: f64, milliseconds: u64| PointerAction::MoveTo {
+    let to = |fraction: f64, milliseconds: u64| PointerAction::MoveTo {
         duration: Some(Duration::from_millis(milliseconds)),
-        x: from[0] + share * by[0],
-        y: from[1] + share * by[1],
+        x: from[0] + fraction * by[0],
+        y: from[1] + fraction * by[1],
     };
     let mut mouse =
         MouseActions::new("mouse".to_owned()).then(to(0.0, 0)).then(PointerAction::Down { button: 0 });

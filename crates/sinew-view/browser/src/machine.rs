@@ -51,7 +51,7 @@ pub(crate) struct Machine {
 
 impl Default for Machine {
     fn default() -> Self {
-        Self { time: 0.0, sequence: 0.0, mode: 3, speed: 1.0, paused: false, drag: None, angles: wanted(0.0) }
+        Self { time: 0.0, sequence: 0.0, mode: 3, speed: 1.0, paused: false, drag: None, angles: requested(0.0) }
     }
 }
 
@@ -68,7 +68,7 @@ fn unit(field: &str) -> &'static str {
 }
 
 /// The two angles of the path, rad.
-fn wanted(time: f64) -> [f64; 2] {
+fn requested(time: f64) -> [f64; 2] {
     [0.4 + 0.3 * (1.3 * time).sin(), 0.9 + 0.4 * (1.9 * time).sin()]
 }
 
@@ -94,7 +94,7 @@ impl Machine {
         let bone = |k: usize| json!({"body": k, "kind": "bone", "size": [0.03, 0.12, 0.0], "position": [0.0, 0.0, -0.15], "quaternion": [1.0, 0.0, 0.0, 0.0], "wrap": false});
         // At the origin of the last body, so that its drawn place can be read.
         let ball = json!({"body": 2, "kind": "ellipsoid", "size": [0.035, 0.035, 0.035], "position": [0.0, 0.0, 0.0], "quaternion": [1.0, 0.0, 0.0, 0.0], "wrap": false});
-        let path: Vec<[f64; 3]> = (0..90).map(|k| place(wanted(0.1 * f64::from(k))).1).collect();
+        let path: Vec<[f64; 3]> = (0..90).map(|k| place(requested(0.1 * f64::from(k))).1).collect();
         let signals: Vec<Value> = (0..CABLES).map(|k| json!({"name": format!("position_in_m:cable_{k}"), "label": "winch position", "unit": "rad", "group": "winch",
             "muscle": k, "joint": null, "field": "position_in_m", "index": k, "simulated_truth": false})).collect();
         json!({"schema": "sinew.live/1", "machine": "two_links", "source": "twin", "simulated": true, "period_s": 0.001, "gravity": [0.0, 0.0, -9.81],
@@ -154,7 +154,7 @@ impl Machine {
             return;
         }
         // The angles of a point of two equal links; a point that is too far is approached.
-        let goal = self.drag.map_or(wanted(self.time), |[x, z]| {
+        let goal = self.drag.map_or(requested(self.time), |[x, z]| {
             let distance = x.hypot(z).clamp(0.05, 1.99 * LINK);
             let bend = 2.0 * (distance / (2.0 * LINK)).acos();
             [x.atan2(-z) - bend / 2.0, bend]
@@ -167,7 +167,7 @@ impl Machine {
     /// A message with the state, and the poses in it as the page must find them.
     pub(crate) fn message(&self) -> (Vec<u8>, Vec<f64>) {
         let (poses, end) = place(self.angles);
-        let (reference, end_wanted) = place(wanted(self.time));
+        let (reference, end_wanted) = place(requested(self.time));
         let mut body = Vec::new();
         let mut sent = Vec::new();
         for (name, kind, count) in LAYOUT {
@@ -211,7 +211,7 @@ impl Machine {
         let near = |cable: usize| 30.0 + 20.0 * phase(cable).sin();
         let far = |cable: usize| near(cable) * (-0.24 * (3.0 * phase(cable).cos()).tanh()).exp();
         let (cable, point) = (k / POINTS, k % POINTS);
-        let share = (point as f64 / (SHEATH - 1) as f64).min(1.0);
+        let fraction = (point as f64 / (SHEATH - 1) as f64).min(1.0);
         match name {
             "time_s" => self.time,
             "sequence" => self.sequence,
@@ -221,8 +221,8 @@ impl Machine {
             "body_pose" => poses[k / 7][k % 7],
             "reference_pose" => reference[k / 7][k % 7],
             "cable_points" => cable_point(k / 3, poses)[k % 3],
-            "cable_tension" => near(cable) + share * (far(cable) - near(cable)),
-            "cable_sliding" if share < 0.6 => {
+            "cable_tension" => near(cable) + fraction * (far(cable) - near(cable)),
+            "cable_sliding" if fraction < 0.6 => {
                 if phase(cable).cos() > 0.0 {
                     1.0
                 } else {
@@ -232,7 +232,7 @@ impl Machine {
             "end_point" => end[k],
             "end_point_reference" => end_wanted[k],
             "joint_true" | "joint_estimated" => self.angles[k],
-            "joint_reference" => wanted(self.time)[k],
+            "joint_reference" => requested(self.time)[k],
             "tension_in_n" => near(k),
             "tension_out_estimated_n" => 1.02 * far(k),
             "tension_out_n" => far(k),

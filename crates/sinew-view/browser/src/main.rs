@@ -22,7 +22,7 @@ pub(crate) type Outcome<T> = Result<T, String>;
 
 /// What the check was asked for.
 #[derive(Debug, Default)]
-pub(crate) struct Wanted {
+pub(crate) struct Requested {
     /// A server that runs already.
     pub(crate) address: Option<String>,
     /// axe-core, as one script.
@@ -44,42 +44,42 @@ fn busy() -> Option<f64> {
     (load > 0.5 * processors).then_some(load)
 }
 
-fn wanted() -> Outcome<Wanted> {
-    let mut wanted = Wanted { out: PathBuf::from("out/page"), busy: busy(), ..Wanted::default() };
+fn requested() -> Outcome<Requested> {
+    let mut requested = Requested { out: PathBuf::from("out/page"), busy: busy(), ..Requested::default() };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or(format!("{word} needs a value"));
         match word.as_str() {
-            "--address" => wanted.address = Some(value()?),
-            "--axe" => wanted.axe = Some(PathBuf::from(value()?)),
-            "--out" => wanted.out = PathBuf::from(value()?),
-            "--program" => wanted.program = Some(PathBuf::from(value()?)),
+            "--address" => requested.address = Some(value()?),
+            "--axe" => requested.axe = Some(PathBuf::from(value()?)),
+            "--out" => requested.out = PathBuf::from(value()?),
+            "--program" => requested.program = Some(PathBuf::from(value()?)),
             other => {
                 return Err(format!("unknown argument {other}; expected --address, --axe, --out, --program"));
             }
         }
     }
-    Ok(wanted)
+    Ok(requested)
 }
 
 fn run() -> Outcome<()> {
-    let wanted = wanted()?;
+    let requested = requested()?;
     let Some(driver) = browser::driver()? else {
         println!(
             "skipped: no Chromium with its driver here (Debian: apt-get install chromium chromium-driver)"
         );
         return Ok(());
     };
-    std::fs::create_dir_all(&wanted.out).map_err(|e| format!("{}: {e}", wanted.out.display()))?;
+    std::fs::create_dir_all(&requested.out).map_err(|e| format!("{}: {e}", requested.out.display()))?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     let runtime = runtime.map_err(|e| format!("no runtime: {e}"))?;
     runtime.block_on(async {
-        let server = if wanted.address.is_some() { None } else { Some(server::Server::start()?) };
-        let address = wanted.address.clone().or_else(|| server.as_ref().map(server::Server::address));
+        let server = if requested.address.is_some() { None } else { Some(server::Server::start()?) };
+        let address = requested.address.clone().or_else(|| server.as_ref().map(server::Server::address));
         let page = Browser::open(&driver).await?;
-        let mut outcome = checks::all(&page, &address.unwrap_or_default(), server.as_ref(), &wanted).await;
-        if let (Ok(()), Some(program)) = (&outcome, &wanted.program) {
-            outcome = program::all(&page, program, &wanted).await;
+        let mut outcome = checks::all(&page, &address.unwrap_or_default(), server.as_ref(), &requested).await;
+        if let (Ok(()), Some(program)) = (&outcome, &requested.program) {
+            outcome = program::all(&page, program, &requested).await;
         }
         page.close().await;
         outcome

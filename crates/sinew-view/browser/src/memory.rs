@@ -3,7 +3,7 @@
 use crate::Outcome;
 use crate::browser::{Browser, rest};
 
-/// Growth that counts as none, as a share, and of a short run also in bytes: the heap is swept in steps.
+/// Growth that counts as none, as a fraction, and of a short run also in bytes: the heap is swept in steps.
 const GROWTH: f64 = 0.2;
 const SWEEP: f64 = 3.0e6;
 

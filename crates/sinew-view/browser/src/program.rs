@@ -3,14 +3,14 @@
 use crate::browser::{Browser, rest};
 use crate::checks::{NEAR_M, quiet, ready, settled};
 use crate::input::{click, key};
-use crate::{Outcome, Wanted, reports};
+use crate::{Outcome, Requested, reports};
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
 /// Frames per second without a graphics processor.
-const LEAST_FPS: f64 = 20.0;
+const MIN_FPS: f64 = 20.0;
 /// Time of the machine between a click on the stop and the mode that it leads to, s: two states lie between
 /// what the page knew and what it sees, 16.7 ms apart.
 const STOPS_IN: f64 = 0.04;
@@ -55,16 +55,16 @@ impl Drop for Served {
 }
 
 /// All of it; the first that fails is the outcome.
-pub(crate) async fn all(page: &Browser, program: &Path, wanted: &Wanted) -> Outcome<()> {
+pub(crate) async fn all(page: &Browser, program: &Path, requested: &Requested) -> Outcome<()> {
     let program = std::fs::canonicalize(program).map_err(|e| format!("{}: {e}", program.display()))?;
-    let folder = wanted.out.join("recordings");
+    let folder = requested.out.join("recordings");
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     page.size(1400, 900).await?;
-    simulated(page, &program, &folder, wanted).await?;
-    meshed(page, &program, &folder, wanted).await?;
-    recorded(page, &program, &folder, wanted).await?;
-    watched(page, &program, &folder, wanted).await?;
-    reports::all(page, &program, &folder, wanted).await
+    simulated(page, &program, &folder, requested).await?;
+    meshed(page, &program, &folder, requested).await?;
+    recorded(page, &program, &folder, requested).await?;
+    watched(page, &program, &folder, requested).await?;
+    reports::all(page, &program, &folder, requested).await
 }
 
 async fn open(page: &Browser, served: &Served) -> Outcome<()> {
@@ -74,17 +74,17 @@ async fn open(page: &Browser, served: &Served) -> Outcome<()> {
 }
 
 /// The LM-Arm moves fast enough, stops where it is, and is seen by many at once.
-async fn simulated(page: &Browser, program: &Path, folder: &Path, wanted: &Wanted) -> Outcome<()> {
+async fn simulated(page: &Browser, program: &Path, folder: &Path, requested: &Requested) -> Outcome<()> {
     let served = Served::start(program, folder, "live lm_arm")?;
     open(page, &served).await?;
     rest(8000).await;
     let fps = page.number("return sinew.fps").await?;
-    let busy = wanted.busy.map_or(String::new(), |load| format!(", not judged at a load of {load:.1}"));
+    let busy = requested.busy.map_or(String::new(), |load| format!(", not judged at a load of {load:.1}"));
     println!("the LM-Arm: {fps:.1} frames per second{busy}");
-    if fps < LEAST_FPS && wanted.busy.is_none() {
-        return Err(format!("{fps:.1} frames per second, expected {LEAST_FPS}"));
+    if fps < MIN_FPS && requested.busy.is_none() {
+        return Err(format!("{fps:.1} frames per second, expected {MIN_FPS}"));
     }
-    page.picture(&wanted.out, "lm-arm").await?;
+    page.picture(&requested.out, "lm-arm").await?;
     let mut longest = 0.0_f64;
     for _ in 0..STOPS {
         page.value("sinew.session.command('mode', { request: 'run' })").await?;
@@ -95,10 +95,10 @@ async fn simulated(page: &Browser, program: &Path, folder: &Path, wanted: &Wante
              s.addEventListener('state', seen); document.querySelector('#stop').click();",
         ).await?;
         longest = longest.max(took.as_f64().ok_or("no time of the stop")?);
-        page.until("the machine is let down", "sinew.mode === 'ready'").await?;
+        page.until("the machine is released", "sinew.mode === 'ready'").await?;
     }
     println!("stop: at most {:.0} ms of the machine's time until the page knows of it{busy}", 1e3 * longest);
-    if longest > STOPS_IN && wanted.busy.is_none() {
+    if longest > STOPS_IN && requested.busy.is_none() {
         return Err(format!("the machine stopped {longest} s after the click"));
     }
     let counts = page.later(&format!(
@@ -117,7 +117,7 @@ async fn simulated(page: &Browser, program: &Path, folder: &Path, wanted: &Wante
 }
 
 /// A link whose shape is a file of four triangles is drawn with them, in its place.
-async fn meshed(page: &Browser, program: &Path, folder: &Path, wanted: &Wanted) -> Outcome<()> {
+async fn meshed(page: &Browser, program: &Path, folder: &Path, requested: &Requested) -> Outcome<()> {
     let write = |name: &str, text: &str| {
         std::fs::write(folder.join(name), text).map_err(|e| format!("{}: {e}", folder.join(name).display()))
     };
@@ -145,7 +145,7 @@ async fn meshed(page: &Browser, program: &Path, folder: &Path, wanted: &Wanted) 
         .enumerate()
         .all(|(k, m): (usize, &f64)| found["box"][k].as_f64().is_some_and(|at| (at - m).abs() <= NEAR_M));
     println!("a shape of a file: {} corners, in the box {} m", found["corners"], found["box"]);
-    page.picture(&wanted.out, "shape").await?;
+    page.picture(&requested.out, "shape").await?;
     if found["drawn"] != 1 || found["corners"] != 12 || found["seen"] != true || !fits {
         return Err(format!("a shape of a file is drawn wrong: {found}"));
     }
@@ -175,7 +175,7 @@ async fn exported(page: &Browser) -> Outcome<()> {
 }
 
 /// A recording goes to any time, by hand and by its events, and carries another one.
-async fn recorded(page: &Browser, program: &Path, folder: &Path, wanted: &Wanted) -> Outcome<()> {
+async fn recorded(page: &Browser, program: &Path, folder: &Path, requested: &Requested) -> Outcome<()> {
     let record = |name: &str, more: &str| {
         let file = folder.join(name);
         let motion =
@@ -205,7 +205,7 @@ async fn recorded(page: &Browser, program: &Path, folder: &Path, wanted: &Wanted
     }
     // What stands is drawn once more, finer.
     rest(1500).await;
-    page.picture(&wanted.out, "recording").await?;
+    page.picture(&requested.out, "recording").await?;
     key(page, '[').await?;
     page.until("an event before it is gone to", "sinew.session.time < 5 && sinew.scene.events.some((e) => Math.abs(e.time_s - sinew.session.time) < 1e-6)").await?;
     key(page, '.').await?;
@@ -228,12 +228,12 @@ async fn recorded(page: &Browser, program: &Path, folder: &Path, wanted: &Wanted
 }
 
 /// A run while it goes on can be stopped, and ends then.
-async fn watched(page: &Browser, program: &Path, folder: &Path, wanted: &Wanted) -> Outcome<()> {
+async fn watched(page: &Browser, program: &Path, folder: &Path, requested: &Requested) -> Outcome<()> {
     let mut served = Served::start(program, folder, "run planar_leg --bus segment --page")?;
     open(page, &served).await?;
     page.until("the run goes on", "sinew.mode === 'run' && sinew.session.time > 3.5").await?;
     settled(page).await?;
-    page.picture(&wanted.out, "run").await?;
+    page.picture(&requested.out, "run").await?;
     let offered = page.number("return document.querySelectorAll('#commands button').length").await?;
     click(page, "#stop").await?;
     page.until("the run stops", "sinew.mode === 'safe_stop'").await?;

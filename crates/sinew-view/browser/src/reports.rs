@@ -3,7 +3,7 @@
 
 use crate::browser::{Browser, rest};
 use crate::checks::accessible;
-use crate::{Outcome, Wanted};
+use crate::{Outcome, Requested};
 use std::path::Path;
 use std::process::Command;
 
@@ -19,7 +19,7 @@ const REPORTS: [(&str, &str); 7] = [
 ];
 
 /// All of them; `folder` holds a recording.
-pub(crate) async fn all(page: &Browser, program: &Path, folder: &Path, wanted: &Wanted) -> Outcome<()> {
+pub(crate) async fn all(page: &Browser, program: &Path, folder: &Path, requested: &Requested) -> Outcome<()> {
     // A page whose run has ended goes on asking for it.
     page.go("about:blank").await?;
     rest(300).await;
@@ -35,14 +35,14 @@ pub(crate) async fn all(page: &Browser, program: &Path, folder: &Path, wanted: &
         if !report.is_empty() {
             let file = folder.join(report);
             let file = std::fs::canonicalize(&file).map_err(|e| format!("{}: {e}", file.display()))?;
-            looked_at(page, &file, wanted).await?;
+            looked_at(page, &file, requested).await?;
         }
     }
     page.size(1400, 900).await?;
     page.go("about:blank").await
 }
 
-async fn looked_at(page: &Browser, file: &Path, wanted: &Wanted) -> Outcome<()> {
+async fn looked_at(page: &Browser, file: &Path, requested: &Requested) -> Outcome<()> {
     let name = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let name = format!("report-{name}");
     let address = format!("file://{}", file.display());
@@ -51,9 +51,9 @@ async fn looked_at(page: &Browser, file: &Path, wanted: &Wanted) -> Outcome<()> 
         page.go(&address).await?;
         page.value(&format!("document.documentElement.dataset.theme = '{theme}'")).await?;
         rest(300).await;
-        accessible(page, wanted, &format!("{name}, {theme}")).await?;
+        accessible(page, requested, &format!("{name}, {theme}")).await?;
     }
-    page.picture(&wanted.out, &name).await?;
+    page.picture(&requested.out, &name).await?;
     // A view is drawn where it comes into sight.
     page.value("document.querySelectorAll('figure.scene').forEach((figure) => figure.scrollIntoView())")
         .await?;
@@ -66,7 +66,7 @@ async fn looked_at(page: &Browser, file: &Path, wanted: &Wanted) -> Outcome<()> 
     page.size(390, 844).await?;
     page.go(&address).await?;
     rest(500).await;
-    page.picture(&wanted.out, &format!("{name}-phone")).await?;
+    page.picture(&requested.out, &format!("{name}-phone")).await?;
     let narrow = page.value("return { wide: document.documentElement.scrollWidth, views: document.querySelectorAll('figure.scene').length }").await?;
     let errors = page.console_errors().await?;
     println!("{name}: {} views, {} px wide on a phone", narrow["views"], narrow["wide"]);

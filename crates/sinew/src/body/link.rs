@@ -48,7 +48,7 @@ impl Inertia {
     }
 
     /// Of a body with its centre of mass at `center` and `central` about it, both in a frame at `origin`.
-    pub(crate) fn of(mass: f64, center: Vector, central: &[f64; 6], place: &LinkFrame) -> Inertia {
+    pub(crate) fn new(mass: f64, center: Vector, central: &[f64; 6], place: &LinkFrame) -> Inertia {
         let center = add(place.origin, rotate(&place.axes, center));
         let mut about_origin = rotate_symmetric(&place.axes, central);
         for (entry, extra) in about_origin.iter_mut().zip(point_inertia(mass, center)) {

@@ -107,13 +107,13 @@ pub(crate) fn chains(links: &[Link]) -> Vec<LinkChain> {
 /// Axes of four links in their parents' frames, as a structure of arrays.
 pub(crate) type Axes = [[[f64; 4]; 3]; 3];
 
-/// Four links, joints at their references, and their rotation angles `share q - reference` about z.
+/// Four links, joints at their references, and their rotation angles `fraction q - reference` about z.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct LinkQuad {
     axes: Axes,
     q: [usize; 4],
     /// 1 for hinges, 0 for other joints.
-    share: [f64; 4],
+    fraction: [f64; 4],
     reference: [f64; 4],
 }
 
@@ -123,7 +123,7 @@ pub(crate) fn quads(links: &[Link]) -> Vec<LinkQuad> {
     for (index, link) in links.iter().enumerate() {
         let (quad, lane) = (&mut quads[index / 4], index % 4);
         if link.kind == JointKind::Hinge {
-            (quad.q[lane], quad.share[lane], quad.reference[lane]) = (link.q, 1.0, link.reference);
+            (quad.q[lane], quad.fraction[lane], quad.reference[lane]) = (link.q, 1.0, link.reference);
         }
         set_axes(&mut quad.axes, lane, &link.axes);
     }
@@ -167,6 +167,6 @@ impl LinkQuad {
 
     #[inline(always)]
     fn angle(&self, q: &[f64], lane: usize) -> f64 {
-        self.share[lane] * q[self.q[lane]] - self.reference[lane]
+        self.fraction[lane] * q[self.q[lane]] - self.reference[lane]
     }
 }

@@ -57,7 +57,7 @@ impl Tree {
                 joint += 1;
             }
             tree.bodies[index] = place;
-            let inertia = Inertia::of(body.mass, body.center_of_mass, &body.inertia, &place);
+            let inertia = Inertia::new(body.mass, body.center_of_mass, &body.inertia, &place);
             tree.links[place.link].inertia.add(&inertia);
         }
         (tree.lumped_links, tree.quads) = (lumped_links(&tree.links), quads(&tree.links));

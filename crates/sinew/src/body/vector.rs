@@ -89,10 +89,10 @@ pub(crate) fn turn_about_z(frame: &Frame, (sine, cosine): (f64, f64)) -> Frame {
 
 /// A right-handed frame whose z is the unit vector `axis`; exact when the axis is one of the three.
 pub(crate) fn frame_about(axis: Vector) -> Frame {
-    let (mut least, mut least_size) = (0, f64::INFINITY);
+    let (mut least, mut min_size) = (0, f64::INFINITY);
     for (k, component) in axis.iter().enumerate() {
-        if component.abs() < least_size {
-            (least, least_size) = (k, component.abs());
+        if component.abs() < min_size {
+            (least, min_size) = (k, component.abs());
         }
     }
     let mut x = add_scaled([0.0; 3], -axis[least], axis);

@@ -12,6 +12,20 @@ use alloc::vec::Vec;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+/// Keys that had another name in the version before, which is still read.
+const FORMER: [(&str, &str); 5] = [
+    ("max_tension_n", "most_tension_n"),
+    ("min_tension_n", "least_tension_n"),
+    ("wind_in_speed_rad_per_s", "take_up_speed_rad_per_s"),
+    ("backlash_gain", "pre_travel_gain"),
+    ("backlash_integral_per_s", "pre_travel_integral_per_s"),
+];
+
+/// The present name of a key that a file has.
+fn present(written: &str) -> &str {
+    FORMER.iter().find(|(_, former)| *former == written).map_or(written, |(present, _)| present)
+}
+
 /// Name and text of a file.
 #[derive(Debug)]
 pub(in crate::description) struct Document<'a> {
@@ -80,21 +94,34 @@ impl<'d> Table<'d> {
     pub fn check_keys(&self, known: &[&str]) -> Result<(), DescriptionError> {
         let unknown = |key: &&Spanned<_>| {
             let key: &alloc::borrow::Cow<'_, str> = Spanned::get_ref(key);
-            !known.contains(&key.as_ref())
+            !known.contains(&present(key))
         };
         // The first in the file, not in the alphabet.
         let Some(key) = self.entries.keys().filter(unknown).min_by_key(|key| key.span().start) else {
-            return Ok(());
+            return self.check_former_keys();
         };
         let expected = spelling::expected(key.get_ref(), known);
         let problem = format!("`{}` is no key of it{expected}", shortened(key.get_ref()));
         Err(self.document.error(key.span().start, &self.place, &problem))
     }
 
-    /// The value of a key.
+    /// Refuses a key that stands there under its present and under its former name.
+    fn check_former_keys(&self) -> Result<(), DescriptionError> {
+        for (now, former) in FORMER {
+            if let (true, Some((key, _))) =
+                (self.entries.contains_key(now), self.entries.get_key_value(former))
+            {
+                let problem = format!("`{former}` is the former name of `{now}`, which is there, too");
+                return Err(self.document.error(key.span().start, &self.place, &problem));
+            }
+        }
+        Ok(())
+    }
+
+    /// The value of a key, under its present or its former name.
     #[must_use]
     pub fn entry(&self, key: &str) -> Option<Entry<'d>> {
-        let (key, value) = self.entries.iter().find(|(known, _)| known.get_ref() == key)?;
+        let (key, value) = self.entries.iter().find(|(known, _)| present(known.get_ref()) == key)?;
         Some(Entry { document: self.document, place: self.place.clone(), key: key.get_ref(), value })
     }
 
@@ -214,7 +241,7 @@ impl<'d> Table<'d> {
         let word = name.rsplit('.').next().unwrap_or(name).replace(' ', "_");
         let is =
             |key: &str| key.strip_prefix(&*word).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'));
-        match self.entries().into_iter().find(|entry| !word.is_empty() && is(entry.key)) {
+        match self.entries().into_iter().find(|entry| !word.is_empty() && is(present(entry.key))) {
             Some(Entry { key, value, .. }) => {
                 let problem = format!("{key} is {}: {error}", self.document.written(value));
                 self.document.error(value.span().start, &self.place, &problem)

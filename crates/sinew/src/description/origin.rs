@@ -20,7 +20,7 @@ fn is_head(line: &str) -> bool {
 }
 
 impl Keys {
-    pub(super) fn of(text: &str) -> Keys {
+    pub(super) fn from_text(text: &str) -> Keys {
         let told = text.lines().enumerate().filter_map(|(index, line)| {
             let line = line.trim_start();
             let key = if is_head(line) { "[" } else { line.split_once('=')?.0.trim_end() };
@@ -70,7 +70,7 @@ impl Origins {
     }
 
     pub(super) fn set_keys(&mut self, file: &str, text: &str) {
-        self.keys.insert(file.to_string(), Keys::of(text));
+        self.keys.insert(file.to_string(), Keys::from_text(text));
     }
 
     /// File and line of a field of a part, or of the part where the field is not known.
@@ -126,7 +126,7 @@ pub(super) fn word(kind: &str, field: &str) -> (String, Option<&'static str>) {
 impl Description {
     /// The description of a robot that has been read before, from the file of this name.
     #[must_use]
-    pub fn of(robot: &Robot, file: &str) -> Self {
+    pub fn from_robot(robot: &Robot, file: &str) -> Self {
         Self { parts: robot.parts().clone(), warnings: Vec::new(), origins: Origins::new(file) }
     }
 

@@ -13,9 +13,9 @@ const LONGEST: usize = 64 << 20;
 /// Elements of all files.
 const MOST: usize = 2_000_000;
 /// Attributes of one element: the parser compares each with all before it.
-const MOST_ATTRIBUTES: usize = 1000;
+const MAX_ATTRIBUTES: usize = 1000;
 /// Namespace declarations of a file: every element resolves its prefixes among all that are in scope.
-const MOST_NAMESPACES: usize = 100;
+const MAX_NAMESPACES: usize = 100;
 
 /// One element.
 #[derive(Debug, Clone)]
@@ -184,13 +184,13 @@ fn check_attributes(text: &str) -> Result<(), (usize, String)> {
             (_, b'"' | b'\'') if in_tag => quote = Some(byte),
             _ => {}
         }
-        if attributes > MOST_ATTRIBUTES {
-            return Err((line, format!("has an element with more than {MOST_ATTRIBUTES} attributes")));
+        if attributes > MAX_ATTRIBUTES {
+            return Err((line, format!("has an element with more than {MAX_ATTRIBUTES} attributes")));
         }
     }
     let namespaces = text.matches("xmlns").count();
-    if namespaces > MOST_NAMESPACES {
-        return Err((1, format!("has {namespaces} namespace declarations, more than {MOST_NAMESPACES}")));
+    if namespaces > MAX_NAMESPACES {
+        return Err((1, format!("has {namespaces} namespace declarations, more than {MAX_NAMESPACES}")));
     }
     Ok(())
 }

@@ -8,7 +8,7 @@ use super::motor::Motor;
 ///
 /// | symbol | argument   | unit  | meaning                                              |
 /// |--------|------------|-------|------------------------------------------------------|
-/// | i*     | `wanted`   | A     | desired, limited to the peak current                     |
+/// | i*     | `desired`   | A     | desired, limited to the peak current                     |
 /// | i^     | `current`  | A     | as measured at the start of the step                   |
 /// | v      |            | V     | winding voltage beside the back-EMF |
 /// | R      |            | ohm   | cold: the drive does not measure the temperature of its winding     |
@@ -31,14 +31,14 @@ impl CurrentLoop {
     /// Winding voltage of the next step without the back-EMF, V; `decay` is `e^(-h R/L)`.
     #[inline]
     #[must_use]
-    pub fn voltage(&self, motor: &Motor, wanted: f64, current: f64, decay: f64) -> f64 {
-        motor.resistance * (wanted - decay * current) / (1.0 - decay).max(1e-6) + self.correction
+    pub fn voltage(&self, motor: &Motor, desired: f64, current: f64, decay: f64) -> f64 {
+        motor.resistance * (desired - decay * current) / (1.0 - decay).max(1e-6) + self.correction
     }
 
     /// Integrates the current error; the caller skips this where the voltage is saturated (anti-windup).
     #[inline]
-    pub fn integrate(&mut self, motor: &Motor, wanted: f64, current: f64) {
-        self.correction += INTEGRAL_GAIN * motor.resistance * (wanted - current);
+    pub fn integrate(&mut self, motor: &Motor, desired: f64, current: f64) {
+        self.correction += INTEGRAL_GAIN * motor.resistance * (desired - current);
     }
 }
 
@@ -48,16 +48,16 @@ mod tests {
     use crate::drive::MotorState;
 
     #[test]
-    fn one_step_brings_a_cold_winding_to_the_wanted_current_however_short_it_is() {
+    fn one_step_brings_a_cold_winding_to_the_desired_current_however_short_it_is() {
         let motor = Motor::class_35_mm();
         for h in [3e-5, 1e-4, 1e-3] {
-            for (current, wanted) in [(0.0, 5.0), (3.0, -4.0), (-2.0, 0.0)] {
+            for (current, desired) in [(0.0, 5.0), (3.0, -4.0), (-2.0, 0.0)] {
                 let mut state = MotorState::cold(&motor);
                 state.current = current;
                 let decay = state.lag(&motor, h).left;
-                let voltage = CurrentLoop::default().voltage(&motor, wanted, current, decay);
+                let voltage = CurrentLoop::default().voltage(&motor, desired, current, decay);
                 state.drive(&motor, voltage, h);
-                assert!((state.current - wanted).abs() < 1e-13, "{h} {wanted}: {}", state.current);
+                assert!((state.current - desired).abs() < 1e-13, "{h} {desired}: {}", state.current);
             }
         }
     }

@@ -16,7 +16,7 @@ pub struct MotorTemperatures {
 }
 
 /// Least thermal resistance between winding and housing, K/W.
-const LEAST_RESISTANCE: f64 = 1e-3;
+const MIN_RESISTANCE: f64 = 1e-3;
 
 impl MotorTemperatures {
     /// Of the room.
@@ -28,8 +28,7 @@ impl MotorTemperatures {
     /// A step of `h` seconds, > 0, with a current, A.
     pub fn advance(&mut self, motor: &Motor, current: f64, h: f64) {
         let loss = motor.resistance_at(self.winding) * current * current;
-        let (inner, outer) =
-            (1.0 / motor.winding_to_housing.max(LEAST_RESISTANCE), 1.0 / motor.housing_to_air);
+        let (inner, outer) = (1.0 / motor.winding_to_housing.max(MIN_RESISTANCE), 1.0 / motor.housing_to_air);
         let (winding, housing) = (motor.winding_capacity / h, motor.housing_capacity / h);
         // (winding + inner) T_w - inner T_h = a,   (housing + inner + outer) T_h - inner T_w = b
         let a = winding * self.winding + loss;
@@ -45,7 +44,7 @@ impl MotorTemperatures {
 const STEPS: f64 = 200.0;
 const LONGEST_STEP: f64 = 1.0;
 /// Bound of the steps of one integration.
-const MOST_STEPS: f64 = 5000.0;
+const MAX_STEPS: f64 = 5000.0;
 /// Halvings of the interval of currents.
 const HALVINGS: usize = 30;
 
@@ -61,7 +60,7 @@ impl Motor {
         if !seconds.is_finite() {
             return lasting;
         }
-        let steps = (seconds / LONGEST_STEP).clamp(STEPS, MOST_STEPS);
+        let steps = (seconds / LONGEST_STEP).clamp(STEPS, MAX_STEPS);
         let h = seconds.max(1e-3) / steps;
         let stays_below = |current: f64| {
             let mut temperatures = MotorTemperatures::room();
@@ -87,7 +86,7 @@ impl DriveParameters {
     /// Tension that the drive holds for a time from room temperature on, N: what it takes up with the current
     /// that its winding endures, at most its working tension.
     ///
-    /// The losses of the reducer count against the motor, as after taking up cable.
+    /// The losses of the reducer count against the motor, as after winding in cable.
     #[must_use]
     pub fn holding_tension(&self, seconds: f64) -> f64 {
         self.tension_of(self.motor.current_for(seconds)).min(self.working_tension())

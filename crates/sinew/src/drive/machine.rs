@@ -282,8 +282,8 @@ impl Drive {
         }
         self.sense(tension);
         let arm = self.drum.arm(self.winch);
-        let wanted = self.commanded_torque(command, arm, h).filter(|_| self.fault.is_none());
-        let powered = self.powered(wanted, tension * arm, h);
+        let desired = self.commanded_torque(command, arm, h).filter(|_| self.fault.is_none());
+        let powered = self.powered(desired, tension * arm, h);
         let (moved, impact) = self.advance(powered.turn.speed, tension, arm, h);
         self.check_faults();
         DriveStep {
@@ -293,7 +293,7 @@ impl Drive {
             heat: powered.winding.heat,
             to_air: powered.winding.to_air,
             lost: powered.turn.lost + impact,
-            quadrant: Quadrant::of(self.speed, powered.winding.mean),
+            quadrant: Quadrant::new(self.speed, powered.winding.mean),
             fault: self.fault,
         }
     }
@@ -306,13 +306,13 @@ impl Drive {
     }
 
     /// Winding and shaft, coupled implicitly: the back-EMF is that of the speed at the end of the step.
-    fn powered(&mut self, wanted: Option<f64>, load: f64, h: f64) -> Powered {
+    fn powered(&mut self, desired: Option<f64>, load: f64, h: f64) -> Powered {
         let Self { parameters: p, motor: state, .. } = self;
         let (motor, k) = (&p.motor, p.motor.torque_constant);
         let lag = state.lag(motor, h);
         let shaft = Shaft { inertia: motor.inertia, speed: self.speed, angle: self.angle };
         let turn = |torque, brake| p.reducer.turn(shaft, torque, brake, load, h);
-        let Some(torque) = wanted else {
+        let Some(torque) = desired else {
             // An open circuit carries no current.
             let returned = state.open(motor);
             return Powered {
@@ -364,8 +364,8 @@ impl Drive {
             }
             DriveCommand::Tension { tension, feed } if tension.is_finite() && feed.is_finite() => {
                 self.enter(Mode::Tension);
-                let wanted = saturate(tension, self.parameters.least_tension, self.parameters.most_tension);
-                self.tension_loop.speed(wanted, self.reading.tension, feed, h)
+                let desired = saturate(tension, self.parameters.min_tension, self.parameters.max_tension);
+                self.tension_loop.speed(desired, self.reading.tension, feed, h)
             }
             _ => {
                 self.mode = Mode::Free;
@@ -556,13 +556,13 @@ mod tests {
     }
 
     #[test]
-    fn a_fast_shaft_is_braked_with_all_of_the_voltage_where_the_wanted_current_needs_more() {
+    fn a_fast_shaft_is_braked_with_all_of_the_voltage_where_the_desired_current_needs_more() {
         let mut parameters = exact();
         (parameters.motor.resistance, parameters.motor.voltage) = (2.0, 12.0);
         let mut drive = Drive::new(parameters, 1).unwrap();
         drive.speed = 300.0;
-        let wanted = -parameters.motor.torque_constant * parameters.motor.peak_current;
-        let Powered { winding, electrical, .. } = drive.powered(Some(wanted), 0.0, H);
+        let desired = -parameters.motor.torque_constant * parameters.motor.peak_current;
+        let Powered { winding, electrical, .. } = drive.powered(Some(desired), 0.0, H);
         assert!(winding.mean < -5.0, "{} A", winding.mean);
         let voltage = electrical / (winding.mean * H);
         assert!((voltage + parameters.motor.voltage).abs() < 1e-12, "{voltage} V");

@@ -64,7 +64,7 @@ pub const ROOM: f64 = 25.0;
 const COPPER: f64 = 0.003_93;
 
 /// Inductance that replaces zero, H.
-const LEAST_INDUCTANCE: f64 = 1e-12;
+const MIN_INDUCTANCE: f64 = 1e-12;
 
 impl Motor {
     /// The class of the paper's drive, 35 mm, 24 V, 120 W.
@@ -172,9 +172,9 @@ struct Rates {
 /// How a current settles within a step: `i(t) = i_oo + (i - i_oo) e^(-t R/L)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lag {
-    /// Share of the distance that is left at the end: `e^(-h R/L)`.
+    /// Fraction of the distance that is left at the end: `e^(-h R/L)`.
     pub left: f64,
-    /// Mean share over the step.
+    /// Mean fraction over the step.
     pub mean: f64,
     /// Mean of its square.
     pub square: f64,
@@ -223,7 +223,7 @@ impl MotorState {
     /// Energy in the winding's field, J.
     #[must_use]
     pub fn field(&self, motor: &Motor) -> f64 {
-        0.5 * motor.inductance.max(LEAST_INDUCTANCE) * self.current * self.current
+        0.5 * motor.inductance.max(MIN_INDUCTANCE) * self.current * self.current
     }
 
     /// Heat stored in winding and housing above room temperature, J.
@@ -242,7 +242,7 @@ impl MotorState {
         if moved || self.step.to_bits() != h.to_bits() {
             self.resistance = now;
             self.step = h;
-            self.lag = Lag::new((h * now / motor.inductance.max(LEAST_INDUCTANCE)).max(1e-12));
+            self.lag = Lag::new((h * now / motor.inductance.max(MIN_INDUCTANCE)).max(1e-12));
             self.rates = Rates {
                 to_housing: h / motor.winding_to_housing.max(1e-3),
                 to_air: h / motor.housing_to_air,

@@ -25,9 +25,9 @@ pub struct DriveParameters {
     /// Limit of the velocity reference at the cable, m/s^2, > 0.
     pub acceleration: f64,
     /// Tension above which the drive does not wind in, N, > 0.
-    pub most_tension: f64,
+    pub max_tension: f64,
     /// Tension below which the drive does not pay out, N, >= 0.
-    pub least_tension: f64,
+    pub min_tension: f64,
 }
 
 impl DriveParameters {
@@ -43,8 +43,8 @@ impl DriveParameters {
             load_cell: LoadCell::one_kilonewton(),
             delay_ms: 1.0,
             acceleration: 5.0,
-            most_tension: 600.0,
-            least_tension: 1.0,
+            max_tension: 600.0,
+            min_tension: 1.0,
         }
     }
 
@@ -59,10 +59,10 @@ impl DriveParameters {
         self.encoder.validate()?;
         self.load_cell.validate()?;
         positive("acceleration", self.acceleration)?;
-        positive("most_tension", self.most_tension)?;
-        let least = self.least_tension;
-        let below = least >= 0.0 && least < self.most_tension;
-        within("least_tension", "a number in [0, most_tension)", least, below)?;
+        positive("max_tension", self.max_tension)?;
+        let least = self.min_tension;
+        let below = least >= 0.0 && least < self.max_tension;
+        within("min_tension", "a number in [0, max_tension)", least, below)?;
         Ok(())
     }
 
@@ -73,7 +73,7 @@ impl DriveParameters {
         self.motor.inertia * turns * turns
     }
 
-    /// Current that takes up cable at a tension, N, and speed, m/s, >= 0, against the losses of the reducer,
+    /// Current that winds in cable at a tension, N, and speed, m/s, >= 0, against the losses of the reducer,
     /// A.
     #[must_use]
     pub fn pulling_current(&self, tension: f64, speed: f64) -> f64 {
@@ -108,10 +108,10 @@ impl DriveParameters {
     /// Tension that the drive may be asked for whatever its motor gives, N.
     #[must_use]
     pub fn allowed_tension(&self) -> f64 {
-        0.95 * self.most_tension
+        0.95 * self.max_tension
     }
 
-    /// Tension at which a current takes up cable slowly, N: the inverse of
+    /// Tension at which a current winds in cable slowly, N: the inverse of
     /// [`pulling_current`](Self::pulling_current) at standstill, 0 where friction takes all of it.
     #[must_use]
     pub fn tension_of(&self, current: f64) -> f64 {
@@ -121,7 +121,7 @@ impl DriveParameters {
         (torque * reducer.efficiency * turns).max(0.0)
     }
 
-    /// Speed at which the drive takes up cable at a tension, N, m/s: the limit of the voltage with a hot
+    /// Speed at which the drive winds in cable at a tension, N, m/s: the limit of the voltage with a hot
     /// winding, or of the bearings.
     #[must_use]
     pub fn speed_at(&self, tension: f64) -> f64 {
@@ -135,9 +135,9 @@ impl DriveParameters {
     /// A cable speed, m/s, limited so that the tension at the outlet, N, stays between the drive's limits.
     #[must_use]
     pub fn limited_speed(&self, velocity: f64, tension: f64) -> f64 {
-        if tension > self.most_tension {
+        if tension > self.max_tension {
             velocity.min(0.0)
-        } else if tension < self.least_tension {
+        } else if tension < self.min_tension {
             velocity.max(0.0)
         } else {
             velocity
@@ -201,8 +201,8 @@ mod tests {
         short.motor.peak_current = 4.5;
         let current = short.pulling_current(short.working_tension(), 0.0);
         assert!((current - short.motor.peak_current).abs() < 1e-14, "{current}");
-        let gentle = DriveParameters { most_tension: 50.0, ..drive() };
-        assert!((20.0 * gentle.working_tension() - 19.0 * gentle.most_tension).abs() < 1e-12);
+        let gentle = DriveParameters { max_tension: 50.0, ..drive() };
+        assert!((20.0 * gentle.working_tension() - 19.0 * gentle.max_tension).abs() < 1e-12);
         assert!((gentle.working_tension() - gentle.allowed_tension()).abs() < 1e-15);
     }
 
@@ -229,11 +229,11 @@ mod tests {
             let got = both.map(|velocity| drive.limited_speed(velocity, tension));
             assert_eq!(got.map(f64::to_bits), expected.map(f64::to_bits), "{tension} N: {got:?}");
         };
-        for within in [drive.least_tension, 100.0, drive.most_tension] {
+        for within in [drive.min_tension, 100.0, drive.max_tension] {
             limited(within, both);
         }
-        limited(drive.most_tension + 1e-9, [-0.1, 0.0]);
-        limited(drive.least_tension - 1e-9, [0.0, 0.1]);
+        limited(drive.max_tension + 1e-9, [-0.1, 0.0]);
+        limited(drive.min_tension - 1e-9, [0.0, 0.1]);
     }
 
     #[test]
@@ -250,8 +250,8 @@ mod tests {
         assert!(wrong(|d| d.encoder.counts = 0.0).starts_with("counts"));
         assert!(wrong(|d| d.load_cell.range = 0.0).starts_with("range"));
         assert!(wrong(|d| d.acceleration = 0.0).starts_with("acceleration"));
-        assert!(wrong(|d| d.most_tension = f64::NAN).starts_with("most_tension"));
-        assert!(wrong(|d| d.least_tension = -1.0).starts_with("least_tension"));
-        assert!(wrong(|d| d.least_tension = d.most_tension).starts_with("least_tension"));
+        assert!(wrong(|d| d.max_tension = f64::NAN).starts_with("max_tension"));
+        assert!(wrong(|d| d.min_tension = -1.0).starts_with("min_tension"));
+        assert!(wrong(|d| d.min_tension = d.max_tension).starts_with("min_tension"));
     }
 }

@@ -21,7 +21,7 @@ pub enum Quadrant {
 impl Quadrant {
     /// The quadrant of a speed and a torque, both + toward the motor; zero speed counts as first or second.
     #[must_use]
-    pub fn of(speed: f64, torque: f64) -> Self {
+    pub fn new(speed: f64, torque: f64) -> Self {
         match (speed >= 0.0, torque >= 0.0) {
             (true, true) => Self::First,
             (true, false) => Self::Second,
@@ -44,7 +44,7 @@ mod tests {
     #[test]
     fn a_drive_is_active_where_its_torque_acts_along_its_motion() {
         for (speed, torque) in [(2.0, 3.0), (2.0, -3.0), (-2.0, -3.0), (-2.0, 3.0)] {
-            assert_eq!(Quadrant::of(speed, torque).is_active(), speed * torque > 0.0, "{speed} {torque}");
+            assert_eq!(Quadrant::new(speed, torque).is_active(), speed * torque > 0.0, "{speed} {torque}");
         }
     }
 }

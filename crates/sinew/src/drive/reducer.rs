@@ -80,9 +80,9 @@ impl Reducer {
     #[inline]
     #[must_use]
     pub fn loss(&self, load: f64, sign: f64, angle: f64) -> f64 {
-        let share = if load * sign > 0.0 { 1.0 / self.efficiency - 1.0 } else { 1.0 - self.efficiency };
+        let fraction = if load * sign > 0.0 { 1.0 / self.efficiency - 1.0 } else { 1.0 - self.efficiency };
         let ripple = 1.0 + self.ripple * wave(self.ripple_per_turn * angle);
-        self.friction + load.abs() / self.ratio * share * ripple
+        self.friction + load.abs() / self.ratio * fraction * ripple
     }
 
     /// A step of `h` seconds under a torque `drive - brake w` at the motor and `load` at the winch, Nm and Nm

@@ -11,7 +11,7 @@ use super::velocity_loop::{VelocityLimits, VelocityLoop};
 ///
 /// | symbol | meaning | unit |
 /// |---|---|---|
-/// | v*, w* | wanted speed of the cable and of the motor | m/s, rad/s |
+/// | v*, w* | desired speed of the cable and of the motor | m/s, rad/s |
 /// | T^, w^ | measured tension at the outlet and speed of the motor | N, rad/s |
 /// | r, n | arm of the winch, ratio of the reducer | m, 1 |
 ///
@@ -59,14 +59,14 @@ impl SpeedControl {
         let velocity = drive.limited_speed(velocity, measured.tension);
         let per_ratio = 1.0 / drive.reducer.ratio;
         let turns = drive.reducer.ratio / measured.arm;
-        let wanted = (velocity * turns).max(-drive.motor.top_speed).min(drive.motor.top_speed);
+        let desired = (velocity * turns).max(-drive.motor.top_speed).min(drive.motor.top_speed);
         let holding = measured.tension.max(0.0) * measured.arm * per_ratio;
         let most = drive.motor.torque_constant * drive.motor.peak_current;
         let limits = VelocityLimits {
             acceleration: drive.acceleration * turns,
             torque: [-most - holding, most - holding],
         };
-        holding + self.velocity_loop.torque(wanted, measured.speed, drive.motor.inertia, limits, h)
+        holding + self.velocity_loop.torque(desired, measured.speed, drive.motor.inertia, limits, h)
     }
 }
 

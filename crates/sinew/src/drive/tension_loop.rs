@@ -7,7 +7,7 @@
 ///
 /// | symbol | argument    | unit    | meaning                                                           |
 /// |--------|-------------|---------|-------------------------------------------------------------------|
-/// | T*, T^ | `wanted`, `measured` | N | at the drive's outlet                                              |
+/// | T*, T^ | `desired`, `measured` | N | at the drive's outlet                                              |
 /// | v_f    | `feed`      | m/s     | feed-forward speed of the cable, + toward the motor           |
 /// | g      | `gain`      | m/(N s) | 2e-3: with a cable of 24 N/mm a bandwidth of 48 rad/s                  |
 /// | t_i    | `reset_time` | s      | 0.5                                                                |
@@ -57,10 +57,10 @@ impl TensionLoop {
 
     /// Speed of the winch for the next step, m/s, + toward the motor.
     #[inline]
-    pub fn speed(&mut self, wanted: f64, measured: f64, feed: f64, h: f64) -> f64 {
-        let rate = self.last.map_or(0.0, |last| (wanted - last) / h);
-        self.last = Some(wanted);
-        let error = wanted - measured;
+    pub fn speed(&mut self, desired: f64, measured: f64, feed: f64, h: f64) -> f64 {
+        let rate = self.last.map_or(0.0, |last| (desired - last) / h);
+        self.last = Some(desired);
+        let error = desired - measured;
         self.integral += h * self.gain / self.reset_time * error;
         self.integral = self.integral.clamp(-INTEGRAL_LIMIT, INTEGRAL_LIMIT);
         feed + self.compliance * rate + self.gain * error + self.integral
@@ -78,8 +78,8 @@ mod tests {
         let mut tension_loop = TensionLoop::new(gain, reset_time, compliance);
         for _ in 0..2 {
             for k in 0..50 {
-                let wanted = 100.0 + rate * h * f64::from(k);
-                let speed = tension_loop.speed(wanted, wanted - error, feed, h);
+                let desired = 100.0 + rate * h * f64::from(k);
+                let speed = tension_loop.speed(desired, desired - error, feed, h);
                 // At first there is no earlier command to take the rate from.
                 let stretching = if k == 0 { 0.0 } else { compliance * rate };
                 let integral = gain / reset_time * error * h * f64::from(k + 1);

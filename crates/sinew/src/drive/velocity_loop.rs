@@ -7,7 +7,7 @@
 ///
 /// | symbol | argument       | unit    | meaning                                              |
 /// |--------|----------------|---------|------------------------------------------------------|
-/// | w*, w^ | `wanted`, `speed` | rad/s | speed of the motor, desired and measured                |
+/// | w*, w^ | `desired`, `speed` | rad/s | speed of the motor, desired and measured                |
 /// | a      | `acceleration` | rad/s^2 | limit                                                 |
 /// | J      | `inertia`      | kg m^2  | of the rotor                                           |
 /// | K      | `gain`         | 1/s     | 150: critically damped, settled in some 30 ms            |
@@ -52,9 +52,9 @@ impl VelocityLoop {
 
     /// Torque of the next step, Nm.
     #[inline]
-    pub fn torque(&mut self, wanted: f64, speed: f64, inertia: f64, limits: VelocityLimits, h: f64) -> f64 {
+    pub fn torque(&mut self, desired: f64, speed: f64, inertia: f64, limits: VelocityLimits, h: f64) -> f64 {
         let most = limits.acceleration * h;
-        let change = (wanted - self.reference).max(-most).min(most);
+        let change = (desired - self.reference).max(-most).min(most);
         let error = self.reference + change - speed;
         let raw = inertia * (change / h + self.gain * error) + self.integral;
         let given = raw.max(limits.torque[0]).min(limits.torque[1]);
@@ -110,14 +110,14 @@ mod tests {
     fn a_reference_leads_a_blocked_shaft_by_the_error_that_saturates_the_torque_from_end_to_end() {
         let (inertia, gain, h, speed) = (1e-5, 150.0, 1e-3, 50.0);
         let limits = VelocityLimits { acceleration: 1e5, torque: [-0.2, 0.1] };
-        for wanted in [5000.0, -5000.0] {
+        for desired in [5000.0, -5000.0] {
             let mut velocity_loop = VelocityLoop::new(gain);
             for _ in 0..20 {
-                velocity_loop.torque(wanted, speed, inertia, limits, h);
+                velocity_loop.torque(desired, speed, inertia, limits, h);
             }
             let lead = velocity_loop.reference - speed;
             assert!((inertia * gain * lead.abs() - 0.3).abs() < 1e-12, "{lead}");
-            assert!(lead * wanted > 0.0);
+            assert!(lead * desired > 0.0);
         }
     }
 }

@@ -132,7 +132,7 @@ impl Machine {
                     winch.lead /= 1.5;
                 }
                 DesignChange::HigherTension => {
-                    muscle.drive.most_tension *= 1.5;
+                    muscle.drive.max_tension *= 1.5;
                     muscle.tension[1] = muscle.tension[1].map(|limit| 1.5 * limit);
                 }
                 DesignChange::FinerEncoder | DesignChange::LighterBody => {}

@@ -67,12 +67,13 @@ pub struct MuscleCharacteristics {
 pub struct JointCharacteristics {
     /// `theta_G`, rad or m: mean of all poses.
     pub dead_band: f64,
-    /// Root mean square of the moment arms of the muscles that cross it, m per unit; the least of all poses.
+    /// Root mean square of the moment arms of the muscles that cross it, m per unit; the smallest of all
+    /// poses.
     pub arm: f64,
     /// `tau = sum_k |R_kj| F_k/2`: torque of the working tensions of one side, Nm or N; the greatest of all
     /// poses.
     pub torque: f64,
-    /// `I = 1/(M^-1)_jj`: inertia seen at the joint with all others free, kg m^2 or kg; the least of all
+    /// `I = 1/(M^-1)_jj`: inertia seen at the joint with all others free, kg m^2 or kg; the smallest of all
     /// poses.
     pub inertia: f64,
 }

@@ -26,7 +26,7 @@ pub struct Clearance {
     pub site: usize,
     /// Index of the surface.
     pub wrap: usize,
-    /// Least of some poses, m; negative within the surface.
+    /// Smallest of some poses, m; negative within the surface.
     pub least: f64,
     /// By which the tolerance may lessen it, m.
     pub displacement: f64,

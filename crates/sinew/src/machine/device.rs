@@ -88,7 +88,7 @@ impl Device {
         let channel = |signal, scale| SensorChannel { signal, scale, offset: 0.0 };
         let mut devices = Vec::new();
         for (k, (muscle, tendon)) in muscles.iter().zip(&robot.parts().tendons).enumerate() {
-            let role = DeviceRole::Drive(DriveDevice::of(k, &muscle.drive));
+            let role = DeviceRole::Drive(DriveDevice::new(k, &muscle.drive));
             devices.push(Self { name: format!("drive of {}", tendon.name), role });
             let scale = muscle.drive.load_cell.range / LOAD_CELL_COUNTS;
             let role = DeviceRole::Sensors(vec![channel(Signal::Tension(k), scale)]);
@@ -130,7 +130,7 @@ impl DriveDevice {
     /// The default: a drive whose position counts are those of its motor's encoder, rated for its continuous
     /// current.
     #[must_use]
-    pub fn of(muscle: usize, drive: &DriveParameters) -> Self {
+    pub fn new(muscle: usize, drive: &DriveParameters) -> Self {
         Self {
             muscle,
             mode: DriveMode::default(),

@@ -9,7 +9,7 @@
 //!
 //! [`Characteristics`] are what gains, thresholds and the integration of the plant follow from.
 //!
-//! Everything but the body has a default: [`Machine::of`].
+//! Everything but the body has a default: [`Machine::from_robot`].
 
 mod cables;
 mod change;

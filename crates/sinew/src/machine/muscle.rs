@@ -24,7 +24,7 @@ pub struct MuscleDesign {
     pub drive: DriveParameters,
     /// Model of the cable that was identified before; none where it is identified on the bench.
     pub model: Option<CableModel>,
-    /// Least and largest tension at the anchor, N; none where it follows from cable and drive.
+    /// Smallest and largest tension at the anchor, N; none where it follows from cable and drive.
     pub tension: [Option<f64>; 2],
 }
 
@@ -78,7 +78,7 @@ impl MuscleDesign {
             model.law()?;
         }
         let [least, most] = self.tension;
-        least.map_or(Ok(0.0), |least| non_negative("least tension", least))?;
+        least.map_or(Ok(0.0), |least| non_negative("minimum tension", least))?;
         if let Some(most) = most {
             let above = most.is_finite() && most > least.unwrap_or(0.0);
             within("largest tension", "a finite number above the least", most, above)?;

@@ -99,22 +99,22 @@ fn across(displacement: [f64; 3], axis: Option<[f64; 3]>) -> f64 {
     libm::sqrt((square(displacement) - along * along).max(0.0))
 }
 
-/// The arc `a`, rad, of an S of two equal arcs that moves its end sideways by this share of its length.
-fn arc(share: f64) -> Result<f64, Error> {
+/// The arc `a`, rad, of an S of two equal arcs that moves its end sideways by this fraction of its length.
+fn arc(fraction: f64) -> Result<f64, Error> {
     const QUARTER: f64 = core::f64::consts::FRAC_PI_2;
     within(
         "displacement of the sheath's end over its length",
         "at most 0.63",
-        share,
-        share <= 1.0 / QUARTER,
+        fraction,
+        fraction <= 1.0 / QUARTER,
     )?;
     let (mut low, mut high) = (0.0, QUARTER);
-    // 50 halvings leave 2e-15 rad; the share grows with the arc all the way.
+    // 50 halvings leave 2e-15 rad; the fraction grows with the arc all the way.
     for _ in 0..50 {
         let middle = 0.5 * (low + high);
-        if 1.0 - libm::cos(middle) < share * middle { low = middle } else { high = middle }
+        if 1.0 - libm::cos(middle) < fraction * middle { low = middle } else { high = middle }
     }
-    Ok(if share > 0.0 { high } else { 0.0 })
+    Ok(if fraction > 0.0 { high } else { 0.0 })
 }
 
 /// Gives the muscle sites and surfaces of its own where they change.

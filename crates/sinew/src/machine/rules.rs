@@ -17,19 +17,20 @@ pub struct ControlRules {
     /// `w_o`, bandwidth of the joints' observers, rad/s.
     #[serde(rename = "observer_bandwidth_rad_per_s")]
     pub observer_bandwidth: f64,
-    /// `kappa`, share of an anchor's position error in the travel of its winch, 1.
+    /// `kappa`, fraction of an anchor's position error in the travel of its winch, 1.
     pub position_gain: f64,
-    /// `lambda`, pre-travel across the dead band, 1.
-    pub pre_travel_gain: f64,
+    /// `lambda`, backlash compensation across the dead band, 1.
+    #[serde(alias = "pre_travel_gain")]
+    pub backlash_gain: f64,
     /// `lambda_i`, the same integrated, 1/s.
-    #[serde(rename = "pre_travel_integral_per_s")]
-    pub pre_travel_integral: f64,
+    #[serde(rename = "backlash_integral_per_s", alias = "pre_travel_integral_per_s")]
+    pub backlash_integral: f64,
     /// `c`, largest crossover of the damping of a cable's mode, rad/s.
     #[serde(rename = "damping_crossover_rad_per_s")]
     pub damping_crossover: f64,
     /// Largest rate at which all muscles together damp the motion of one, over `c`, 1.
     pub shared_damping: f64,
-    /// Share of torque and drive limits that a planned motion may use, 1.
+    /// Fraction of torque and drive limits that a planned motion may use, 1.
     pub margin: f64,
 }
 
@@ -39,8 +40,8 @@ impl Default for ControlRules {
             bandwidth: 9.5,
             observer_bandwidth: 58.0,
             position_gain: 0.94,
-            pre_travel_gain: 5.5,
-            pre_travel_integral: 4.4,
+            backlash_gain: 5.5,
+            backlash_integral: 4.4,
             damping_crossover: 60.0,
             shared_damping: 2.0,
             margin: 0.8,
@@ -58,8 +59,8 @@ impl ControlRules {
             ("bandwidth", self.bandwidth),
             ("observer_bandwidth", self.observer_bandwidth),
             ("position_gain", self.position_gain),
-            ("pre_travel_gain", self.pre_travel_gain),
-            ("pre_travel_integral", self.pre_travel_integral),
+            ("backlash_gain", self.backlash_gain),
+            ("backlash_integral", self.backlash_integral),
             ("damping_crossover", self.damping_crossover),
             ("shared_damping", self.shared_damping),
             ("margin", self.margin),

@@ -23,22 +23,22 @@ pub struct SafetyLimits {
     /// motor's.
     #[serde(rename = "winding_c")]
     pub winding: Option<f64>,
-    /// Share of a joint's range by which it may be beyond it, 1, >= 0.
+    /// Fraction of a joint's range by which it may be beyond it, 1, >= 0.
     pub joint_margin: f64,
-    /// Speed of the joints at which slack is taken up, rad/s, > 0; of a slide a quarter of it in m/s.
-    #[serde(rename = "take_up_speed_rad_per_s")]
-    pub take_up_speed: f64,
+    /// Speed of the joints at which slack is wound in, rad/s, > 0; of a slide a quarter of it in m/s.
+    #[serde(rename = "wind_in_speed_rad_per_s", alias = "take_up_speed_rad_per_s")]
+    pub wind_in_speed: f64,
     /// Time in which the tensions rise in pretension, s, > 0.
     #[serde(rename = "pretension_time_s")]
     pub pretension_time: f64,
-    /// Largest slack that is taken up, as travel of the joint on which a cable acts most, rad, > 0; of a
+    /// Largest slack that is wound in, as travel of the joint on which a cable acts most, rad, > 0; of a
     /// slide a quarter of it in m.
     #[serde(rename = "largest_slack_rad")]
     pub largest_slack: f64,
-    /// Time for which the pose is held in a safe stop before it is let down, s, >= 0.
+    /// Time for which the pose is held in a safe stop before it is released, s, >= 0.
     #[serde(rename = "holding_time_s")]
     pub holding_time: f64,
-    /// Speed of the joints at which they are let down, rad/s, > 0; of a slide a quarter of it in m/s.
+    /// Speed of the joints at which they are released, rad/s, > 0; of a slide a quarter of it in m/s.
     #[serde(rename = "lowering_speed_rad_per_s")]
     pub lowering_speed: f64,
     /// Time after which a machine counts as let down, s, > 0.
@@ -56,7 +56,7 @@ pub struct SafetyLimits {
     /// Age of a command above which it is stale, s, > 0.
     #[serde(rename = "command_age_s")]
     pub command_age: f64,
-    /// Time for which a machine under tension whose client has gone is held before it is let down, s, >= 0.
+    /// Time for which a machine under tension whose client has gone is held before it is released, s, >= 0.
     #[serde(rename = "unattended_s")]
     pub unattended: f64,
 }
@@ -74,7 +74,7 @@ impl Default for SafetyLimits {
             cable_speed: None,
             winding: None,
             joint_margin: 0.1,
-            take_up_speed: 0.3,
+            wind_in_speed: 0.3,
             pretension_time: 1.0,
             largest_slack: 4.0,
             holding_time: 1.0,
@@ -119,7 +119,7 @@ impl SafetyLimits {
             within("winding", "a finite number > 25", winding, winding > 25.0 && winding.is_finite())?;
         }
         for (name, value) in [
-            ("take_up_speed", self.take_up_speed),
+            ("wind_in_speed", self.wind_in_speed),
             ("pretension_time", self.pretension_time),
             ("largest_slack", self.largest_slack),
             ("lowering_speed", self.lowering_speed),
@@ -153,7 +153,7 @@ pub struct DriveLimits {
 /// Default of the tension's rate, largest tensions of the drive per second.
 const TENSION_RATE: f64 = 20.0;
 /// Default of the speed, of the drive's without a load, 1.
-const SPEED_SHARE: f64 = 1.25;
+const SPEED_FRACTION: f64 = 1.25;
 /// Degrees by which a winding stays below its own limit.
 const WINDING_MARGIN: f64 = 5.0;
 
@@ -162,9 +162,9 @@ impl SafetyLimits {
     #[must_use]
     pub fn of_drive(&self, drive: &DriveParameters) -> DriveLimits {
         DriveLimits {
-            tension: self.tension.unwrap_or(drive.most_tension),
-            tension_rate: self.tension_rate.unwrap_or(TENSION_RATE * drive.most_tension),
-            cable_speed: self.cable_speed.unwrap_or(SPEED_SHARE * drive.speed_at(0.0)),
+            tension: self.tension.unwrap_or(drive.max_tension),
+            tension_rate: self.tension_rate.unwrap_or(TENSION_RATE * drive.max_tension),
+            cable_speed: self.cable_speed.unwrap_or(SPEED_FRACTION * drive.speed_at(0.0)),
             winding: self.winding.unwrap_or(drive.motor.hottest - WINDING_MARGIN),
         }
     }

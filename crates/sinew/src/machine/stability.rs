@@ -151,7 +151,7 @@ impl Slopes {
         (0..n * n).map(|at| entry(at / n, at % n)).collect()
     }
 
-    /// The least of `x^T (-F_k dR_k/dq) x` over the muscles and `x^T d(g - tau_p)/dq x`.
+    /// The smallest of `x^T (-F_k dR_k/dq) x` over the muscles and `x^T d(g - tau_p)/dq x`.
     fn cause(&self, tension: &[f64], motion: &[f64]) -> NegativeStiffness {
         let n = motion.len();
         let along = |slopes: &dyn Fn(usize, usize) -> f64| -> f64 {

@@ -40,12 +40,12 @@ impl Tolerances {
     /// # Errors
     /// [`Error::OutOfDomain`] names the number outside its domain.
     pub fn validate(&self) -> Result<(), Error> {
-        let share = (0.0..1.0).contains(&self.mass);
-        within("mass tolerance", "a number in [0, 1)", self.mass, share)?;
-        let share = (0.0..1.0).contains(&self.gain);
-        within("gain tolerance", "a number in [0, 1)", self.gain, share)?;
-        let share = (0.0..1.0).contains(&self.bend);
-        within("bend tolerance", "a number in [0, 1)", self.bend, share)?;
+        let fraction = (0.0..1.0).contains(&self.mass);
+        within("mass tolerance", "a number in [0, 1)", self.mass, fraction)?;
+        let fraction = (0.0..1.0).contains(&self.gain);
+        within("gain tolerance", "a number in [0, 1)", self.gain, fraction)?;
+        let fraction = (0.0..1.0).contains(&self.bend);
+        within("bend tolerance", "a number in [0, 1)", self.bend, fraction)?;
         self.attachment.map_or(Ok(0.0), |bound| non_negative("attachment tolerance", bound))?;
         non_negative("zero tolerance", self.zero)?;
         non_negative("zero tolerance of slides", self.zero_slide).map(drop)

@@ -53,8 +53,8 @@ fn mix(a: f64, x: Point, b: f64, y: Point) -> Point {
 /// length of `way` is `squared`.
 #[inline]
 fn nearest(start: Point, way: Point, squared: f64) -> Point {
-    let share = (-dot(way, start) / squared).clamp(0.0, 1.0);
-    mix(1.0, start, share, way)
+    let fraction = (-dot(way, start) / squared).clamp(0.0, 1.0);
+    mix(1.0, start, fraction, way)
 }
 
 /// Wraps a cable around a circle if the circle is in the way, or if it has to pass the other side.
@@ -212,9 +212,9 @@ mod tests {
         [distance * libm::cos(angle), distance * libm::sin(angle)]
     }
 
-    /// Least distance from the centre on the way between the ends.
+    /// Smallest distance from the centre on the way between the ends.
     fn clearance([e0, e1]: [Point; 2]) -> f64 {
-        let at = |share: f64| mix(1.0 - share, e0, share, e1);
+        let at = |fraction: f64| mix(1.0 - fraction, e0, fraction, e1);
         (0..=400).map(|k| at(f64::from(k) / 400.0)).map(|p| libm::hypot(p[0], p[1])).fold(9.0, f64::min)
     }
 
@@ -263,7 +263,7 @@ mod tests {
             let touch = around(ends, Some(polar(0.4, begin + aside)), radius);
             let rest = libm::remainder(gap - aside, 2.0 * PI);
             let long = libm::remainder(aside, 2.0 * PI) * gap < 0.0 && rest * gap < 0.0;
-            let wanted = if long { length(ends, -gap.signum(), radius) } else { shortest(ends, radius) };
+            let desired = if long { length(ends, -gap.signum(), radius) } else { shortest(ends, radius) };
             let near = clearance(ends);
             if !long && (near - radius).abs() < 1e-3 {
                 continue;
@@ -274,7 +274,7 @@ mod tests {
                 continue;
             };
             let got = touch.free[0] + touch.on + touch.free[1];
-            assert!((got - wanted).abs() < 4e-15, "{ends:?}: {got} {wanted}");
+            assert!((got - desired).abs() < 4e-15, "{ends:?}: {got} {desired}");
             assert!((touch.on - radius * touch.angle).abs() < 1e-15 && touch.angle < 2.0 * PI);
             longer[0] += usize::from(long && touch.angle > PI);
             longer[1] += usize::from(long && touch.angle < PI);
@@ -361,8 +361,8 @@ mod tests {
     fn the_grazing_angle_solves_its_equation_also_where_the_cable_nearly_lies_on_the_ring() {
         for a in [0.05, 0.5, 0.9, 0.999, 0.999_999] {
             for b in [0.1, 0.6, 0.95, 0.999, 0.999_999] {
-                for share in [0.05, 0.5, 0.9, 0.99] {
-                    let gap = share * (libm::acos(a) + libm::acos(b));
+                for fraction in [0.05, 0.5, 0.9, 0.99] {
+                    let gap = fraction * (libm::acos(a) + libm::acos(b));
                     let value =
                         |t: f64| libm::asin(a * libm::sin(t)) + libm::asin(b * libm::sin(t)) - 2.0 * t + gap;
                     let t = grazing_angle(a, b, gap);
@@ -371,7 +371,7 @@ mod tests {
                         let middle = 0.5 * (low + high);
                         if value(middle) > 0.0 { low = middle } else { high = middle }
                     }
-                    assert!((t - low).abs() < 1e-12, "{a} {b} {share}: {t} {low}");
+                    assert!((t - low).abs() < 1e-12, "{a} {b} {fraction}: {t} {low}");
                 }
             }
         }

@@ -157,8 +157,8 @@ impl Muscles {
         let strand = match (&span.around, contact) {
             (Some(around), Some(contact)) => {
                 let Contact { into, out, length, angle, .. } = contact;
-                self.accumulate_moment_arms(around.before.clone(), span.share, start, into, geometry);
-                self.accumulate_moment_arms(around.after.clone(), span.share, end, out, geometry);
+                self.accumulate_moment_arms(around.before.clone(), span.fraction, start, into, geometry);
+                self.accumulate_moment_arms(around.after.clone(), span.fraction, end, out, geometry);
                 Strand { out: into, into: out, length, contact: Some(contact), angle }
             }
             _ => {
@@ -166,12 +166,12 @@ impl Muscles {
                 let length = norm(way);
                 // MuJoCo's direction of a segment of zero length.
                 let u = if length < super::circle::TINY { [1.0, 0.0, 0.0] } else { scale(1.0 / length, way) };
-                self.accumulate_moment_arms(span.direct.clone(), span.share, start, u, geometry);
+                self.accumulate_moment_arms(span.direct.clone(), span.fraction, start, u, geometry);
                 Strand { out: u, into: u, length, contact: None, angle: 0.0 }
             }
         };
         geometry.strands[index] = strand;
-        span.share * strand.length
+        span.fraction * strand.length
     }
 
     #[inline]
@@ -196,7 +196,7 @@ impl Muscles {
     fn accumulate_moment_arms(
         &self,
         crossings: core::ops::Range<usize>,
-        share: f64,
+        fraction: f64,
         x: Vector,
         u: Vector,
         geometry: &mut Geometry,
@@ -205,7 +205,7 @@ impl Muscles {
         for crossing in &self.topology.crossings[crossings] {
             let axis = &geometry.poses.motion_axes[crossing.velocity];
             let along = dot(axis.angular, moment) + dot(axis.linear, u);
-            geometry.arms[crossing.slot] -= share * crossing.sign * along;
+            geometry.arms[crossing.slot] -= fraction * crossing.sign * along;
         }
     }
 

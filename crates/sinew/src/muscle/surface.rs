@@ -84,8 +84,8 @@ pub(super) fn cylinder(ends: [Vector; 2], side: Option<Vector>, radius: f64) -> 
 #[inline]
 fn misses(square0: f64, square1: f64, c: f64, radius: f64) -> bool {
     let squared = square0 + square1 - 2.0 * c;
-    let share = ((square0 - c) / squared).clamp(0.0, 1.0);
-    let near = square0 + share * (2.0 * (c - square0) + share * squared);
+    let fraction = ((square0 - c) / squared).clamp(0.0, 1.0);
+    let near = square0 + fraction * (2.0 * (c - square0) + fraction * squared);
     // With a margin for rounding; the decision is made in the plane.
     near > radius * radius * (1.0 + 1e-9)
 }
@@ -274,8 +274,8 @@ mod tests {
             assert!(distance(any_normal(x, &axes), y) < 1e-15, "{x:?}");
             let contact = sphere([scale(2.0, x), scale(-3.0, x)], None, radius, &axes).unwrap();
             let lean = libm::acos(radius / 2.0) + libm::acos(radius / 3.0);
-            let wanted = libm::sqrt(4.0 - 0.25) + libm::sqrt(9.0 - 0.25) + radius * (PI - lean);
-            assert!((contact.length - wanted).abs() < 2e-15, "{} {wanted}", contact.length);
+            let desired = libm::sqrt(4.0 - 0.25) + libm::sqrt(9.0 - 0.25) + radius * (PI - lean);
+            assert!((contact.length - desired).abs() < 2e-15, "{} {desired}", contact.length);
             assert_unit([contact.into, contact.out]);
             for direction in [contact.into, contact.out] {
                 assert!(dot(direction, cross(x, y)).abs() < 3e-16, "{direction:?}");
@@ -303,7 +303,7 @@ mod tests {
         for radius in [0.3, 0.7, 1.8] {
             for _ in 0..300 {
                 let [p, q] = [point(&mut next, 2.0 * radius), point(&mut next, 2.0 * radius)];
-                let at = |share: f64| add_scaled(p, share, sub(q, p));
+                let at = |fraction: f64| add_scaled(p, fraction, sub(q, p));
                 let near = (0..=200).map(|k| norm(at(f64::from(k) / 200.0))).fold(9.0, f64::min);
                 if (near - radius).abs() < 1e-2 * radius {
                     continue;

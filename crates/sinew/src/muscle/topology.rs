@@ -24,7 +24,7 @@ pub(super) struct Span {
     pub(super) from: usize,
     pub(super) to: usize,
     /// Weight of this span in the muscle's length.
-    pub(super) share: f64,
+    pub(super) fraction: f64,
     /// Whether it begins a branch, so that it does not continue the span before.
     pub(super) begins: bool,
     /// Joints between the two sites.
@@ -161,8 +161,8 @@ impl TopologyBuilder<'_> {
                 let (before, after) = (self.cross(from, link, first), self.cross(link, to, first));
                 Around { surface, side, before, after }
             });
-            let Piece { from, to, share, begins, .. } = piece;
-            self.topology.spans.push(Span { from, to, share, begins, direct, around });
+            let Piece { from, to, fraction, begins, .. } = piece;
+            self.topology.spans.push(Span { from, to, fraction, begins, direct, around });
         }
         let spans = start..self.topology.spans.len();
         Cable { spans, slots: 0..0, terms: Vec::new(), sheath_end: None }
@@ -170,18 +170,18 @@ impl TopologyBuilder<'_> {
 
     /// Pairs of consecutive sites, with the surface between them.
     fn pieces(&mut self, elements: &[PathElement]) -> Vec<Piece> {
-        let (mut pieces, mut share, mut begins) = (Vec::new(), 1.0, true);
+        let (mut pieces, mut fraction, mut begins) = (Vec::new(), 1.0, true);
         let (mut last, mut around) = (None, None);
         for element in elements {
             match *element {
-                PathElement::Pulley(divisor) => (last, share, begins) = (None, 1.0 / divisor, true),
+                PathElement::Pulley(divisor) => (last, fraction, begins) = (None, 1.0 / divisor, true),
                 PathElement::Wrap { wrap, side } => {
                     around = Some((self.surface(wrap), side.map(|side| self.anchor(side))));
                 }
                 PathElement::Site(site) => {
                     let to = self.anchor(site);
                     if let Some(from) = last {
-                        pieces.push(Piece { from, to, share, begins, around: around.take() });
+                        pieces.push(Piece { from, to, fraction, begins, around: around.take() });
                         begins = false;
                     }
                     last = Some(to);
@@ -254,7 +254,7 @@ impl TopologyBuilder<'_> {
 struct Piece {
     from: usize,
     to: usize,
-    share: f64,
+    fraction: f64,
     begins: bool,
     around: Option<(usize, Option<usize>)>,
 }

@@ -32,7 +32,7 @@ struct Head {
 }
 
 impl Model {
-    /// The model as the text of a file. Every number survives the round trip to the bit.
+    /// The model as the text of a file. Every number survives the round trip bit for bit.
     ///
     /// # Errors
     /// As [`Model::validate`]: an invalid model is not written.

@@ -196,7 +196,7 @@ impl ClampCell {
         for branch in &self.branches {
             let width = branch.width;
             require("cell.branches.width", "in (0, 1]", width > 0.0 && width <= 1.0, width)?;
-            all_moderate("cell.branches.share", &[branch.share])?;
+            all_moderate("cell.branches.fraction", &[branch.fraction])?;
         }
         require("cell.start", "in [0, 1]", (0.0..=1.0).contains(&self.start), self.start)?;
         for &signal in &self.elastic {

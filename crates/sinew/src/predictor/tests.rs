@@ -29,7 +29,7 @@ fn cell() -> ClampCell {
         high: vec![1.2],
         elastic: vec![1],
         kappa: vec![3.0],
-        branches: vec![Branch { width: 1.0, share: 1.0 }],
+        branches: vec![Branch { width: 1.0, fraction: 1.0 }],
         start: 0.4,
     }
 }
@@ -260,7 +260,7 @@ fn features_are_the_stop_the_low_pass_and_the_state_of_the_cell() {
         low_pass = (0.03 * low_pass + dt * u) / (0.03 + dt);
         let state = memory.cell().state;
         inner += usize::from(state > 0.7 * u + 0.1 && state < 1.2 * u - 0.1);
-        let wanted = [
+        let desired = [
             inputs[1],
             (u - play) / 4.0,
             if first { 0.0 } else { u - low_pass },
@@ -269,8 +269,8 @@ fn features_are_the_stop_the_low_pass_and_the_state_of_the_cell() {
             (state - 0.7 * u) / (0.5 * u),
             0.0,
         ];
-        for (i, (got, wanted)) in memory.features().iter().zip(wanted).enumerate() {
-            assert!(close(*got, wanted), "sample {k}, feature {i}: {got} {wanted}");
+        for (i, (got, desired)) in memory.features().iter().zip(desired).enumerate() {
+            assert!(close(*got, desired), "sample {k}, feature {i}: {got} {desired}");
         }
         assert_eq!(memory.signals(), &inputs[..2]);
         assert!(!first || close(state, 0.9 * u), "a start at 0.4 of the band");
@@ -356,17 +356,20 @@ fn an_estimate_adds_the_gated_networks_and_the_variances_of_all_that_is_unknown(
     memory.step(&estimator.law, 0.0, &[100.0, 0.0]);
     // The cell's state at 0.4 of a band from 70 to 120, its variance that of an even distribution over it.
     let (state, physics) = (90.0, 0.3 * 0.3 + 50.0 * 50.0 / 12.0);
-    let wanted = Estimate { mean: state, variance: physics, gate: 1.0, known: false, clipped: 0 };
-    let agree = |estimator: &Estimator, memory: &Memory, scratch: &mut [f32], wanted: Estimate| {
+    let desired = Estimate { mean: state, variance: physics, gate: 1.0, known: false, clipped: 0 };
+    let agree = |estimator: &Estimator, memory: &Memory, scratch: &mut [f32], desired: Estimate| {
         let got = estimator.estimate(memory, scratch);
-        assert!(close(got.mean, wanted.mean) && close(got.variance, wanted.variance), "{got:?} {wanted:?}");
-        assert!(close(got.gate, wanted.gate), "{got:?} {wanted:?}");
-        assert_eq!((got.known, got.clipped), (wanted.known, wanted.clipped));
+        assert!(
+            close(got.mean, desired.mean) && close(got.variance, desired.variance),
+            "{got:?} {desired:?}"
+        );
+        assert!(close(got.gate, desired.gate), "{got:?} {desired:?}");
+        assert_eq!((got.known, got.clipped), (desired.known, desired.clipped));
     };
-    agree(&estimator, &memory, &mut scratch, wanted);
+    agree(&estimator, &memory, &mut scratch, desired);
     // Constants from 1 to 8: their median is 4.5 and their variance 6.
     estimator.ensemble = Some(ensemble(0));
-    let networks = Estimate { mean: state + 4.5, variance: physics + 6.0, ..wanted };
+    let networks = Estimate { mean: state + 4.5, variance: physics + 6.0, ..desired };
     agree(&estimator, &memory, &mut scratch, networks);
     for power in [0.0, 2.0, 48.0] {
         estimator.gate_power = Some(power);
@@ -399,8 +402,8 @@ fn a_band_is_calibrated_and_its_half_width_that_of_95_percent() {
     let mut predictor = Predictor::new(with_cell()).unwrap();
     let inputs = [100.0, 0.0, 0.0];
     let unknown = predictor.step(&Sample { time_s: 0.0, inputs: &inputs });
-    let wanted = 2.0 * libm::sqrt(0.09 + 50.0 * 50.0 / 12.0);
-    assert!(close(unknown.half_width(), wanted) && close(1.96 * unknown.standard_deviation, wanted));
+    let desired = 2.0 * libm::sqrt(0.09 + 50.0 * 50.0 / 12.0);
+    assert!(close(unknown.half_width(), desired) && close(1.96 * unknown.standard_deviation, desired));
 }
 
 #[test]

@@ -65,7 +65,7 @@ const PROXIMITIES: [f64; 4] = [0.0, 3.0, 15.0, 75.0];
 const REGULARIZATION: f64 = 1e-11;
 /// Most iterations of `reach`.
 const REACH_ITERATIONS: usize = 200;
-/// Least damping of `reach`, as a share of `|p - p(x)|` times the root of the trace of `J W^-1 J^T`.
+/// Least damping of `reach`, as a fraction of `|p - p(x)|` times the root of the trace of `J W^-1 J^T`.
 const CURVATURE: f64 = 0.3;
 /// Squared cosine between the position error and the closest direction of motion at convergence of `reach`.
 const STATIONARY: f64 = 1e-11;
@@ -256,15 +256,15 @@ impl<'a> Solver<'a> {
 
     /// Moves `x` toward `next`, at most by a stride; returns the largest change before it is limited.
     fn advance(&self, x: &mut [f64]) -> f64 {
-        let (mut share, mut largest) = (1.0, 0.0_f64);
+        let (mut fraction, mut largest) = (1.0, 0.0_f64);
         for ((next, x), stride) in self.next.iter().zip(x.iter()).zip(&self.strides) {
             let change = (next - x).abs();
             largest = largest.max(change);
-            if change * share > *stride {
-                share = stride / change;
+            if change * fraction > *stride {
+                fraction = stride / change;
             }
         }
-        x.iter_mut().zip(&self.next).for_each(|(x, next)| *x += share * (next - *x));
+        x.iter_mut().zip(&self.next).for_each(|(x, next)| *x += fraction * (next - *x));
         largest
     }
 }

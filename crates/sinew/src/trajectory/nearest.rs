@@ -44,20 +44,20 @@ impl Nearest<'_> {
             }
             let step = solve(self.normal(y), residual).map(|x| -x);
             let slope = dot(residual, step);
-            let mut share = 1.0;
-            let mut trial = along(*multipliers, share, step);
+            let mut fraction = 1.0;
+            let mut trial = along(*multipliers, fraction, step);
             residual = self.residual(trial, start, y);
             if dot(residual, step) > 0.5 * slope.abs() {
                 let (mut low, mut high) = (0.0, 1.0);
                 for _ in 0..50 {
-                    share = 0.5 * (low + high);
-                    trial = along(*multipliers, share, step);
+                    fraction = 0.5 * (low + high);
+                    trial = along(*multipliers, fraction, step);
                     residual = self.residual(trial, start, y);
                     let now = dot(residual, step);
                     if now.abs() <= 0.1 * slope.abs() {
                         break;
                     }
-                    *(if now < 0.0 { &mut low } else { &mut high }) = share;
+                    *(if now < 0.0 { &mut low } else { &mut high }) = fraction;
                 }
             }
             *multipliers = trial;
@@ -100,8 +100,8 @@ impl Nearest<'_> {
     }
 }
 
-fn along(from: [f64; 3], share: f64, step: [f64; 3]) -> [f64; 3] {
-    core::array::from_fn(|k| from[k] + share * step[k])
+fn along(from: [f64; 3], fraction: f64, step: [f64; 3]) -> [f64; 3] {
+    core::array::from_fn(|k| from[k] + fraction * step[k])
 }
 
 /// Solves a symmetric positive definite 3 x 3 system by Cholesky factorisation.

@@ -136,16 +136,16 @@ impl Spline {
             let before = |i: usize| (i + n - 1) % n;
             let diagonal: Vec<f64> = (0..n).map(|i| (h(before(i)) + h(i)) / 3.0).collect();
             let beside: Vec<f64> = (0..n).map(|i| h(i) / 6.0).collect();
-            let wanted = (0..n).map(|i| rise(i) - rise(before(i))).collect();
-            let mut m = cyclic(diagonal, &beside, wanted);
+            let desired = (0..n).map(|i| rise(i) - rise(before(i))).collect();
+            let mut m = cyclic(diagonal, &beside, desired);
             m.push(m[0]);
             m
         } else {
             // Nothing bends at the ends: the unknowns are those between.
             let diagonal: Vec<f64> = (1..n - 1).map(|i| (h(i - 1) + h(i)) / 3.0).collect();
             let beside: Vec<f64> = (1..n - 1).map(|i| h(i) / 6.0).collect();
-            let wanted = (1..n - 1).map(|i| rise(i) - rise(i - 1)).collect();
-            let within = tridiagonal(&diagonal, &beside, wanted);
+            let desired = (1..n - 1).map(|i| rise(i) - rise(i - 1)).collect();
+            let within = tridiagonal(&diagonal, &beside, desired);
             [0.0].into_iter().chain(within).chain([0.0]).collect()
         };
         for (i, m) in m.into_iter().enumerate() {
@@ -159,9 +159,9 @@ impl Spline {
 fn tridiagonal(diagonal: &[f64], beside: &[f64], mut x: Vec<f64>) -> Vec<f64> {
     let mut pivots = diagonal.to_vec();
     for i in 1..x.len() {
-        let share = beside[i - 1] / pivots[i - 1];
-        pivots[i] -= share * beside[i - 1];
-        x[i] -= share * x[i - 1];
+        let fraction = beside[i - 1] / pivots[i - 1];
+        pivots[i] -= fraction * beside[i - 1];
+        x[i] -= fraction * x[i - 1];
     }
     for i in (0..x.len()).rev() {
         let next = if i + 1 < x.len() { beside[i] * x[i + 1] } else { 0.0 };
@@ -171,7 +171,7 @@ fn tridiagonal(diagonal: &[f64], beside: &[f64], mut x: Vec<f64>) -> Vec<f64> {
 }
 
 /// The same with `beside[n - 1]` between last and first: a rank-one change, by the Sherman-Morrison formula.
-fn cyclic(mut diagonal: Vec<f64>, beside: &[f64], wanted: Vec<f64>) -> Vec<f64> {
+fn cyclic(mut diagonal: Vec<f64>, beside: &[f64], desired: Vec<f64>) -> Vec<f64> {
     let n = diagonal.len();
     let corner = beside[n - 1];
     let gamma = -diagonal[0];
@@ -179,7 +179,7 @@ fn cyclic(mut diagonal: Vec<f64>, beside: &[f64], wanted: Vec<f64>) -> Vec<f64> 
     diagonal[n - 1] -= corner * corner / gamma;
     let mut unit = vec![0.0; n];
     (unit[0], unit[n - 1]) = (gamma, corner);
-    let mut x = tridiagonal(&diagonal, beside, wanted);
+    let mut x = tridiagonal(&diagonal, beside, desired);
     let z = tridiagonal(&diagonal, beside, unit);
     let along = |y: &[f64]| y[0] + corner * y[n - 1] / gamma;
     let factor = along(&x) / (1.0 + along(&z));

@@ -14,7 +14,7 @@ use core::f64::consts::TAU;
 /// A closed motion of all independent joints in which every cable reverses.
 ///
 /// ```text
-/// q_j(th) = c_j + A_j sin(n_j th + a_j),     A_j = share/2 (high_j - low_j),     c_j = (low_j + high_j)/2
+/// q_j(th) = c_j + A_j sin(n_j th + a_j),     A_j = fraction/2 (high_j - low_j),     c_j = (low_j + high_j)/2
 /// ```
 ///
 /// | symbol    | field       | unit     | domain | meaning                                     |
@@ -38,7 +38,7 @@ pub struct Tour {
     pub turns: Vec<u32>,
     /// Phase of every joint, rad: `[n]`.
     pub phase: Vec<f64>,
-    /// Least share, over the cables, of the stroke that the joints would give together, 1.
+    /// Least fraction, over the cables, of the stroke that the joints would give together, 1.
     pub stroke: f64,
 }
 
@@ -50,19 +50,19 @@ const SAMPLES: usize = 48;
 const KNOTS: usize = 720;
 
 impl Tour {
-    /// Tours over a share of every joint's range, best first.
+    /// Tours over a fraction of every joint's range, best first.
     ///
     /// `start` is the pose about which unlimited joints move, by an assumed travel of 1 rad or 50 mm.
     ///
     /// # Errors
     /// [`Error::WrongLength`] for a pose of another robot; [`Error::EntryOutOfDomain`] where it is not
     /// finite.
-    pub fn candidates(robot: &Robot, start: &[f64], share: f64) -> Result<Vec<Self>, Error> {
+    pub fn candidates(robot: &Robot, start: &[f64], fraction: f64) -> Result<Vec<Self>, Error> {
         let n = robot.independent_joints().len();
         check_length("start", start.len(), n)?;
         let ranges = finite_ranges(robot, start)?;
         let center: Vec<f64> = ranges.iter().map(|[low, high]| 0.5 * (low + high)).collect();
-        let amplitude: Vec<f64> = ranges.iter().map(|[low, high]| 0.5 * share * (high - low)).collect();
+        let amplitude: Vec<f64> = ranges.iter().map(|[low, high]| 0.5 * fraction * (high - low)).collect();
         let mut strokes = Strokes::new(robot, n);
         let mut tours = Vec::new();
         for k in 0..CANDIDATES {
@@ -126,7 +126,7 @@ impl Strokes {
         }
     }
 
-    /// The least ratio, over the cables that the joints move, of its stroke to `sum_j max |R_kj| 2 A_j`.
+    /// The smallest ratio, over the cables that the joints move, of its stroke to `sum_j max |R_kj| 2 A_j`.
     fn least(&mut self, robot: &Robot, tour: &Tour) -> Result<f64, Error> {
         let (count, n, nv) = (self.muscles.count(), self.x.len(), robot.nv());
         let mut reduction = crate::body::Reduction::new(robot);
@@ -159,8 +159,8 @@ const LONGEST_DURATION: f64 = 600.0;
 const STRETCH: f64 = 1.35;
 /// Stretches after which a lack of torque counts as static.
 const TORQUE_STRETCHES: u32 = 3;
-/// Shares of the joints' ranges, and tours of each share, that are tried.
-const SHARES: [f64; 2] = [0.5, 0.4];
+/// Fractions of the joints' ranges, and tours of each fraction, that are tried.
+const FRACTIONS: [f64; 2] = [0.5, 0.4];
 const TRIED: usize = 4;
 
 /// A tour of the joints' ranges that a robot can follow.
@@ -178,8 +178,8 @@ pub fn feasible_tour<E: From<Error>>(
     mut check: impl FnMut(&Trajectory) -> Result<Option<Infeasibility>, E>,
 ) -> Result<Trajectory, E> {
     let mut first = None;
-    for share in SHARES {
-        for tour in Tour::candidates(robot, start, share)?.iter().take(TRIED) {
+    for fraction in FRACTIONS {
+        for tour in Tour::candidates(robot, start, fraction)?.iter().take(TRIED) {
             let (mut time, mut lacking) = (duration.unwrap_or(FIRST_DURATION), 0);
             loop {
                 let trajectory = tour.trajectory(time)?;

@@ -195,12 +195,12 @@ pub(super) const STARTS: usize = 64;
 pub(super) fn start(solver: &Solver<'_>, k: usize) -> Vec<f64> {
     let mut x = solver.rest();
     let Some(point) = k.checked_sub(1).and_then(|k| EvenPoints::new(x.len()).nth(k)) else { return x };
-    for ((x, range), share) in x.iter_mut().zip(&solver.ranges).zip(point) {
+    for ((x, range), fraction) in x.iter_mut().zip(&solver.ranges).zip(point) {
         let [low, high] = match *range {
             [low, high] if low.is_finite() && high.is_finite() => [low, high],
             [low, high] => [low.max(*x - UNLIMITED), high.min(*x + UNLIMITED)],
         };
-        *x = low + (high - low) * share;
+        *x = low + (high - low) * fraction;
     }
     x
 }

@@ -155,7 +155,7 @@ impl fmt::Display for Infeasibility {
             Violation::Unstable { joint, muscle, rate, most, period } => {
                 write!(
                     f,
-                    "with held winches the machine leaves the pose by itself, mostly `{joint}`, at a rate of {rate:.0} 1/s, \
+                    "with locked winches the machine leaves the pose by itself, mostly `{joint}`, at a rate of {rate:.0} 1/s, \
                      and its controller holds at most {most:.0} 1/s at a period of {} ms: ",
                     1e3 * period
                 )?;

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 /// | b(u)     | `basis`              | products of signals | `[b]`         | basis of the bounds            |
 /// | l, h     | `low`, `high`        | far unit per b      | `[b]`, finite | coefficients of the bounds     |
 /// | kappa    | `kappa`, `elastic`   | far unit per signal | `[e]`, finite | elasticity, indices of signals |
-/// | r_j, p_j | `branches`           | 1                   | `[branches]`  | relative width, share          |
+/// | r_j, p_j | `branches`           | 1                   | `[branches]`  | relative width, fraction          |
 /// | lambda_0 | `start`              | 1                   | [0, 1]        | position in band at the start  |
 /// | z        | [`ClampStep::state`] | far unit            |               | state and estimate             |
 ///
@@ -27,7 +27,7 @@ use serde::{Deserialize, Serialize};
 /// # Assumes
 /// Rate-independent. Until a bound of a branch with `r_j = 1` is active the state depends on its start.
 /// The cell maps signals to a signal. It is a friction force only with constant bounds, `kappa >= 0` on one
-/// displacement and shares `>= 0`; it is then passive.
+/// displacement and fractions `>= 0`; it is then passive.
 ///
 /// Shapes agree and indices exist in `signals`: [`Model::validate`](crate::predictor::Model::validate) checks
 /// both, the step does not. Signals that the constants keep finite give a finite state.
@@ -42,7 +42,7 @@ use serde::{Deserialize, Serialize};
 ///     high: vec![2.0],
 ///     elastic: vec![],
 ///     kappa: vec![],
-///     branches: vec![Branch { width: 1.0, share: 1.0 }],
+///     branches: vec![Branch { width: 1.0, fraction: 1.0 }],
 ///     start: 0.5,
 /// };
 /// let mut states = [0.0];
@@ -67,7 +67,7 @@ pub struct ClampCell {
     pub elastic: Vec<usize>,
     /// Change of the state per change of each of them, far unit per signal unit: `[e]`.
     pub kappa: Vec<f64>,
-    /// Branches; one of width 1 and share 1 is the plain cell.
+    /// Branches; one of width 1 and fraction 1 is the plain cell.
     pub branches: Vec<Branch>,
     /// Position in the band at which a sequence starts whose far end is not measured: 0 at the lower bound, 1
     /// at the upper. Estimated from the starts of the training sequences.
@@ -110,8 +110,9 @@ impl BasisTerm {
 pub struct Branch {
     /// `r_j`, width of its band relative to that of the cell, in (0, 1].
     pub width: f64,
-    /// `p_j`, its share in the state of the cell; the shares sum to 1.
-    pub share: f64,
+    /// `p_j`, its fraction in the state of the cell; the fractions sum to 1.
+    #[serde(alias = "share")]
+    pub fraction: f64,
 }
 
 /// Result of one step of a [`ClampCell`].
@@ -168,7 +169,7 @@ impl ClampCell {
             *state = projected;
             // A narrower branch reaches its bound first and does not determine the others.
             bound_active |= branch.width >= 1.0 && active.is_some();
-            sum += branch.share * projected;
+            sum += branch.fraction * projected;
         }
         ClampStep { state: sum, low: band.low, high: band.high, bound_active }
     }
@@ -269,7 +270,7 @@ mod tests {
             high: vec![1.0, 1.0],
             elastic: vec![],
             kappa: vec![],
-            branches: branches.iter().map(|&(width, share)| Branch { width, share }).collect(),
+            branches: branches.iter().map(|&(width, fraction)| Branch { width, fraction }).collect(),
             start: 0.5,
         }
     }
@@ -355,7 +356,7 @@ mod tests {
     #[test]
     fn a_cell_written_without_its_start_begins_in_the_middle_of_its_band() {
         let text = r#"{"basis": ["one"], "low": [2.0], "high": [5.0], "elastic": [], "kappa": [],
-            "branches": [{"width": 1.0, "share": 1.0}]}"#;
+            "branches": [{"width": 1.0, "fraction": 1.0}]}"#;
         let cell: ClampCell = serde_json::from_str(text).unwrap();
         assert!((cell.start(&mut [0.0], &[], None).state - 3.5).abs() < 1e-15);
     }

@@ -11,7 +11,7 @@ use crate::error::{Error, finite, non_negative, within};
 ///
 /// | symbol | argument      | unit | domain     | meaning                                   |
 /// |--------|---------------|------|------------|-------------------------------------------|
-/// | eta    | `efficiency`  | 1    | (0, 1]     | share of tension left by losses independent of phi |
+/// | eta    | `efficiency`  | 1    | (0, 1]     | fraction of tension left by losses independent of phi |
 /// | mu     | `friction`    | 1    | >= 0       | friction coefficient, see [`Stribeck`](super::Stribeck) |
 /// | T_0    | `pretension`  | N    | >= 0       | constant force in parallel at the anchor   |
 /// | phi    | `wrap_angle`  | rad  | >= 0       | sheath bend plus wraps, see [`total_wrap_angle`](super::total_wrap_angle) |

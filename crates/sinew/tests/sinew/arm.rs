@@ -156,7 +156,7 @@ fn broken_strands_lower_the_tension_once_and_leave_it_steady() {
     let q = start(&specimen.robot);
     let tensions = holding(&specimen.robot, &q, 60.0);
     for muscle in [0, 4, 9, 14] {
-        let failure = Failure::Wear { muscle, what: Worn::Stiffness, share: 1.0 / 6.0 };
+        let failure = Failure::Wear { muscle, what: Worn::Stiffness, fraction: 1.0 / 6.0 };
         let fault = InjectedFault { start: 0.5, duration: f64::INFINITY, failure };
         let mut arm = ArmTwin::new(&specimen, &q, &tensions, 1).unwrap().with_faults(&[fault]).unwrap();
         let at_drive: Vec<f64> = (0..2000)
@@ -386,7 +386,7 @@ fn specimens_scatter_within_their_bounds_and_a_payload_adds_its_weight() {
     let of = ArmSpecimen::nominal(&lm_machine()).unwrap();
     let mut furthest = [0.0_f64; 4];
     for seed in 0..50 {
-        let drawn = ArmSpecimen::drawn_around(&of, &lm_machine(), seed).unwrap();
+        let drawn = ArmSpecimen::sampled_around(&of, &lm_machine(), seed).unwrap();
         for (a, b) in drawn.robot.parts().bodies.iter().zip(&robot.parts().bodies) {
             if b.mass > 0.0 {
                 furthest[0] = furthest[0].max((a.mass / b.mass - 1.0).abs());

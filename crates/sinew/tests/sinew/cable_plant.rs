@@ -123,8 +123,8 @@ fn a_braid_under_load_loses_tension_slowly_and_no_more_than_its_share() {
     let (at_once, held) = (slid(&mut a, 0.0, 1.0), slid(&mut b, 0.0, 120.0));
     let later = slid(&mut a, 0.0, 119.0);
     assert!(later.tension_in < at_once.tension_in - 1.0);
-    let share = later.stretch / held.stretch;
-    assert!((0.95..0.99).contains(&share), "{share}");
+    let fraction = later.stretch / held.stretch;
+    assert!((0.95..0.99).contains(&fraction), "{fraction}");
 }
 
 #[test]
@@ -189,8 +189,8 @@ fn parameters_outside_their_domain_are_refused_by_name() {
         let error = CablePlant::new(&specimen, Resolution::default()).unwrap_err();
         assert!(error.to_string().contains(name), "{error}");
     };
-    refused(|s| s.effects.creep = Some(BraidCreep { share: -0.1, time: 1.0 }), "creep.share");
-    refused(|s| s.effects.creep = Some(BraidCreep { share: 0.1, time: 0.0 }), "creep.time");
+    refused(|s| s.effects.creep = Some(BraidCreep { fraction: -0.1, time: 1.0 }), "creep.fraction");
+    refused(|s| s.effects.creep = Some(BraidCreep { fraction: 0.1, time: 0.0 }), "creep.time");
     refused(|s| s.effects.heat = Some(DragHeat { capacity: 0.0, ..DragHeat::default() }), "heat.capacity");
     refused(
         |s| s.effects.heat = Some(DragHeat { softening: f64::NAN, ..DragHeat::default() }),

@@ -135,10 +135,10 @@ fn the_largest_load_lies_on_a_facet_and_its_muscles_bind() {
         let joints = 1 + case % 4;
         let count = joints + 1 + (random.bits() % 8) as usize;
         let muscles = muscles(&mut random, count, joints);
-        let shares: Vec<f64> = muscles.limits.iter().map(|_| 0.3 + 0.4 * random.unit()).collect();
+        let fractions: Vec<f64> = muscles.limits.iter().map(|_| 0.3 + 0.4 * random.unit()).collect();
         let needed = muscles.torque(|k| {
             let [least, most] = muscles.limits[k];
-            least + shares[k] * (most - least)
+            least + fractions[k] * (most - least)
         });
         let load: Vec<f64> = (0..joints).map(|_| random.normal()).collect();
         let mut search = LoadSearch::new(count, joints);
@@ -176,9 +176,12 @@ fn the_largest_load_of_many_joints_is_reached_and_nothing_above_it() {
         let load: Vec<f64> = (0..joints).map(|_| random.normal()).collect();
         let mut search = LoadSearch::new(count, joints);
         let found = search.largest(&muscles.arms, &muscles.limits, &needed, &load).unwrap().unwrap();
-        let reached = |share: f64| {
-            let torque: Vec<f64> =
-                needed.iter().zip(&load).map(|(needed, load)| needed + share * found.factor * load).collect();
+        let reached = |fraction: f64| {
+            let torque: Vec<f64> = needed
+                .iter()
+                .zip(&load)
+                .map(|(needed, load)| needed + fraction * found.factor * load)
+                .collect();
             let (minimum, maximum): (Vec<f64>, Vec<f64>) =
                 muscles.limits.iter().map(|limits| (limits[0], limits[1])).unzip();
             let (reference, weight) = (vec![0.0; count], vec![1.0; count]);
@@ -230,7 +233,7 @@ fn anchor_tension(law: &CableLaw, tension_in: f64, toward_motor: bool) -> f64 {
 #[test]
 fn with_friction_the_torques_are_those_of_all_drive_tensions_through_the_discretised_cables() {
     let robot = lm_arm();
-    let machine = Machine::of(&robot).unwrap();
+    let machine = Machine::from_robot(&robot).unwrap();
     let mut model = CapabilityModel::new(&machine).unwrap();
     let mut random = Random::new(5);
     for pose in machine.poses(6).unwrap() {
@@ -245,7 +248,7 @@ fn with_friction_the_torques_are_those_of_all_drive_tensions_through_the_discret
                 - design.bend;
             let law = CableLaw::new(&design.path(0.1, wrap).unwrap(), &design.cable, 24).unwrap();
             let toward_motor = dot(&arms[7 * k..7 * k + 7], &velocity) > 0.0;
-            let drive = [design.drive.least_tension, design.drive.working_tension()];
+            let drive = [design.drive.min_tension, design.drive.working_tension()];
             let [least, most] = drive.map(|tension| anchor_tension(&law, tension, toward_motor));
             // The machine's own limits hold as well.
             let [lower, upper] = design.tension;
@@ -269,7 +272,7 @@ fn with_friction_the_torques_are_those_of_all_drive_tensions_through_the_discret
 
 #[test]
 fn what_is_held_whichever_way_the_cables_slid_is_also_lifted_and_lowered() {
-    let machine = Machine::of(&lm_arm()).unwrap();
+    let machine = Machine::from_robot(&lm_arm()).unwrap();
     let mut model = CapabilityModel::new(&machine).unwrap();
     let mut compared = 0;
     for pose in machine.poses(40).unwrap() {

@@ -88,18 +88,18 @@ fn an_unpowered_drive_is_pulled_only_by_more_than_its_friction_and_gains_nothing
 
 #[test]
 fn a_speed_is_reached_with_the_acceleration_allowed_and_without_overshoot() {
-    for (wanted, tension) in [(0.1, 50.0), (-0.1, 200.0), (0.02, 300.0)] {
+    for (desired, tension) in [(0.1, 50.0), (-0.1, 200.0), (0.02, 300.0)] {
         let mut drive = drive();
         let mut steps = Vec::new();
         for _ in 0..600 {
-            steps.push(drive.step(DriveCommand::Velocity(wanted), tension, H).speed);
+            steps.push(drive.step(DriveCommand::Velocity(desired), tension, H).speed);
         }
         let settled = &steps[300..];
         assert!(
-            settled.iter().all(|v| (v - wanted).abs() < 0.02 * f64::abs(wanted) + 1e-3),
-            "{wanted}: {settled:?}"
+            settled.iter().all(|v| (v - desired).abs() < 0.02 * f64::abs(desired) + 1e-3),
+            "{desired}: {settled:?}"
         );
-        let most = steps.iter().map(|v| v / wanted).fold(0.0, f64::max);
+        let most = steps.iter().map(|v| v / desired).fold(0.0, f64::max);
         assert!(most < 1.15, "overshoot {most}");
         let limit = drive.parameters().acceleration;
         let mean = |k: usize| steps[k..k + 10].iter().sum::<f64>() / 10.0;
@@ -111,21 +111,21 @@ fn a_speed_is_reached_with_the_acceleration_allowed_and_without_overshoot() {
 
 #[test]
 fn a_tension_is_reached_against_a_spring_and_held() {
-    for wanted in [30.0, 150.0, 300.0] {
+    for desired in [30.0, 150.0, 300.0] {
         let mut drive = drive();
         let mut spring = Spring { stiffness: 24e3, stretch: 1e-3 };
         let mut tension = 24.0;
         let mut late = Vec::new();
         for k in 0..3000 {
-            let step = drive.step(DriveCommand::Tension { tension: wanted, feed: 0.0 }, tension, H);
+            let step = drive.step(DriveCommand::Tension { tension: desired, feed: 0.0 }, tension, H);
             tension = spring.pull(step.moved);
-            assert!(tension < 1.25 * wanted + 20.0, "{wanted}: {tension}");
+            assert!(tension < 1.25 * desired + 20.0, "{desired}: {tension}");
             if k > 1500 {
-                late.push((tension - wanted) * (tension - wanted));
+                late.push((tension - desired) * (tension - desired));
             }
         }
         let rms = (late.iter().sum::<f64>() / late.len() as f64).sqrt();
-        assert!(rms < 1.0, "{wanted}: {rms}");
+        assert!(rms < 1.0, "{desired}: {rms}");
     }
 }
 
@@ -162,7 +162,7 @@ fn a_settled_drive_under_tension_does_not_move_within_its_backlash() {
 #[test]
 fn a_drive_neither_pulls_above_its_limit_nor_pays_out_a_slack_cable() {
     let mut drive = drive();
-    let above = drive.parameters().most_tension + 10.0;
+    let above = drive.parameters().max_tension + 10.0;
     for _ in 0..500 {
         drive.step(DriveCommand::Velocity(0.1), above, H);
     }

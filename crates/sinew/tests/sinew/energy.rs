@@ -154,7 +154,7 @@ proptest! {
     #[test]
     fn a_clamp_cell_with_constant_bounds_never_creates_energy(
         cycle in closed_cycle(), force in edgy(0.0..20.0, &[0.0]), stiffness in edgy(0.0..1e6, &[0.0, 1e9]),
-        narrow in edgy(0.01..1.0, &[1.0]), share in edgy(0.0..1.0, &[0.0, 1.0]),
+        narrow in edgy(0.01..1.0, &[1.0]), fraction in edgy(0.0..1.0, &[0.0, 1.0]),
     ) {
         let cell = ClampCell {
             basis: vec![BasisTerm::One],
@@ -162,7 +162,7 @@ proptest! {
             high: vec![force],
             elastic: vec![0],
             kappa: vec![stiffness],
-            branches: vec![Branch { width: 1.0, share: 1.0 - share }, Branch { width: narrow, share }],
+            branches: vec![Branch { width: 1.0, fraction: 1.0 - fraction }, Branch { width: narrow, fraction }],
             start: 0.5,
         };
         let mut states = [0.0; 2];

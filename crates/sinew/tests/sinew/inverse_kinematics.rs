@@ -36,7 +36,7 @@ fn missed(count: u64, kind: Chain) -> (u64, u64) {
     for seed in 0..count {
         let mut random = Random::new(seed);
         let robot = chain(&mut random, 1 + (seed % 11) as usize, kind);
-        let axes = [0.3, 0.3, 0.3].map(|share| random.unit() > share);
+        let axes = [0.3, 0.3, 0.3].map(|fraction| random.unit() > fraction);
         let axes = if axes.contains(&true) { axes } else { [true; 3] };
         let ranges = independent_ranges(&robot).unwrap();
         let (x, rest) = (pose_within(&mut random, &ranges), pose_within(&mut random, &ranges));

@@ -111,8 +111,8 @@ fn a_tour_uses_every_joint_over_half_of_its_range_and_reverses_every_cable() {
             }
         }
         for (used, range) in extremes.iter().zip(&ranges) {
-            let share = (used[1] - used[0]) / (range[1] - range[0]);
-            assert!((0.4..0.6).contains(&share), "{share}");
+            let fraction = (used[1] - used[0]) / (range[1] - range[0]);
+            assert!((0.4..0.6).contains(&fraction), "{fraction}");
             assert!(used[0] > range[0] && used[1] < range[1]);
         }
         for (muscle, [least, most]) in fastest.iter().enumerate() {

@@ -83,9 +83,9 @@ fn joint_set_points_are_reached_exactly_on_every_machine() {
         let mut follower = follower(&machine);
         let none = vec![0.0; machine.start.len()];
         for _ in 0..5 {
-            let wanted = pose(follower.limits(), &mut random);
-            let (reached, limited) = follow(&mut follower, Setpoint::Joints(&wanted, &none), 6.0);
-            assert_eq!((reached.q, limited), (wanted, Limited::No), "{name}");
+            let desired = pose(follower.limits(), &mut random);
+            let (reached, limited) = follow(&mut follower, Setpoint::Joints(&desired, &none), 6.0);
+            assert_eq!((reached.q, limited), (desired, Limited::No), "{name}");
         }
         let (held, _) = follow(&mut follower, Setpoint::Hold, 1.0);
         assert!(held.v.iter().all(|v| *v == 0.0), "{name}");
@@ -142,8 +142,8 @@ fn lengths_of_random_poses_lead_back_to_their_poses() {
         let (mut follower, mut random) = (follower(&machine), Random::new(7));
         let mut muscles = MuscleLengthStep::new(&machine.robot, &follower.limits().range.clone()).unwrap();
         for _ in 0..5 {
-            let wanted = pose(follower.limits(), &mut random);
-            let lengths = muscles.lengths(&wanted).unwrap().to_vec();
+            let desired = pose(follower.limits(), &mut random);
+            let lengths = muscles.lengths(&desired).unwrap().to_vec();
             let (at, limited) = follow(&mut follower, Setpoint::MuscleLengths(&lengths), 6.0);
             let reached = muscles.lengths(&at.q).unwrap();
             let off = reached.iter().zip(&lengths).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

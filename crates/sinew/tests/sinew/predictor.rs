@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use sinew::predictor::{InputLimits, MAX_MAGNITUDE, Model, Prediction, Predictor, Sample, Signal, VERSION};
 use sinew::transmission::BasisTerm;
 
-/// Number, number, number, flags: predictions are compared to the bit.
+/// Number, number, number, flags: predictions are compared bit for bit.
 fn bits(p: &Prediction) -> (u64, u64, u64, String) {
     (p.mean.to_bits(), p.standard_deviation.to_bits(), p.gate.to_bits(), format!("{:?}", p.flags))
 }
@@ -324,7 +324,7 @@ fn the_largest_numbers_that_are_accepted_give_finite_predictions() {
     cell.low.iter_mut().enumerate().for_each(|(k, c)| *c = -MAX_MAGNITUDE * sign(k));
     cell.high.iter_mut().enumerate().for_each(|(k, c)| *c = MAX_MAGNITUDE * sign(k));
     cell.kappa.fill(MAX_MAGNITUDE);
-    cell.branches.iter_mut().for_each(|branch| branch.share = MAX_MAGNITUDE);
+    cell.branches.iter_mut().for_each(|branch| branch.fraction = MAX_MAGNITUDE);
     law.signals[3] = Signal::LogTension { input: 0, offset: 1e-30 };
     law.signals[4] = Signal::LogRatio { first: 0, second: 1, offset: 1e-30 };
     model.estimator.sigma0 = MAX_MAGNITUDE;

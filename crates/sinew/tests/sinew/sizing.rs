@@ -18,7 +18,7 @@ fn mc_am() -> Design {
 }
 
 fn reaches(design: &Design, speed: f64, tension: f64) -> bool {
-    let parameters = DriveParameters { most_tension: 2000.0, ..design.drive() };
+    let parameters = DriveParameters { max_tension: 2000.0, ..design.drive() };
     let mut drive = Drive::new(parameters, 1).unwrap();
     drive.settle(tension);
     let run = (0..2000).map(|_| drive.step(DriveCommand::Velocity(speed), tension, H).speed);
@@ -29,14 +29,14 @@ fn reaches(design: &Design, speed: f64, tension: f64) -> bool {
 fn the_papers_drive_meets_its_continuous_tension_and_accelerates_by_three_metres_per_second_squared() {
     let design = mc_am();
     assert!((design.mass_at_cable() - DriveParameters::mc_am().mass_at_cable()).abs() < 1e-9);
-    let wanted = Requirement { tension: 250.0, speed: 0.14, acceleration: 3.0, stroke: 0.3 };
-    assert!(design.demand(&wanted).is_met(), "{:?}", design.demand(&wanted));
+    let desired = Requirement { tension: 250.0, speed: 0.14, acceleration: 3.0, stroke: 0.3 };
+    assert!(design.demand(&desired).is_met(), "{:?}", design.demand(&desired));
     assert!(design.acceleration(250.0, 0.14) > 3.0);
     let point = design.envelope_at(0.14, 0.0);
     assert!((250.0..350.0).contains(&point.continuous.tension) && point.continuous.limit == Limit::Heat);
     assert!(point.peak.tension > 600.0, "{point:?}");
-    // What the motor cannot hold at rest for ever is 445 N with 53 : 1.
-    assert!(!design.demand(&Requirement { tension: 445.0, ..wanted }).is_met());
+    // What the motor cannot hold at rest indefinitely is 445 N with 53 : 1.
+    assert!(!design.demand(&Requirement { tension: 445.0, ..desired }).is_met());
     assert!(design.envelope_at(0.3, 0.0).peak.limit == Limit::Speed);
 }
 
@@ -77,31 +77,31 @@ fn the_continuous_current_leaves_every_motor_of_the_catalogue_as_cool_as_it_must
 #[test]
 fn feasible_designs_come_first_in_the_order_of_mass() {
     let parts = catalogue();
-    let wanted = Requirement { tension: 250.0, speed: 0.14, acceleration: 3.0, stroke: 0.3 };
-    let choices = choose(&parts, &wanted).unwrap();
+    let desired = Requirement { tension: 250.0, speed: 0.14, acceleration: 3.0, stroke: 0.3 };
+    let choices = choose(&parts, &desired).unwrap();
     assert_eq!(choices.len(), parts.motors.len() * parts.reducers.len());
     let able: Vec<_> = choices.iter().take_while(|choice| choice.demand.is_met()).collect();
     assert!(able.len() >= 3 && able.len() < choices.len(), "{}", able.len());
     assert!(able.windows(2).all(|pair| pair[0].design.mass <= pair[1].design.mass));
     let lack: Vec<f64> = choices[able.len()..].iter().map(|choice| choice.demand.worst().1).collect();
-    assert!(lack.iter().all(|share| *share > 1.0) && lack.windows(2).all(|pair| pair[0] <= pair[1]));
+    assert!(lack.iter().all(|fraction| *fraction > 1.0) && lack.windows(2).all(|pair| pair[0] <= pair[1]));
     for choice in able {
         let [low, high] = choice.ratios.unwrap();
         assert!((low..=high).contains(&choice.design.reducer.ratio), "{low} {high}");
     }
     // No design of the catalogue reaches ten kilonewtons.
-    let hopeless = choose(&parts, &Requirement { tension: 1e4, ..wanted }).unwrap();
+    let hopeless = choose(&parts, &Requirement { tension: 1e4, ..desired }).unwrap();
     assert!(hopeless.iter().all(|choice| !choice.demand.is_met() && choice.ratios.is_none()));
 }
 
 #[test]
 fn requirements_outside_their_domain_are_refused_by_name() {
-    let wanted = Requirement { tension: 250.0, speed: 0.14, acceleration: 3.0, stroke: 0.3 };
+    let desired = Requirement { tension: 250.0, speed: 0.14, acceleration: 3.0, stroke: 0.3 };
     for (wrong, name) in [
-        (Requirement { tension: 0.0, ..wanted }, "tension"),
-        (Requirement { speed: -1.0, ..wanted }, "speed"),
-        (Requirement { acceleration: f64::NAN, ..wanted }, "acceleration"),
-        (Requirement { stroke: f64::INFINITY, ..wanted }, "stroke"),
+        (Requirement { tension: 0.0, ..desired }, "tension"),
+        (Requirement { speed: -1.0, ..desired }, "speed"),
+        (Requirement { acceleration: f64::NAN, ..desired }, "acceleration"),
+        (Requirement { stroke: f64::INFINITY, ..desired }, "stroke"),
     ] {
         assert!(choose(&catalogue(), &wrong).unwrap_err().to_string().contains(name));
     }
@@ -122,19 +122,19 @@ proptest! {
         tension in 20.0..500.0_f64, speed in 0.0..0.3_f64, acceleration in 0.0..10.0_f64, which in 0..24_usize,
     ) {
         let parts = catalogue();
-        let wanted = Requirement { tension, speed, acceleration, stroke: 0.3 };
+        let desired = Requirement { tension, speed, acceleration, stroke: 0.3 };
         let (motor, reducer) = (&parts.motors[which % 6], &parts.reducers[which % 5]);
         let at = |ratio: f64| Design::new(motor, reducer, ratio, parts.winches[which % 4].parameters);
-        let share = |ratio: f64| at(ratio).demand(&wanted).worst().1;
-        match at(10.0).ratios(&wanted) {
+        let fraction = |ratio: f64| at(ratio).demand(&desired).worst().1;
+        match at(10.0).ratios(&desired) {
             None => for k in 0..60 {
-                prop_assert!(share(1.1_f64.powi(k)) > 1.0);
+                prop_assert!(fraction(1.1_f64.powi(k)) > 1.0);
             },
             Some([low, high]) => {
-                prop_assert!(share(low * (1.0 + 1e-6)) <= 1.0 + 1e-6);
-                prop_assert!(low <= 1.0 || share(low * (1.0 - 1e-3)) > 1.0);
-                prop_assert!(!high.is_finite() || share(high * (1.0 + 1e-3)) > 1.0);
-                prop_assert!(!high.is_finite() || share(high * (1.0 - 1e-6)) <= 1.0 + 1e-6);
+                prop_assert!(fraction(low * (1.0 + 1e-6)) <= 1.0 + 1e-6);
+                prop_assert!(low <= 1.0 || fraction(low * (1.0 - 1e-3)) > 1.0);
+                prop_assert!(!high.is_finite() || fraction(high * (1.0 + 1e-3)) > 1.0);
+                prop_assert!(!high.is_finite() || fraction(high * (1.0 - 1e-6)) <= 1.0 + 1e-6);
             }
         }
     }

@@ -96,8 +96,8 @@ fn norm(v: &[f64]) -> f64 {
 
 /// Removes the component along a unit vector.
 fn remove(v: &mut [f64], unit: &[f64]) {
-    let share: f64 = v.iter().zip(unit).map(|(a, b)| a * b).sum();
-    v.iter_mut().zip(unit).for_each(|(v, u)| *v -= share * u);
+    let fraction: f64 = v.iter().zip(unit).map(|(a, b)| a * b).sum();
+    v.iter_mut().zip(unit).for_each(|(v, u)| *v -= fraction * u);
 }
 
 #[test]

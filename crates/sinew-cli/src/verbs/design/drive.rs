@@ -18,9 +18,9 @@ pub(super) fn run(arguments: &DriveArguments, general: &General) -> Result<Answe
     let catalogue = catalogue(arguments.catalogue.as_deref())?;
     let choices = choose(&catalogue, &required)?;
     let answers: Vec<FoundDrive<'_>> =
-        choices.iter().map(|choice| FoundDrive::of(choice, &required)).collect();
+        choices.iter().map(|choice| FoundDrive::new(choice, &required)).collect();
     let able = answers.iter().filter(|answer| answer.meets).count();
-    let outcome = Outcome::of(able > 0);
+    let outcome = Outcome::new(able > 0);
     if general.json {
         let content = Content::json(&FoundDrives { choices: answers })?;
         return Ok(Answer { outcome, content, written: Vec::new() });
@@ -66,7 +66,7 @@ struct FoundDrive<'a> {
     mass_kg: f64,
     mass_at_cable_kg: f64,
     copper_loss_w: f64,
-    most_acceleration_m_per_s2: f64,
+    max_acceleration_m_per_s2: f64,
     limit: &'static str,
     used: f64,
     #[serde(skip)]
@@ -96,7 +96,7 @@ impl From<EnvelopePoint> for Point {
 }
 
 impl<'a> FoundDrive<'a> {
-    fn of(choice: &Choice<'a>, required: &Requirement) -> Self {
+    fn new(choice: &Choice<'a>, required: &Requirement) -> Self {
         let design: &Design = &choice.design;
         let (limit, used) = choice.demand.worst();
         let here = design.envelope_at(required.speed, 0.0);
@@ -111,7 +111,7 @@ impl<'a> FoundDrive<'a> {
             mass_kg: design.mass,
             mass_at_cable_kg: design.mass_at_cable(),
             copper_loss_w: choice.copper_loss,
-            most_acceleration_m_per_s2: design.acceleration(required.tension, required.speed),
+            max_acceleration_m_per_s2: design.acceleration(required.tension, required.speed),
             limit: limit.name(),
             used,
             here: [here.continuous, here.peak],
@@ -139,7 +139,7 @@ fn summary_text(answers: &[FoundDrive<'_>]) -> String {
             number(Some(answer.copper_loss_w)),
             number(Some(answer.here[0].tension)),
             number(Some(answer.here[1].tension)),
-            number(Some(answer.most_acceleration_m_per_s2)),
+            number(Some(answer.max_acceleration_m_per_s2)),
         ]
     };
     let head = [

@@ -37,7 +37,7 @@ pub(super) fn run(arguments: &TensionArguments, general: &General) -> Result<Ans
         solve(problem).map_err(|error| refused(format!("problems[{k}]{}", problem.locate(&error))))
     });
     let solutions = Solutions { solutions: solutions.collect::<Result<_, _>>()? };
-    let outcome = Outcome::of(solutions.solutions.iter().all(|answer| answer.status == "optimal"));
+    let outcome = Outcome::new(solutions.solutions.iter().all(|answer| answer.status == "optimal"));
     let content =
         if general.json { Content::json(&solutions)? } else { Content::Text(summary(&solutions.solutions)) };
     Ok(Answer { outcome, content, written: Vec::new() })

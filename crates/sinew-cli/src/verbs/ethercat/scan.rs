@@ -18,7 +18,7 @@ pub(super) fn run(arguments: &EthercatScanArguments, general: &General) -> Resul
     } else {
         Content::Text(text(&expected, &found))
     };
-    Ok(Answer { outcome: Outcome::of(fits), content, written: Vec::new() })
+    Ok(Answer { outcome: Outcome::new(fits), content, written: Vec::new() })
 }
 
 fn json(expected: &[EthercatDevice], found: &[FoundDevice], fits: bool) -> serde_json::Value {
@@ -54,12 +54,12 @@ fn text(expected: &[EthercatDevice], found: &[FoundDevice]) -> String {
                 [device.name.clone(), identity(device.identity)]
             });
             let differs = mismatches.iter().any(|mismatch| mismatch.position == k);
-            let wanted = expected.get(k).map_or([String::from("none"), String::new()], |device| {
+            let desired = expected.get(k).map_or([String::from("none"), String::new()], |device| {
                 let of = device.identity;
                 [device.name().to_owned(), identity([of.vendor, of.product, of.revision])]
             });
             let mark = if differs { "differs" } else { "" };
-            [k.to_string()].into_iter().chain(on_wire).chain(wanted).chain([mark.to_owned()]).collect()
+            [k.to_string()].into_iter().chain(on_wire).chain(desired).chain([mark.to_owned()]).collect()
         })
         .collect();
     let header =

@@ -22,7 +22,7 @@ pub(super) fn run(arguments: &EthercatSimulateArguments, general: &General) -> R
     let socket = RawSocket::open(&arguments.interface)?;
     let design = ArmSpecimen::nominal(&machine)?;
     let (gains, _) = synthesize(&machine, &oracle_models(&design), std::slice::from_ref(&machine.start))?;
-    let specimen = ArmSpecimen::drawn_around(&design, &machine, arguments.seed)?;
+    let specimen = ArmSpecimen::sampled_around(&design, &machine, arguments.seed)?;
     let tensions = resting_tensions(&specimen.robot, &machine.start, &gains.tension_limits())?;
     let arm = ArmTwin::new(&specimen, &machine.start, &tensions, arguments.seed)?;
     let mut simulated = SimulatedMachine::new(arm, &machine, devices);

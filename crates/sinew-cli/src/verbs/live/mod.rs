@@ -58,5 +58,5 @@ pub(crate) fn run(arguments: &LiveArguments, general: &General) -> Result<Answer
     } else {
         Content::Text(if failed { "What was shown has failed.\n".to_owned() } else { String::new() })
     };
-    Ok(Answer { outcome: Outcome::of(!failed), content, written: Vec::new() })
+    Ok(Answer { outcome: Outcome::new(!failed), content, written: Vec::new() })
 }

@@ -13,7 +13,7 @@ pub(super) fn playback(arguments: &LiveArguments) -> Result<(Playback, bool), Er
     let file = &arguments.model;
     let bytes = read_bytes(file)?;
     let read = recording(file, &bytes)?;
-    let setup = RunSetup::of(file, &read)?;
+    let setup = RunSetup::from_recording(file, &read)?;
     let mut machine = setup.machine(file, &read)?;
     read_meshes(&mut machine.robot, setup.machine_path());
     let simulated = read.head.simulated;

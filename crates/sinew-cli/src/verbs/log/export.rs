@@ -12,13 +12,13 @@ use std::path::Path;
 pub(super) fn run(arguments: &LogExportArguments, general: &General) -> Result<Answer, Error> {
     let LogExportArguments { file, out, every, muscle } = arguments;
     refuse_overwrite([file], std::slice::from_ref(out), general.no_clobber)?;
-    let format = Format::of(out)?;
+    let format = Format::from_path(out)?;
     let bytes = read_bytes(file)?;
     let recording = recording(file, &bytes)?;
     let rows = match muscle {
         None => Rows::all(&recording, *every),
         Some(name) => {
-            let machine = RunSetup::of(file, &recording)?.machine(file, &recording)?;
+            let machine = RunSetup::from_recording(file, &recording)?.machine(file, &recording)?;
             Rows::of_muscle(&recording, &machine, name)?
         }
     };
@@ -57,7 +57,7 @@ enum Format {
 }
 
 impl Format {
-    fn of(path: &Path) -> Result<Self, Error> {
+    fn from_path(path: &Path) -> Result<Self, Error> {
         match path.extension().and_then(|extension| extension.to_str()) {
             Some("csv") => Ok(Self::Csv),
             #[cfg(feature = "parquet")]

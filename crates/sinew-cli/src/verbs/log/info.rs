@@ -12,8 +12,8 @@ use std::path::Path;
 pub(super) fn run(arguments: &LogInfoArguments, general: &General) -> Result<Answer, Error> {
     let bytes = read_bytes(&arguments.file)?;
     let recording = recording(&arguments.file, &bytes)?;
-    let setup = RunSetup::of(&arguments.file, &recording)?;
-    let info = Info::of(&arguments.file, &recording, &setup, bytes.len() as u64)?;
+    let setup = RunSetup::from_recording(&arguments.file, &recording)?;
+    let info = Info::new(&arguments.file, &recording, &setup, bytes.len() as u64)?;
     let content = if general.json { Content::json(&info)? } else { Content::Text(info.text(&setup)) };
     Ok(Answer::done(content, Vec::new()))
 }
@@ -67,7 +67,7 @@ struct Attachment {
 const MAX_INTERVALS: usize = 200;
 
 impl Info {
-    fn of(file: &Path, recording: &Recording<'_>, setup: &RunSetup, bytes: u64) -> Result<Self, Error> {
+    fn new(file: &Path, recording: &Recording<'_>, setup: &RunSetup, bytes: u64) -> Result<Self, Error> {
         let head = &recording.head;
         let column = |name: &str| head.fast.iter().position(|column| column.name == name);
         let [status, fault, kind, detail] = ["status", "fault", "bus_fault", "bus_detail"].map(column);

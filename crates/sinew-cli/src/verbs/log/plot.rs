@@ -26,7 +26,7 @@ pub(super) fn run(arguments: &LogPlotArguments, general: &General) -> Result<Ans
     }
     let bytes = read_bytes(file)?;
     let recording = recording(file, &bytes)?;
-    let setup = RunSetup::of(file, &recording)?;
+    let setup = RunSetup::from_recording(file, &recording)?;
     let machine = setup.machine(file, &recording)?;
     let head = &recording.head;
     let mut cycles = 0;
@@ -143,16 +143,16 @@ fn groups(table: &Table, head: &Head, machine: &Machine) -> Result<(Vec<Group>, 
     let mut groups = Vec::new();
     let mut end_point = None;
     if let Some(site) = machine.task.site() {
-        let [wanted, found] = [points(machine, site, &reference)?, points(machine, site, &reached)?];
+        let [requested, found] = [points(machine, site, &reference)?, points(machine, site, &reached)?];
         let distance = |k: usize| {
-            let squares = (0..3).map(|axis| (wanted[axis][k] - found[axis][k]).powi(2));
+            let squares = (0..3).map(|axis| (requested[axis][k] - found[axis][k]).powi(2));
             squares.sum::<f64>().sqrt()
         };
         let moved = (0..time.len()).filter(|k| moving.get(*k).copied().unwrap_or(false));
         end_point = Some(spread(moved.map(distance)));
         let mut plots: Vec<Signals> = ["x (m)", "y (m)", "z (m)"]
             .iter()
-            .zip(wanted.iter().zip(&found))
+            .zip(requested.iter().zip(&found))
             .map(|(title, (a, b))| Signals { title: (*title).to_owned(), lines: [a.clone(), b.clone()] })
             .collect();
         let error = (0..time.len()).map(|k| 1e3 * distance(k)).collect();

@@ -14,8 +14,8 @@ const CURVE_POINTS: usize = 61;
 const MIN_ARM_M: f64 = 1e-6;
 /// Bisections of an interval in which a moment arm may jump: to 1e-12 of it.
 const BISECTIONS: usize = 40;
-/// Least jump, as a share of the largest moment arm about the joint.
-const LEAST_JUMP: f64 = 0.01;
+/// Smallest jump, as a fraction of the largest moment arm about the joint.
+const MIN_JUMP: f64 = 0.01;
 
 pub(super) fn page(robot: &Robot, survey: &Survey) -> Result<String, Error> {
     let rows = survey.muscles.iter().map(|m| MuscleRow {
@@ -108,7 +108,7 @@ impl<'a> Curves<'a> {
     /// Discontinuities between the points of the curves: differences that bisection does not make smaller.
     fn jumps(&mut self, joint: usize, at: &[f64], arms: &[(usize, Vec<f64>)]) -> Result<Vec<ArmJump>, Error> {
         let largest = arms.iter().flat_map(|(_, arm)| arm).fold(0.0_f64, |most, x| most.max(x.abs()));
-        let least = LEAST_JUMP * largest;
+        let least = MIN_JUMP * largest;
         let mut jumps = Vec::new();
         for (muscle, arm) in arms {
             for k in 1..at.len() {

@@ -9,8 +9,8 @@ use sinew::machine::{Machine, MuscleDesign};
 use sinew::transmission::cable::CableParameters;
 
 /// Largest dead band of a joint, rad or m, with which the default cable is kept.
-const MOST_DEAD_BAND: f64 = 0.2;
-/// Share of tension and speed of a drive that the motion may use.
+const MAX_DEAD_BAND: f64 = 0.2;
+/// Fraction of tension and speed of a drive that the motion may use.
 const USED: f64 = 0.8;
 /// Time in which a winch crosses the dead band of its cable, s.
 const CROSSING: f64 = 0.4;
@@ -71,17 +71,17 @@ pub(super) struct Choice {
     pub(super) demands: DriveDemands,
     /// The requirement on every muscle's drive.
     pub(super) required: Vec<Requirement>,
-    /// The share of its nearest limit that every muscle's drive uses; above 1 it is too weak.
+    /// The fraction of its nearest limit that every muscle's drive uses; above 1 it is too weak.
     pub(super) used: Vec<f64>,
 }
 
 /// Chooses cables and drives.
-pub(super) fn of(machine: &Machine, motion: &SizingMotion) -> Result<Choice, Error> {
+pub(super) fn drives(machine: &Machine, motion: &SizingMotion) -> Result<Choice, Error> {
     let band = dead_bands(machine)?.0;
     let mut machine = machine.clone();
     let mut demands = drive_demands(&machine, motion)?;
     let mut thin = None;
-    if band > MOST_DEAD_BAND {
+    if band > MAX_DEAD_BAND {
         let mut light = machine.clone();
         light.muscles.iter_mut().for_each(make_thin);
         let of_light = drive_demands(&light, motion)?;
@@ -131,7 +131,7 @@ fn requirement(demand: &DriveDemand, dead_band: f64) -> Requirement {
 fn make_thin(design: &mut MuscleDesign) {
     design.cable = ThinRope::cable();
     design.drive.load_cell = ThinRope::load_cell();
-    [design.drive.least_tension, design.drive.most_tension] = ThinRope::DRIVE;
+    [design.drive.min_tension, design.drive.max_tension] = ThinRope::DRIVE;
     design.tension = ThinRope::TENSION.map(Some);
 }
 

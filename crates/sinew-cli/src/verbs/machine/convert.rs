@@ -15,7 +15,7 @@ pub(crate) fn run(arguments: &MachineConvertArguments, general: &General) -> Res
     let output = &arguments.output;
     let inputs = [&arguments.input].into_iter().chain(&arguments.muscles);
     refuse_overwrite(inputs, std::slice::from_ref(output), general.no_clobber)?;
-    let Some(kind) = Format::of(output).ok().filter(|kind| *kind != Format::Urdf) else {
+    let Some(kind) = Format::from_path(output).ok().filter(|kind| *kind != Format::Urdf) else {
         let expected = ".toml or .xml; URDF has no cables";
         return Err(Error::RobotFormat { file: output.clone(), expected });
     };

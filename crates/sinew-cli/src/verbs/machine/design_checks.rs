@@ -14,9 +14,9 @@ const COCONTRACTIONS: [f64; 2] = [0.0, 0.25];
 
 /// The least stable of the sampled poses, winches held; what is printed with `--json`.
 #[derive(Debug, Serialize)]
-pub(super) struct HeldWinches {
+pub(super) struct LockedWinches {
     cocontraction: f64,
-    /// Least eigenvalue of M^-1 K.
+    /// Smallest eigenvalue of M^-1 K.
     eigenvalue_per_s2: f64,
     /// At which the machine leaves the pose; 0 where it stays.
     unstable_rate_per_s: f64,
@@ -31,14 +31,14 @@ pub(super) struct HeldWinches {
 #[derive(Debug)]
 pub(super) struct DesignChecks {
     /// One of every co-contraction; none where no pose is held.
-    pub(super) held_winches: Vec<HeldWinches>,
+    pub(super) locked_winches: Vec<LockedWinches>,
     /// Poses in which no tensions within their limits hold it, and the number of all sampled ones.
     unheld: [usize; 2],
     pub(super) warnings: Vec<String>,
 }
 
 impl DesignChecks {
-    pub(super) fn of(machine: &Machine, laws: &[CableLaw], poses: &[Vec<f64>]) -> Result<Self, Error> {
+    pub(super) fn new(machine: &Machine, laws: &[CableLaw], poses: &[Vec<f64>]) -> Result<Self, Error> {
         let mut warnings = Vec::new();
         // First: a cable that has lost its wrap may be why the muscles are too weak.
         let lost = machine.clearances(poses)?.into_iter().filter(Clearance::is_lost);
@@ -47,16 +47,16 @@ impl DesignChecks {
         );
         let unheld = unheld_poses(machine, laws, poses)?;
         warnings.extend(too_weak(machine, &unheld, poses));
-        let mut held_winches = Vec::new();
+        let mut locked_winches = Vec::new();
         for cocontraction in COCONTRACTIONS {
             let Some(found) = least_stable_pose(machine, laws, poses, cocontraction)? else { continue };
-            let held = HeldWinches::of(machine, &found, &poses[found.index], cocontraction);
+            let held = LockedWinches::new(machine, &found, &poses[found.index], cocontraction);
             if cocontraction == 0.0 && found.stability.rate() > machine.rules.bandwidth {
-                warnings.push(format!("with held winches, {}", held.sentence(machine, unheld.is_empty())));
+                warnings.push(format!("with locked winches, {}", held.sentence(machine, unheld.is_empty())));
             }
-            held_winches.push(held);
+            locked_winches.push(held);
         }
-        Ok(Self { held_winches, unheld: [unheld.len(), poses.len()], warnings })
+        Ok(Self { locked_winches, unheld: [unheld.len(), poses.len()], warnings })
     }
 
     /// On standard error, one per line.
@@ -69,7 +69,7 @@ impl DesignChecks {
     /// A paragraph.
     pub(super) fn text(&self, machine: &Machine) -> String {
         let mut text = "Winches held, cables sliding freely\n".to_owned();
-        for held in &self.held_winches {
+        for held in &self.locked_winches {
             text += &format!("  {}\n", held.sentence(machine, self.unheld[0] == 0));
         }
         match self.unheld {
@@ -86,8 +86,8 @@ impl DesignChecks {
     }
 }
 
-impl HeldWinches {
-    fn of(machine: &Machine, found: &LeastStable, pose: &[f64], cocontraction: f64) -> Self {
+impl LockedWinches {
+    fn new(machine: &Machine, found: &LeastStable, pose: &[f64], cocontraction: f64) -> Self {
         let parts = machine.robot.parts();
         let stability = &found.stability;
         Self {
@@ -105,7 +105,7 @@ impl HeldWinches {
 
     fn sentence(&self, machine: &Machine, all_held: bool) -> String {
         let tensions = if self.cocontraction == 0.0 {
-            "at the least tensions".to_owned()
+            "at the minimum tensions".to_owned()
         } else {
             format!("at a co-contraction of {}", number(Some(self.cocontraction)))
         };

@@ -177,7 +177,7 @@ fn drive(out: &mut String, choice: &Choice, drive: &ChosenDrive, motion: &Sizing
         most(|required| required.tension),
         most(|required| required.speed),
         most(|required| required.acceleration),
-        (100.0 * motion.share).round(),
+        (100.0 * motion.fraction).round(),
         motion.period
     );
     let used = mine().map(|muscle| choice.used[muscle]).fold(0.0, f64::max);
@@ -207,7 +207,7 @@ fn drive(out: &mut String, choice: &Choice, drive: &ChosenDrive, motion: &Sizing
                 "winch = {{ radius_m = {:?}, lead_m = {:?}, cable_diameter_m = {:?}, turns_per_layer = {:?}, layers = {} }}",
                 winch.radius, winch.lead, winch.cable_diameter, winch.turns_per_layer, winch.layers
             );
-            let _ = writeln!(out, "most_tension_n = {most:?}\nleast_tension_n = {least:?}");
+            let _ = writeln!(out, "max_tension_n = {most:?}\nleast_tension_n = {least:?}");
         }
     }
 }

@@ -31,8 +31,8 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
     let source = source_of(body, arguments.muscles.as_deref())?;
     let mut machine = of_body(body, &source, arguments)?;
     machine.task = movable(&machine)?;
-    let motion = SizingMotion { period: arguments.period, share: arguments.share };
-    let choice = choice::of(&machine, &motion)?;
+    let motion = SizingMotion { period: arguments.period, fraction: arguments.fraction };
+    let choice = choice::drives(&machine, &motion)?;
     let body = match source {
         Source::Robot { muscles } => Body::File {
             body: relative(body, out)?,
@@ -56,7 +56,7 @@ fn of_body(body: &Path, source: &Source, arguments: &MachineNewArguments) -> Res
         Source::Machine => {
             let loaded = load_robot(body, muscles)?;
             print_warnings(&loaded.warnings);
-            machine_of(Description::of(&loaded.robot, &body.display().to_string()))?
+            machine_of(Description::from_robot(&loaded.robot, &body.display().to_string()))?
         }
     };
     print_warnings(&described.warnings);
@@ -79,7 +79,7 @@ fn movable(machine: &Machine) -> Result<Task, Error> {
     }
     let span: [f64; 3] = std::array::from_fn(|k| high[k] - low[k]);
     let most = span.into_iter().fold(0.0, f64::max);
-    let axes = span.map(|span| span > LEAST_SPAN * most);
+    let axes = span.map(|span| span > MIN_SPAN * most);
     let count = axes.iter().filter(|moves| **moves).count();
     Ok(if (1..=machine.encoders.len()).contains(&count) {
         Task::EndPoint { site, axes }
@@ -88,16 +88,17 @@ fn movable(machine: &Machine) -> Result<Task, Error> {
     })
 }
 
-/// Poses over which the end point's coordinates are compared, and the least of their spans over the largest.
+/// Poses over which the end point's coordinates are compared, and the smallest of their spans over the
+/// largest.
 const POSES: usize = 60;
-const LEAST_SPAN: f64 = 0.01;
+const MIN_SPAN: f64 = 0.01;
 
 /// What is printed with `--json`.
 #[derive(Debug, Serialize)]
 struct NewMachine<'a> {
     file: String,
     thin_rope: bool,
-    unreachable_share: f64,
+    unreachable_fraction: f64,
     muscles: Vec<Muscle<'a>>,
 }
 
@@ -134,15 +135,15 @@ fn report(choice: &Choice, out: &Path, json: bool, written: Vec<Written>) -> Res
     });
     let demands = &choice.demands;
     #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
-    let unreachable_share = demands.unreachable as f64 / demands.samples as f64;
+    let unreachable_fraction = demands.unreachable as f64 / demands.samples as f64;
     let answer = NewMachine {
         file: out.display().to_string(),
         thin_rope: choice.thin.is_some(),
-        unreachable_share,
+        unreachable_fraction,
         muscles: muscles.collect(),
     };
     let strong = choice.used.iter().all(|used| *used <= 1.0) && demands.unreachable == 0;
-    let outcome = Outcome::of(strong);
+    let outcome = Outcome::new(strong);
     if json {
         return Ok(Answer { outcome, content: Content::json(&answer)?, written });
     }
@@ -153,7 +154,7 @@ fn report(choice: &Choice, out: &Path, json: bool, written: Vec<Written>) -> Res
         let (name, unit) = (one_line(&joint.name), joint.kind.torque_unit());
         text += &format!(
             "\nIn {} of the motion no tensions give the torque, whatever the drives; most is missing at {name}: {} {unit}\n",
-            percent(Some(unreachable_share)),
+            percent(Some(unreachable_fraction)),
             number(Some(missing))
         );
     }

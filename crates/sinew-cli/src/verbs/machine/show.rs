@@ -1,6 +1,6 @@
 //! `sinew machine show`.
 
-use super::design_checks::{DesignChecks, HeldWinches};
+use super::design_checks::{DesignChecks, LockedWinches};
 use super::names::print_warnings;
 use crate::answer::{Answer, Content};
 use crate::arguments::{General, MachineShowArguments};
@@ -36,10 +36,10 @@ fn show(
     general: &General,
 ) -> Result<Answer, Error> {
     let machine = loaded.machine.loaded()?;
-    let checks = DesignChecks::of(&machine, &machine.laws(CELLS)?, &machine.poses(POSES)?)?;
+    let checks = DesignChecks::new(&machine, &machine.laws(CELLS)?, &machine.poses(POSES)?)?;
     checks.print_warnings();
-    let held_winches = checks.text(&machine);
-    let shown = Shown::of(loaded, checks)?;
+    let locked_winches = checks.text(&machine);
+    let shown = Shown::new(loaded, checks)?;
     let written = match &arguments.picture {
         Some(path) => write_all(&[(path.clone(), draw(&loaded.machine, &STANDALONE)?.as_bytes())])?,
         None => Vec::new(),
@@ -47,7 +47,7 @@ fn show(
     let content = if general.json {
         Content::json(&shown)?
     } else {
-        Content::Text(text(&shown, &held_winches, &loaded.machine) + "\n")
+        Content::Text(text(&shown, &locked_winches, &loaded.machine) + "\n")
     };
     Ok(Answer::done(content, written))
 }
@@ -59,7 +59,7 @@ struct Shown {
     moving_mass_kg: f64,
     joints: Vec<Joint>,
     muscles: Vec<Muscle>,
-    held_winches: Vec<HeldWinches>,
+    locked_winches: Vec<LockedWinches>,
     settings: Vec<Row>,
     warnings: Vec<String>,
 }
@@ -97,7 +97,7 @@ struct Row {
 }
 
 impl Shown {
-    fn of(loaded: &MachineDescription, checks: DesignChecks) -> Result<Self, Error> {
+    fn new(loaded: &MachineDescription, checks: DesignChecks) -> Result<Self, Error> {
         let machine = &loaded.machine;
         let laws = machine.laws(CELLS)?;
         let (limits, found) = characterize(machine, &laws, &machine.poses(POSES)?)?;
@@ -132,15 +132,15 @@ impl Shown {
             moving_mass_kg: machine.robot.moving_mass(),
             joints: joints.collect(),
             muscles: muscles.collect(),
-            settings: loaded.settings.iter().map(|setting| Row::of(setting, machine)).collect(),
-            held_winches: checks.held_winches,
+            settings: loaded.settings.iter().map(|setting| Row::new(setting, machine)).collect(),
+            locked_winches: checks.locked_winches,
             warnings: loaded.warnings.iter().map(ToString::to_string).chain(checks.warnings).collect(),
         })
     }
 }
 
 impl Row {
-    fn of(setting: &Setting, machine: &Machine) -> Self {
+    fn new(setting: &Setting, machine: &Machine) -> Self {
         let value = match &setting.value {
             Value::Number(number) => (*number).into(),
             Value::Numbers(numbers) => numbers.clone().into(),
@@ -221,7 +221,7 @@ fn unit(key: &str, machine: &Machine) -> &'static str {
     }
 }
 
-fn text(shown: &Shown, held_winches: &str, machine: &Machine) -> String {
+fn text(shown: &Shown, locked_winches: &str, machine: &Machine) -> String {
     let mut text = format!(
         "{}: {} independent joints, {} muscles, {} kg moving\n\n",
         one_line(&shown.name),
@@ -233,7 +233,7 @@ fn text(shown: &Shown, held_winches: &str, machine: &Machine) -> String {
     text.push('\n');
     text += &muscles(&shown.muscles);
     text.push('\n');
-    text += held_winches;
+    text += locked_winches;
     text += "\n`default` marks what neither the machine file nor the body says.\n\n";
     text += &settings(&shown.settings, machine.muscles.len());
     text

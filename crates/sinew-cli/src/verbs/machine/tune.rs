@@ -1,6 +1,6 @@
 //! `sinew machine tune`.
 
-use super::design_checks::{DesignChecks, HeldWinches};
+use super::design_checks::{DesignChecks, LockedWinches};
 use super::limit_words::Subject;
 use super::names::print_warnings;
 use super::view::machine_scene;
@@ -43,9 +43,9 @@ fn tune(
 ) -> Result<Answer, Error> {
     let machine = loaded.machine.loaded()?;
     let poses = machine.poses(POSES)?;
-    let checks = DesignChecks::of(&machine, &machine.laws(CELLS)?, &poses)?;
+    let checks = DesignChecks::new(&machine, &machine.laws(CELLS)?, &poses)?;
     checks.print_warnings();
-    let cost = PeriodCost::of(&machine, &machine.laws(CELLS)?, &poses)?;
+    let cost = PeriodCost::new(&machine, &machine.laws(CELLS)?, &poses)?;
     print_unheld(&machine, &cost);
     let tuned = tuned(&machine, &poses, (checks.text(&machine), &cost), arguments.specimens)?;
     let mut files = Vec::new();
@@ -59,9 +59,9 @@ fn tune(
         files.iter().map(|(path, text)| (path.clone(), text.as_bytes())).collect();
     let written = write_all(&bytes)?;
     let content = if general.json {
-        Content::json(&Printed { tuned: &tuned, held_winches: &checks.held_winches })?
+        Content::json(&Printed { tuned: &tuned, locked_winches: &checks.locked_winches })?
     } else {
-        Content::Text(text(&tuned) + "\n" + &tuned.held_winches)
+        Content::Text(text(&tuned) + "\n" + &tuned.locked_winches)
     };
     Ok(Answer::done(content, written))
 }
@@ -71,13 +71,13 @@ fn tune(
 struct Printed<'a> {
     #[serde(flatten)]
     tuned: &'a Tuned,
-    held_winches: &'a [HeldWinches],
+    locked_winches: &'a [LockedWinches],
 }
 
 fn tuned(
     machine: &Machine,
     poses: &[Vec<f64>],
-    (held_winches, cost): (String, &PeriodCost),
+    (locked_winches, cost): (String, &PeriodCost),
     specimens: u32,
 ) -> Result<Tuned, Error> {
     let progress = Progress::new();
@@ -86,16 +86,18 @@ fn tuned(
     let models = oracle_models(&design);
     let (gains, found) = synthesize(machine, &models, poses)?;
     let limits = joint_limits(machine, &models, poses)?;
-    let designed = DampingMargins::of(&gains, &found, machine.dead_time());
+    let designed = DampingMargins::from_gains(&gains, &found, machine.dead_time());
     let mut least = designed.clone();
     for seed in 0..specimens {
-        progress.show("margins of drawn machines", f64::from(seed + 1) / f64::from(specimens + 1));
-        let built = ArmSpecimen::drawn_around(&design, machine, u64::from(seed))?;
+        progress.show("margins of sampled machines", f64::from(seed + 1) / f64::from(specimens + 1));
+        let built = ArmSpecimen::sampled_around(&design, machine, u64::from(seed))?;
         // As it is built: no further tolerance.
         let tolerances = Tolerances { attachment: Some(0.0), ..machine.tolerances };
         let of_built = Machine { robot: built.robot.clone(), tolerances, ..machine.clone() };
         let (_, found) = synthesize(&of_built, &oracle_models(&built), poses)?;
-        for (least, other) in least.iter_mut().zip(DampingMargins::of(&gains, &found, machine.dead_time())) {
+        for (least, other) in
+            least.iter_mut().zip(DampingMargins::from_gains(&gains, &found, machine.dead_time()))
+        {
             if other.crossover > least.crossover {
                 *least = other;
             }
@@ -152,7 +154,7 @@ fn tuned(
             fastest_observer_rad_per_s: cost.fastest_observer,
             bandwidth_rad_per_s: cost.bandwidth,
         },
-        held_winches,
+        locked_winches,
         amount: [poses.len(), specimens as usize],
         gains,
     })
@@ -176,7 +178,7 @@ fn period_limit(slowest: SlowestPeriod) -> String {
     let period = number(Some(1e3 * slowest.period));
     match slowest.limited_by {
         PeriodLimit::Instability(rate) => format!(
-            "up to {period} ms; with held winches it leaves a pose by itself at {} 1/s",
+            "up to {period} ms; with locked winches it leaves a pose by itself at {} 1/s",
             number(Some(rate))
         ),
         PeriodLimit::Bandwidth => {

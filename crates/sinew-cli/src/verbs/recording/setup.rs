@@ -73,7 +73,7 @@ fn for_ever() -> u64 {
 }
 
 impl LinkSetup {
-    pub(crate) fn of(settings: &SessionSettings) -> Self {
+    pub(crate) fn new(settings: &SessionSettings) -> Self {
         let SessionSettings { lock_step, playout_delay_ns, timeout_ns, unattended_ns, .. } = *settings;
         Self { lock_step, playout_delay_ns, timeout_ns, unattended_ns }
     }
@@ -149,7 +149,7 @@ impl RunSetup {
     }
 
     /// Of a recording.
-    pub(crate) fn of(file: &Path, recording: &Recording<'_>) -> Result<Self, Error> {
+    pub(crate) fn from_recording(file: &Path, recording: &Recording<'_>) -> Result<Self, Error> {
         let text = recording.text(SETUP).map_err(Error::recording(file))?;
         serde_json::from_str(text).map_err(|error| attachment(file, SETUP, one_line(&error.to_string())))
     }

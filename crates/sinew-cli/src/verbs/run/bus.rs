@@ -21,16 +21,16 @@ pub(super) fn json(statistics: &BusStatistics, clocks: Option<ClockReport>) -> s
         "devices_missing": statistics.missing,
         "device_not_ready": statistics.not_ready,
         "drive_faults": statistics.drive,
-        "untimely": statistics.untimely,
+        "late": statistics.late,
     })
 }
 
 pub(super) fn text(statistics: &BusStatistics, bus: BusArgument, machine: &Machine) -> String {
-    let BusStatistics { exchanges, lost, missing, not_ready, drive, untimely, first } = statistics;
+    let BusStatistics { exchanges, lost, missing, not_ready, drive, late, first } = statistics;
     let Some((cycle, fault)) = first else { return String::new() };
     format!(
         "Bus: of {exchanges} exchanges {lost} lost, {missing} without all devices, {not_ready} with a \
-         device that was not ready, {drive} with a drive in fault, {untimely} late or without a new command by injection; the first in cycle {cycle}: {}\n",
+         device that was not ready, {drive} with a drive in fault, {late} late or without a new command by injection; the first in cycle {cycle}: {}\n",
         described(*fault, bus, machine)
     )
 }

@@ -61,7 +61,7 @@ impl Ended {
             None => self.seen.stopped.is_none(),
         };
         let whole = self.recording.as_ref().is_none_or(|recording| recording.whole);
-        let outcome = Outcome::of(completed && self.stopped.is_none() && whole);
+        let outcome = Outcome::new(completed && self.stopped.is_none() && whole);
         written.extend(self.recording.map(|recording| recording.written));
         Ok(Answer { outcome, content, written })
     }
@@ -115,7 +115,7 @@ impl Ended {
             "cycles": self.seen.cycles,
             "degraded_cycles": self.seen.degraded,
             "modes": self.seen.modes.iter().map(TrackMode::new).collect::<Vec<_>>(),
-            "health": TrackHealth::of(&self.health, &machine.robot),
+            "health": TrackHealth::new(&self.health, &machine.robot),
         });
         match &self.seen.digest {
             Some(digest) => run["digest"] = format!("{:016x}", digest.0).into(),

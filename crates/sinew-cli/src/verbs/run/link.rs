@@ -20,7 +20,7 @@ pub(crate) struct Follower {
 
 impl Follower {
     /// Of the motion that was planned and verified.
-    pub(crate) fn of(machine: &Machine, trajectory: &Trajectory) -> Result<Self, Error> {
+    pub(crate) fn new(machine: &Machine, trajectory: &Trajectory) -> Result<Self, Error> {
         let ranges = finite_ranges(&machine.robot, &machine.start)?;
         let limits = JointLimits::of_motion(trajectory, ranges)?;
         let mut start = Reference::new(trajectory.joints());
@@ -50,7 +50,7 @@ pub(super) fn start(
     supervisor: &Supervisor,
 ) -> Result<(Server, LinkedMotion), Error> {
     let (machine, sessions) = (&setup.machine, settings(door, &setup.machine));
-    let Follower { limits, pose } = Follower::of(machine, &setup.trajectory)?;
+    let Follower { limits, pose } = Follower::new(machine, &setup.trajectory)?;
     let tension = supervisor.controller().gains().tension_limits();
     let name = &machine.robot.parts().name;
     let domain = domain(name, machine, &limits.range, &tension)?;

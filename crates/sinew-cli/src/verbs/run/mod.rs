@@ -82,7 +82,7 @@ impl Prepared<'_> {
         if task.learning && task.repeats > 1 {
             controller = controller.with_iterative_learning(setup.trajectory.duration())?;
         }
-        let limits = Limits::of(&setup.machine, controller.gains())?;
+        let limits = Limits::from_machine(&setup.machine, controller.gains())?;
         let supervisor = Supervisor::new(controller, limits)?;
         let mut wire = (bus.open)(interface)?;
         // Before any drive moves, and before the thread has its priority.
@@ -150,7 +150,7 @@ impl Prepared<'_> {
         calibrated: bool,
     ) -> Result<Option<Recording>, Error> {
         let Self { door, setup, .. } = self;
-        let link = door.is_linked().then(|| LinkSetup::of(&link::settings(door, &setup.machine)));
+        let link = door.is_linked().then(|| LinkSetup::new(&link::settings(door, &setup.machine)));
         Recording::start(&Request { door, setup, gains, models, calibrated, link })
     }
 

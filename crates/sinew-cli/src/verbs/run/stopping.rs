@@ -143,9 +143,9 @@ fn tell(shown: &Shown) {
 
 fn words(mode: Mode) -> &'static str {
     match mode {
-        Mode::SafeStop => "safe stop: the winches brake, stand, and let the cables down",
-        Mode::Ready => "let down",
-        Mode::Fault => "let down, with a fault",
+        Mode::SafeStop => "safe stop: the winches brake, stand, and release the tension",
+        Mode::Ready => "released",
+        Mode::Fault => "released, with a fault",
         Mode::Off => "off",
         Mode::Pretension | Mode::Hold | Mode::Run => "",
     }

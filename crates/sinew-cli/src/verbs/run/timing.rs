@@ -35,15 +35,15 @@ pub(super) fn text(timing: &Timing) -> String {
     let mut text = table(&["control cycle, us", "median", "p99", "p99.9", "max"], &rows, 1);
     text += &format!("{} cycles, {} deadlines skipped\n", timing.cycles(), timing.skipped());
     let drawn = ["wake-up", "control"];
-    for (quantity, shares) in timing.shares(&EDGES).iter().filter(|(name, _)| drawn.contains(name)) {
+    for (quantity, fractions) in timing.fractions(&EDGES).iter().filter(|(name, _)| drawn.contains(name)) {
         text += &format!("\n{quantity}\n");
-        for (k, share) in shares.iter().enumerate().filter(|(_, share)| **share > 0.0) {
+        for (k, fraction) in fractions.iter().enumerate().filter(|(_, fraction)| **fraction > 0.0) {
             let from = EDGES[k];
             let bin = EDGES
                 .get(k + 1)
                 .map_or(format!("{from:>5} us and more"), |to| format!("{from:>5} to {to:>4} us"));
-            let bar = "#".repeat((WIDTH * share).ceil() as usize);
-            text += &format!("{bin:>17}  {bar:<40} {:.3} %\n", 100.0 * share);
+            let bar = "#".repeat((WIDTH * fraction).ceil() as usize);
+            text += &format!("{bin:>17}  {bar:<40} {:.3} %\n", 100.0 * fraction);
         }
     }
     text

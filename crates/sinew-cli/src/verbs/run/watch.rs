@@ -23,7 +23,7 @@ pub(super) struct Watch<'a> {
     pub(super) stopping: Stopping,
     /// With the duration of the run, s; none where it is not known.
     pub(super) progress: Option<(&'a Progress, f64)>,
-    /// Whether the run ends where the machine has been let down after a fault.
+    /// Whether the run ends where the machine has been released after a fault.
     pub(super) ends_at_fault: bool,
 }
 
@@ -78,7 +78,7 @@ impl Judged<'_> {
             let seen = record.seen();
             let row = self.evaluation.record(&seen, arm)?;
             if self.stride.is_some_and(|stride| self.count.is_multiple_of(stride)) {
-                self.trace.push(TraceRow::of(&row, self.robot));
+                self.trace.push(TraceRow::new(&row, self.robot));
             }
             (self.count, self.time) = (self.count + 1, record.moment.time);
         }
@@ -144,7 +144,7 @@ impl Seen {
     }
 }
 
-/// FNV-1a over the bits of every reading and estimate: equal for runs that are equal to the bit.
+/// FNV-1a over the bits of every reading and estimate: equal for runs that are bit-identical.
 pub(super) struct Digest(pub(super) u64);
 
 impl Default for Digest {

@@ -28,7 +28,7 @@ fn resolve_one(fault: &FaultArgument, robot: &Robot) -> Result<InjectedFault, Er
         Component::LoadCell(mode) => Failure::Sensor(Sensor::Tension(muscle()?), mode),
         Component::JointEncoder(mode) => Failure::Sensor(Sensor::Joint(joint()?), mode),
         Component::Push(torque) => Failure::Push { joint: joint()?, torque },
-        Component::Wear(what, share) => Failure::Wear { muscle: muscle()?, what, share },
+        Component::Wear(what, fraction) => Failure::Wear { muscle: muscle()?, what, fraction },
         Component::Exchange(failure) => Failure::Exchange(failure),
     };
     Ok(InjectedFault { start: fault.start_s, duration: fault.duration_s, failure })

@@ -115,7 +115,7 @@ pub(crate) fn summary_text(tracking: &BTreeMap<CompensationVariant, TrackingNumb
                 "Mean error while holding: {mean} mm (max {max}), by the encoders' zero offsets alone: {offsets} mm\n"
             );
         }
-        text += &format!("Tension ripple while holding: {} N rms\n", number(Some(hold.tension_unrest_n)));
+        text += &format!("Tension ripple while holding: {} N rms\n", number(Some(hold.tension_ripple_n)));
     }
     for incident in tracking.values().flat_map(|numbers| &numbers.incidents) {
         text += &format!(

@@ -38,7 +38,7 @@ pub(super) fn run(arguments: &TwinBenchArguments, general: &General) -> Result<A
         .transpose()?;
     let mut log = String::from(
         "# SIMULATED by sinew twin bench\n\
-         time_s,trial,tension_in_n,position_in_m,anchor_m,tension_out_n,wanted_n,estimate_n,direction\n",
+         time_s,trial,tension_in_n,position_in_m,anchor_m,tension_out_n,desired_n,estimate_n,direction\n",
     );
     let mut summaries = Vec::new();
     let mut trial = 0;
@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &TwinBenchArguments, general: &General) -> Result<A
     }
     drop(progress);
     let written = write_all(&[(arguments.out.clone(), log.as_bytes())])?;
-    let outcome = Outcome::of(summaries.iter().all(|summary| summary.stopped.is_none()));
+    let outcome = Outcome::new(summaries.iter().all(|summary| summary.stopped.is_none()));
     let content = if general.json {
         Content::json(&serde_json::json!({"simulated": true, "runs": summaries}))?
     } else {
@@ -91,7 +91,7 @@ fn run_at_speed(
             if kept {
                 rows += 1;
                 // Simulated tensions are finite; a non-finite one would be left out of the mean.
-                let _ = tracking.push(row.wanted, row.truth[1]);
+                let _ = tracking.push(row.desired, row.truth[1]);
                 let _ = estimation.push(row.truth[1], row.estimate);
                 write_row(log, row, *trial, tracks);
             }
@@ -115,7 +115,7 @@ fn write_row(log: &mut String, row: &BenchRow, trial: u32, tracks: bool) {
     let _ = writeln!(
         log,
         "{:.3},{trial},{:.2},{:.7},{:.7},{:.2},{:.3},{estimate},{}",
-        row.time, sample.tension_in, sample.motor, sample.anchor, row.far, row.wanted, row.window
+        row.time, sample.tension_in, sample.motor, sample.anchor, row.far, row.desired, row.window
     );
 }
 

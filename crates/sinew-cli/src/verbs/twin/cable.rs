@@ -50,7 +50,7 @@ pub(super) fn run(arguments: &TwinCableArguments, general: &General) -> Result<A
             most[1]
         ))
     };
-    Ok(Answer { outcome: Outcome::of(broken.is_none()), content, written })
+    Ok(Answer { outcome: Outcome::new(broken.is_none()), content, written })
 }
 
 /// When and under which tension the cable broke.

@@ -7,9 +7,9 @@ use crate::output::{refuse_overwrite, write_all};
 use crate::table::number;
 use std::fmt::Write;
 
-/// Turning points at each speed, as shares of the stroke, from 0: a whole loop; a second one with minor loops
-/// of a half, a quarter and a tenth of the stroke at its top; minor loops of the same sizes at the bottom; in
-/// the middle shrinking half-loops of 0.5, 0.35, 0.25 and 0.2.
+/// Turning points at each speed, as fractions of the stroke, from 0: a whole loop; a second one with minor
+/// loops of a half, a quarter and a tenth of the stroke at its top; minor loops of the same sizes at the
+/// bottom; in the middle shrinking half-loops of 0.5, 0.35, 0.25 and 0.2.
 const TURNS: [f64; 22] = [
     1.0, 0.0, 1.0, 0.5, 1.0, 0.75, 1.0, 0.9, 1.0, 0.0, 0.5, 0.0, 0.25, 0.0, 0.1, 0.0, 0.75, 0.25, 0.6, 0.35,
     0.55, 0.0,

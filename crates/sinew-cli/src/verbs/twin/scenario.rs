@@ -53,8 +53,8 @@ impl Scenario {
     pub(super) fn at(&self, time: f64) -> [f64; 2] {
         let after = self.corners.partition_point(|corner| corner[0] < time).clamp(1, self.corners.len() - 1);
         let (a, b) = (self.corners[after - 1], self.corners[after]);
-        let share = ((time - a[0]) / (b[0] - a[0])).clamp(0.0, 1.0);
-        [a[1] + share * (b[1] - a[1]), a[2] + share * (b[2] - a[2])]
+        let fraction = ((time - a[0]) / (b[0] - a[0])).clamp(0.0, 1.0);
+        [a[1] + fraction * (b[1] - a[1]), a[2] + fraction * (b[2] - a[2])]
     }
 }
 

@@ -94,7 +94,7 @@ fn travel(sequences: &[Sequence<'_>], kinematics: Kinematics) -> f64 {
     sequences.iter().map(range).fold(0.0, f64::max)
 }
 
-/// Stops of a position, as shares of their radius.
+/// Stops of a position, as fractions of their radius.
 fn stops(play: Play, position: &[f64]) -> Vec<f64> {
     let mut at = position.first().copied().unwrap_or(0.0);
     let step = |&x: &f64| {

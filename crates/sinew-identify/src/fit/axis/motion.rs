@@ -15,13 +15,13 @@ const FILTERS: [f64; 2] = [2.0, 10.0];
 /// Rows that are simulated in the search.
 const ROWS: usize = 20_000;
 
-/// Share of the rate's size below which the sign of friction is smoothed in the regression.
+/// Fraction of the rate's size below which the sign of friction is smoothed in the regression.
 const REST: f64 = 0.05;
 
 /// Time constant, in sampling intervals, from which the inertia shows.
 const SHOWS: f64 = 3.0;
 
-/// Largest share of the far side's variance that may be left.
+/// Largest fraction of the far side's variance that may be left.
 const LEFT: f64 = 0.25;
 
 /// The best axis over the forces and over velocity or position as the far side.

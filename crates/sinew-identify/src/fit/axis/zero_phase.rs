@@ -18,12 +18,12 @@ pub(super) fn rate(values: &[f64], dt_s: &[f64]) -> Vec<f64> {
 pub(super) fn smooth(values: &mut [f64], dt_s: &[f64], tau_s: f64) {
     for _ in 0..2 {
         for i in 1..values.len() {
-            let share = dt_s[i] / (dt_s[i] + tau_s);
-            values[i] = values[i - 1] + share * (values[i] - values[i - 1]);
+            let fraction = dt_s[i] / (dt_s[i] + tau_s);
+            values[i] = values[i - 1] + fraction * (values[i] - values[i - 1]);
         }
         for i in (1..values.len()).rev() {
-            let share = dt_s[i] / (dt_s[i] + tau_s);
-            values[i - 1] = values[i] + share * (values[i - 1] - values[i]);
+            let fraction = dt_s[i] / (dt_s[i] + tau_s);
+            values[i - 1] = values[i] + fraction * (values[i - 1] - values[i]);
         }
     }
 }

@@ -88,16 +88,16 @@ pub(super) fn speed_dependent(samples: &Samples, signals: &Signals) -> Law {
 
 /// +1 where rising drive means sliding toward the motor, by the sign that explains more.
 fn orientation(samples: &Samples) -> f64 {
-    // Toward the motor the far tension is the smaller share of the near one. At rest and near a reversal the
-    // direction is not known.
+    // Toward the motor the far tension is the smaller fraction of the near one. At rest and near a reversal
+    // the direction is not known.
     let mut sums = [[0.0; 2]; 2];
     for &row in samples.fitted.iter().filter(|&&row| samples.sliding[row]) {
         let branch = usize::from(samples.direction[row] < 0.0);
         sums[branch][0] += samples.effort[row] * samples.far[row];
         sums[branch][1] += samples.effort[row] * samples.effort[row];
     }
-    let share = |branch: usize| sums[branch][0] / sums[branch][1].max(1e-300);
-    if sums[0][1] > 0.0 && sums[1][1] > 0.0 && share(0) > share(1) { -1.0 } else { 1.0 }
+    let fraction = |branch: usize| sums[branch][0] / sums[branch][1].max(1e-300);
+    if sums[0][1] > 0.0 && sums[1][1] > 0.0 && fraction(0) > fraction(1) { -1.0 } else { 1.0 }
 }
 
 /// 5 %, 50 % and 95 % of the speeds while moving, none of them zero.

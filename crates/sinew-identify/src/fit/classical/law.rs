@@ -25,8 +25,8 @@ impl Scale {
             Self::Linear { .. } => value,
             Self::Above(low) => (value - low).max(1e-12).ln(),
             Self::Between(low, high) => {
-                let share = ((value - low) / (high - low)).clamp(0.02, 0.98);
-                (share / (1.0 - share)).ln()
+                let fraction = ((value - low) / (high - low)).clamp(0.02, 0.98);
+                (fraction / (1.0 - fraction)).ln()
             }
         }
     }

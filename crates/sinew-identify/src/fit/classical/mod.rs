@@ -93,6 +93,6 @@ fn fit_all(
     all: &Samples,
     signals: &Signals,
 ) -> Vec<ClassicalFit> {
-    let wanted = laws.par_iter().filter(|law| only.is_none_or(|only| law.name == only));
-    wanted.filter_map(|law| law.fit(thinned, all, signals)).collect()
+    let requested = laws.par_iter().filter(|law| only.is_none_or(|only| law.name == only));
+    requested.filter_map(|law| law.fit(thinned, all, signals)).collect()
 }

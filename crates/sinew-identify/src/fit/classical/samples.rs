@@ -9,7 +9,7 @@ const BUDGET: usize = 6_000;
 const ROWS_PER_SWING: usize = 50;
 /// Fraction of its range by which a signal must turn back to count as reversed.
 const REVERSAL: f64 = 0.01;
-/// Share of the 95 % quantile of the speed below which the drive is at rest.
+/// Fraction of the 95 % quantile of the speed below which the drive is at rest.
 const REST: f64 = 0.02;
 /// Distance from a reversal, in standard deviations of the drive's noise, from which the direction is
 /// certain: noise displaces both the extreme and the sample.
@@ -288,9 +288,9 @@ impl Samples {
     /// stretches spread evenly over the rest, each with a tenth of warm-up that is not fitted.
     fn thinned(&self, reversals: usize) -> Self {
         let rows = self.far.len();
-        let wanted = rows.div_ceil(BUDGET);
+        let requested = rows.div_ceil(BUDGET);
         let affordable = rows / ((reversals + self.runs.len()) * ROWS_PER_SWING).max(1);
-        let stride = wanted.min(affordable).max(1);
+        let stride = requested.min(affordable).max(1);
         let piece = 1000 * stride;
         let mut pieces: Vec<(Range<usize>, usize)> = vec![];
         for run in &self.runs {

@@ -1,4 +1,4 @@
-//! Normal equations over all samples, in parallel, the same to the bit for any number of threads.
+//! Normal equations over all samples, in parallel, bit-identical for any number of threads.
 //!
 //! With `s_j = v_j (1 - h_j^2)` and `x` extended by a one, a row of the Jacobian is
 //! `[x_0 s, x_1 s, .., s, h, 1]`. Its outer product has far fewer different entries than squares:
@@ -281,13 +281,13 @@ impl<R: Real> BlockRows<R> {
             }
             // Whole vectors are written; what runs over is overwritten by the next.
             for (out, s) in rotating.iter_mut().zip(&*slopes) {
-                *out = R::of(*s);
+                *out = R::from_f64(*s);
             }
             for (out, h) in right.iter_mut().zip(nodes) {
-                *out = R::of(*h);
+                *out = R::from_f64(*h);
             }
             for (out, s) in rotating[net.hidden..].iter_mut().zip(&*slopes) {
-                *out = R::of(*s);
+                *out = R::from_f64(*s);
             }
             self.extended[..net.inputs].copy_from_slice(&sample[..net.inputs]);
             let weighted = &mut self.weighted[n * weighted_width..][..weighted_width];
@@ -297,10 +297,10 @@ impl<R: Real> BlockRows<R> {
                 weighted[i] = x * self.residuals[n];
                 for y in &self.extended[i..] {
                     self.monomials[(place / self.tall * BLOCK + n) * self.tall + place % self.tall] =
-                        R::of(x * y);
+                        R::from_f64(x * y);
                     place += 1;
                 }
-                let x = R::splat(simd, R::of(*x));
+                let x = R::splat(simd, R::from_f64(*x));
                 for at in (0..net.hidden).step_by(R::width::<S>()) {
                     let [s] = load::<S, R, 1>(simd, rotating, at);
                     store::<S, R, 1>(jacobian, i * net.hidden + at, [R::mul(simd, x, s)]);

@@ -36,9 +36,9 @@ impl Samples {
         finite("inputs", inputs, k)?;
         finite("targets", targets, 1)?;
         let input = (0..k)
-            .map(|i| Scaling::of(&format!("inputs, column {}", i + 1), inputs.iter().skip(i).step_by(k)))
+            .map(|i| Scaling::new(&format!("inputs, column {}", i + 1), inputs.iter().skip(i).step_by(k)))
             .collect::<Result<Vec<_>, _>>()?;
-        let target = Scaling::of("targets", targets.iter())?;
+        let target = Scaling::new("targets", targets.iter())?;
         if targets.iter().all(|t| t.total_cmp(&targets[0]).is_eq()) {
             return Err(Error::samples("targets", "values that differ from each other", &targets[0]));
         }
@@ -52,7 +52,7 @@ impl Samples {
 }
 
 impl Scaling {
-    fn of<'a>(name: &str, column: impl ExactSizeIterator<Item = &'a f64> + Clone) -> Result<Self, Error> {
+    fn new<'a>(name: &str, column: impl ExactSizeIterator<Item = &'a f64> + Clone) -> Result<Self, Error> {
         let n = column.len() as f64;
         let mean = column.clone().map(|x| x / n).sum::<f64>();
         let scale = column.clone().map(|x| (x - mean) * (x - mean) / n).sum::<f64>().sqrt();

@@ -123,10 +123,10 @@ pub enum End {
 /// # Departs
 ///
 /// `mu` stays after a step that needed a second trial, which avoids most rejected ones. The samples held back
-/// for early stopping, if any, are the last ones, contiguous, rather than drawn at random from recordings
+/// for early stopping, if any, are the last ones, contiguous, rather than sampled at random from recordings
 /// whose neighbouring samples are nearly the same.
 ///
-/// Runs on the threads of the surrounding rayon pool; the result is the same to the bit for any number of
+/// Runs on the threads of the surrounding rayon pool; the result is bit-identical for any number of
 /// them.
 ///
 /// # Errors

@@ -3,7 +3,7 @@
 use super::array::Array;
 use crate::Error;
 use crate::log::occurrences::counted;
-use crate::log::table::{Table, TableBuilder, Wanted};
+use crate::log::table::{Requested, Table, TableBuilder};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
@@ -105,19 +105,19 @@ impl ArrayLog {
         self.rows as u64
     }
 
-    /// Reads what is `wanted`.
-    pub(in crate::log) fn read(self, wanted: &Wanted) -> Result<Table, Error> {
-        let mut builder = TableBuilder::new(wanted);
+    /// Reads what is `requested`.
+    pub(in crate::log) fn read(self, requested: &Requested) -> Result<Table, Error> {
+        let mut builder = TableBuilder::new(requested);
         let mut labels: Vec<Label> = vec![Label::default(); self.columns.len()];
         for row in 0..self.rows {
             builder.begin(row + 1);
-            if let Some(column) = wanted.trial {
+            if let Some(column) = requested.trial {
                 builder.trial(labels[column].of(self.data[column][row]));
             }
-            if let Some(column) = wanted.group {
+            if let Some(column) = requested.group {
                 builder.group(labels[column].of(self.data[column][row]));
             }
-            for (k, &column) in wanted.numbers.iter().enumerate() {
+            for (k, &column) in requested.numbers.iter().enumerate() {
                 builder.number(k, self.number(row, column)?);
             }
             builder.candidates(|column| Cow::Owned(labels[column].of(self.data[column][row]).to_vec()));

@@ -3,7 +3,7 @@
 use super::panics::catch_panic;
 use super::parquet_bounds;
 use crate::Error;
-use crate::log::table::{Table, TableBuilder, Wanted};
+use crate::log::table::{Requested, Table, TableBuilder};
 use bytes::Bytes;
 use parquet::basic::{LogicalType, TimeUnit};
 use parquet::errors::ParquetError;
@@ -75,21 +75,21 @@ impl ParquetLog {
         self.rows
     }
 
-    /// Reads what is `wanted`.
-    pub(in crate::log) fn read(self, wanted: &Wanted) -> Result<Table, Error> {
-        catch_panic(&self.file, EXPECTED, || self.rows_of(wanted))
+    /// Reads what is `requested`.
+    pub(in crate::log) fn read(self, requested: &Requested) -> Result<Table, Error> {
+        catch_panic(&self.file, EXPECTED, || self.rows_of(requested))
     }
 
-    fn rows_of(&self, wanted: &Wanted) -> Result<Table, Error> {
+    fn rows_of(&self, requested: &Requested) -> Result<Table, Error> {
         // Columns that are read, in the order of the file, and where each stands in a row.
-        let mut needed: Vec<usize> = wanted.numbers.clone();
-        needed.extend(wanted.trial.iter().chain(&wanted.group).chain(&wanted.candidates));
+        let mut needed: Vec<usize> = requested.numbers.clone();
+        needed.extend(requested.trial.iter().chain(&requested.group).chain(&requested.candidates));
         needed.sort_unstable();
         needed.dedup();
         let place = |column: usize| needed.binary_search(&column).unwrap_or(0);
         let projection = self.projection(&needed)?;
         let rows = self.reader.get_row_iter(Some(projection)).map_err(|e| damaged(&self.file, &e))?;
-        let mut builder = TableBuilder::new(wanted);
+        let mut builder = TableBuilder::new(requested);
         for (index, row) in rows.enumerate() {
             let row = row.map_err(|e| damaged(&self.file, &e))?;
             let fields: Vec<&Field> = row.get_column_iter().map(|(_, field)| field).collect();
@@ -97,13 +97,13 @@ impl ParquetLog {
                 return Err(self.malformed(needed.len(), &row));
             }
             builder.begin(index + 1);
-            if let Some(column) = wanted.trial {
+            if let Some(column) = requested.trial {
                 builder.trial(label(fields[place(column)]).as_bytes());
             }
-            if let Some(column) = wanted.group {
+            if let Some(column) = requested.group {
                 builder.group(label(fields[place(column)]).as_bytes());
             }
-            for (k, &column) in wanted.numbers.iter().enumerate() {
+            for (k, &column) in requested.numbers.iter().enumerate() {
                 builder.number(k, self.number(fields[place(column)], column, index + 1)?);
             }
             builder.candidates(|column| Cow::Owned(label(fields[place(column)]).into_bytes()));

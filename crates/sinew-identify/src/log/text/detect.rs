@@ -88,8 +88,9 @@ fn choose_delimiter(content: &[HeadLine<'_>]) -> (Delimiter, bool, usize) {
     best
 }
 
-/// Most frequent width, and the share of lines of that width times the share of numbers in them; half of it
-/// where the first line, as a rule the header, has another width: `0.01 sec` is one value under one name.
+/// Most frequent width, and the fraction of lines of that width times the fraction of numbers in them; half
+/// of it where the first line, as a rule the header, has another width: `0.01 sec` is one value under one
+/// name.
 fn width_and_score(content: &[HeadLine<'_>], delimiter: Delimiter, decimal_comma: bool) -> (usize, f64) {
     let mut fields = Vec::new();
     // The first line is as a rule the header: it counts only where it is alone.
@@ -120,7 +121,7 @@ fn width_and_score(content: &[HeadLine<'_>], delimiter: Delimiter, decimal_comma
     let width = widths.chunk_by(|a, b| a == b).max_by_key(|run| run.len()).map_or(0, |run| run[0]);
     let regular: Vec<_> = rows.iter().filter(|r| r.0 == width).collect();
     let numeric: usize = regular.iter().map(|r| r.1).sum();
-    let share = numeric as f64 / (regular.len() * width).max(1) as f64;
-    let score = regular.len() as f64 / rows.len().max(1) as f64 * (share + 0.01);
+    let fraction = numeric as f64 / (regular.len() * width).max(1) as f64;
+    let score = regular.len() as f64 / rows.len().max(1) as f64 * (fraction + 0.01);
     (width, if width == header || width == named { score } else { 0.5 * score })
 }

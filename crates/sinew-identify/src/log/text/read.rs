@@ -1,4 +1,4 @@
-//! A text table, streamed: only the wanted columns are stored.
+//! A text table, streamed: only the requested columns are stored.
 
 use super::cell::{Cell, missing, parse, split};
 use super::detect::detect;
@@ -8,7 +8,7 @@ use super::stamp::{Stopwatch, is_stamp};
 use crate::Error;
 use crate::log::memory_limit::{MEMORY_LIMIT_BYTES, bytes_per_row};
 use crate::log::occurrences::counted;
-use crate::log::table::{Table, TableBuilder, Wanted};
+use crate::log::table::{Requested, Table, TableBuilder};
 use std::borrow::Cow;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
@@ -72,8 +72,8 @@ impl TextLog {
         (self.bytes as f64 / self.dialect.bytes_per_row.max(2.0)) as u64
     }
 
-    /// Reads what is `wanted`.
-    pub(in crate::log) fn read(self, wanted: &Wanted) -> Result<Table, Error> {
+    /// Reads what is `requested`.
+    pub(in crate::log) fn read(self, requested: &Requested) -> Result<Table, Error> {
         let Self { file, origin, dialect, .. } = self;
         let skip = dialect.skip_bytes as u64;
         match origin {
@@ -81,12 +81,12 @@ impl TextLog {
                 let unreadable = |source| Error::Unreadable { file: file.clone(), source };
                 let mut handle = File::open(&path).map_err(unreadable)?;
                 handle.seek(SeekFrom::Start(skip)).map_err(unreadable)?;
-                stream(&file, BufReader::with_capacity(1 << 17, handle), &dialect, wanted)
+                stream(&file, BufReader::with_capacity(1 << 17, handle), &dialect, requested)
             }
             Origin::Bytes(bytes) => {
                 let mut cursor = Cursor::new(bytes);
                 cursor.set_position(skip);
-                stream(&file, cursor, &dialect, wanted)
+                stream(&file, cursor, &dialect, requested)
             }
         }
     }
@@ -149,15 +149,20 @@ impl Row<'_> {
     }
 }
 
-fn stream(file: &str, reader: impl BufRead, dialect: &Dialect, wanted: &Wanted) -> Result<Table, Error> {
+fn stream(
+    file: &str,
+    reader: impl BufRead,
+    dialect: &Dialect,
+    requested: &Requested,
+) -> Result<Table, Error> {
     let mut lines = Lines::new(reader, dialect.terminator);
-    let mut builder = TableBuilder::new(wanted);
+    let mut builder = TableBuilder::new(requested);
     let mut fields = Vec::new();
     let mut findings = dialect.findings.clone();
     let mut comments = 0;
     let mut watch = Stopwatch::default();
     let width = dialect.columns.len();
-    let most_rows = MEMORY_LIMIT_BYTES as usize / bytes_per_row(wanted.numbers.len());
+    let max_rows = MEMORY_LIMIT_BYTES as usize / bytes_per_row(requested.numbers.len());
     loop {
         let number = lines.number() + 1;
         let unreadable = |source| Error::Unreadable { file: file.to_owned(), source };
@@ -185,7 +190,7 @@ fn stream(file: &str, reader: impl BufRead, dialect: &Dialect, wanted: &Wanted) 
             }
             return Err(wrong_width(file, number, width, fields.len()));
         }
-        if builder.rows() >= most_rows {
+        if builder.rows() >= max_rows {
             // The estimate before reading can be too low where rows become shorter or the file grows.
             return Err(Error::TooLarge {
                 file: file.to_owned(),
@@ -194,7 +199,7 @@ fn stream(file: &str, reader: impl BufRead, dialect: &Dialect, wanted: &Wanted) 
             });
         }
         let row = Row { file, line: number, bytes, fields: &fields, dialect };
-        store(&row, wanted, &mut watch, &mut builder)?;
+        store(&row, requested, &mut watch, &mut builder)?;
     }
     if comments > 0 {
         findings.push(format!("skipped {} among the data", counted(comments, "comment line")));
@@ -204,19 +209,19 @@ fn stream(file: &str, reader: impl BufRead, dialect: &Dialect, wanted: &Wanted) 
 
 fn store(
     row: &Row<'_>,
-    wanted: &Wanted,
+    requested: &Requested,
     watch: &mut Stopwatch,
     builder: &mut TableBuilder,
 ) -> Result<(), Error> {
     builder.begin(row.line);
-    if let Some(column) = wanted.trial {
+    if let Some(column) = requested.trial {
         builder.trial(row.cell(column));
     }
-    if let Some(column) = wanted.group {
+    if let Some(column) = requested.group {
         builder.group(row.cell(column));
     }
-    for (k, &column) in wanted.numbers.iter().enumerate() {
-        let stamped = wanted.stamped == Some(column);
+    for (k, &column) in requested.numbers.iter().enumerate() {
+        let stamped = requested.stamped == Some(column);
         builder.number(k, if stamped { row.seconds(column, watch)? } else { row.number(column)? });
     }
     builder.candidates(|column| Cow::Borrowed(row.cell(column)));

@@ -48,7 +48,7 @@ impl AxisRig {
     }
 
     /// Another mass, friction, spring, sampling rate, noise and unit.
-    pub(crate) fn drawn(random: &mut ChaCha8Rng) -> Self {
+    pub(crate) fn sampled(random: &mut ChaCha8Rng) -> Self {
         let mut log_between = |low: f64, high: f64| low * (high / low).powf(random.random::<f64>());
         let mass = log_between(0.2, 200.0);
         Self {

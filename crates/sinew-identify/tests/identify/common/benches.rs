@@ -80,7 +80,7 @@ pub(crate) struct Bench {
 impl Bench {
     pub(crate) const KINDS: [Kind; 5] = [Kind::Sheath, Kind::Stiff, Kind::Tension, Kind::Stroke, Kind::Joint];
 
-    pub(crate) fn drawn(kind: Kind, random: &mut ChaCha8Rng) -> Self {
+    pub(crate) fn sampled(kind: Kind, random: &mut ChaCha8Rng) -> Self {
         let mut between = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
         let stiff = if kind == Kind::Stiff { 3.0 } else { 1.0 };
         Self {

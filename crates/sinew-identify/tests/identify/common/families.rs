@@ -29,7 +29,7 @@ pub(crate) struct Specimen {
 }
 
 impl Specimen {
-    pub(crate) fn drawn(family: Family, random: &mut ChaCha8Rng) -> Self {
+    pub(crate) fn sampled(family: Family, random: &mut ChaCha8Rng) -> Self {
         let mut between = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
         Self { family, friction: between(0.1, 0.35), lag_s: between(0.03, 0.15), gain: between(0.6, 0.9) }
     }

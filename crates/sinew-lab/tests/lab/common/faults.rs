@@ -6,7 +6,7 @@ use sinew::random::Random;
 use sinew::trajectory::Trajectory;
 use sinew::twin::arm::{Failure, InjectedFault, Sensor, SensorFailure};
 use sinew_lab::CompensationVariant;
-use sinew_lab::arm::{CalibratedArm, MAX_JOINT_ERROR_SHARE, max_end_point_error};
+use sinew_lab::arm::{CalibratedArm, MAX_JOINT_ERROR_FRACTION, max_end_point_error};
 use sinew_lab::experiment::arm::{TrackRun, TrackSession};
 use sinew_lab::experiment::{FaultInterval, TrackRow};
 
@@ -68,7 +68,7 @@ fn part_of(failure: Failure) -> Fault {
 
 /// Every kind of fault with the same probability, durations uniform in their logarithm; a joint without an
 /// encoder has no fault of it.
-fn drawn(random: &mut Random, machine: &Machine, motion: f64) -> InjectedFault {
+fn sampled(random: &mut Random, machine: &Machine, motion: f64) -> InjectedFault {
     use SensorFailure::{Lost, NotANumber, Stuck};
     let encoders: Vec<usize> =
         (0..machine.encoders.len()).filter(|k| machine.encoders[*k].is_some()).collect();
@@ -116,7 +116,7 @@ pub(crate) fn campaign(
     };
     let mut random = Random::new(seed ^ 0x5eed);
     let mut faults: Vec<InjectedFault> =
-        (0..count).map(|_| drawn(&mut random, machine, trajectory.duration())).collect();
+        (0..count).map(|_| sampled(&mut random, machine, trajectory.duration())).collect();
     faults.sort_by(|a, b| a.start.total_cmp(&b.start));
     let mut healthy = TrackSession::new(&run, controller).unwrap();
     let mut error_before = 0.0_f64;
@@ -167,7 +167,7 @@ pub(crate) fn error(machine: &Machine, row: &TrackRow<'_>) -> f64 {
             let joints = machine.robot.independent_joints().into_iter().zip(row.joint_error);
             let over = joints.filter_map(|(joint, error)| {
                 let [low, high] = machine.robot.parts().joints[joint].range?;
-                Some(error.abs() / (MAX_JOINT_ERROR_SHARE * (high - low)))
+                Some(error.abs() / (MAX_JOINT_ERROR_FRACTION * (high - low)))
             });
             over.fold(0.0, f64::max)
         }

@@ -13,7 +13,7 @@ use sinew_lab::Error;
 use sinew_lab::arm::{DesiredMotion, first_infeasibility, plan, plan_tour};
 
 /// What a seed draws.
-pub(crate) struct Drawn {
+pub(crate) struct Sampled {
     pub(crate) machine: Machine,
     /// In words: body, encoders, motion.
     pub(crate) what: String,
@@ -26,7 +26,7 @@ pub(crate) struct Drawn {
 const BUILT_IN: [&str; 5] = ["finger", "surgical_wrist", "bench_joint", "planar_leg", "exosuit_elbow"];
 
 /// A machine with a motion that its muscles can carry out; the error says why there is none.
-pub(crate) fn drawn(seed: u64) -> Result<Drawn, String> {
+pub(crate) fn sampled(seed: u64) -> Result<Sampled, String> {
     let mut draw = Draw(Random::new(0x6865_616c_7468_7921 ^ seed.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
     let (mut machine, body) = match draw.below(8) {
         0 | 1 => {
@@ -45,7 +45,7 @@ pub(crate) fn drawn(seed: u64) -> Result<Drawn, String> {
     let (motion, trajectory, hold) = motion(&mut draw, &machine).map_err(|error| error.to_string())?;
     match first_infeasibility(&machine, &trajectory, 1).map_err(|error| error.to_string())? {
         Some(violated) => Err(format!("{body}: {violated}")),
-        None => Ok(Drawn { machine, what: format!("{body}, {sensors}, {motion}"), trajectory, hold }),
+        None => Ok(Sampled { machine, what: format!("{body}, {sensors}, {motion}"), trajectory, hold }),
     }
 }
 
@@ -92,13 +92,13 @@ fn motion(draw: &mut Draw, machine: &Machine) -> Result<(&'static str, Trajector
     })
 }
 
-/// Three poses within a share of the ranges about the start, each after so many seconds.
-fn poses(draw: &mut Draw, machine: &Machine, share: f64, each: f64) -> Result<Trajectory, Error> {
+/// Three poses within a fraction of the ranges about the start, each after so many seconds.
+fn poses(draw: &mut Draw, machine: &Machine, fraction: f64, each: f64) -> Result<Trajectory, Error> {
     let ranges = machine.ranges()?;
     let mut points = vec![JointWaypoint { time: 0.0, q: machine.start.clone() }];
     for k in 1..4 {
         let places = machine.start.iter().zip(&ranges).map(|(start, [low, high])| {
-            let reach = 0.5 * share * (high - low);
+            let reach = 0.5 * fraction * (high - low);
             (start + draw.between(-reach, reach)).clamp(*low, *high)
         });
         points.push(JointWaypoint { time: each * f64::from(k), q: places.collect() });
@@ -188,6 +188,6 @@ fn transmission(draw: &mut Draw, thin: bool, radius: f64) -> String {
              drag_fade_n = 0.5\npretension_n = 1.0\ncompliance_per_n = {compliance}\n\
              [[drive]]\nname = \"small\"\nmotor = \"class_22mm_20w\"\nreducer = \"class_22mm\"\nratio = 29\n\
              winch = {{ radius_m = {drum}, lead_m = 6e-4, cable_diameter_m = 5e-4, turns_per_layer = 10.0, layers = 1 }}\n\
-             most_tension_n = 60.0\nleast_tension_n = 0.3\n"
+             max_tension_n = 60.0\nleast_tension_n = 0.3\n"
         )
 }

@@ -11,7 +11,7 @@ pub(crate) fn machine(name: &str) -> Machine {
     machine_from_toml(name, &text, &mut |_| Err("no other file".into())).unwrap().machine
 }
 
-/// The LM-Arm's paths by turns in 11.5 s, a tour of every other machine.
+/// The LM-Arm's paths in turn in 11.5 s, a tour of every other machine.
 pub(crate) fn motion(machine: &Machine, seed: u64) -> Trajectory {
     if machine.robot.parts().name == "lm_arm" {
         let path = machine.paths[(seed % 2) as usize].path.clone();

@@ -77,7 +77,7 @@ pub(crate) fn machine(seed: u64, lighter: f64) -> Result<RandomMachine, sinew::E
         });
     }
     add_muscles(&mut draw, &mut parts, &links, arm);
-    Ok(RandomMachine { machine: Machine::of(&Robot::new(parts)?)?, first_link })
+    Ok(RandomMachine { machine: Machine::from_robot(&Robot::new(parts)?)?, first_link })
 }
 
 fn body(name: &str, parent: usize, position: [f64; 3], mass: f64, length: f64) -> Body {

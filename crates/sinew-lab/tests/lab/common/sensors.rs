@@ -147,11 +147,11 @@ pub(crate) fn lies(bench: &Bench, seed: u64, count: usize) -> (Vec<LieCase>, f64
                 })
                 .unwrap();
         }
-        let mut drawn = drawn(machine, seed, ([BEFORE + 0.5, end - 0.1], &most), count);
-        drawn.sort_by(|a, b| a.1.start.total_cmp(&b.1.start));
+        let mut sampled = sampled(machine, seed, ([BEFORE + 0.5, end - 0.1], &most), count);
+        sampled.sort_by(|a, b| a.1.start.total_cmp(&b.1.start));
         let crosses = crossings(machine);
         let mut cases = Vec::new();
-        for (lie, fault) in drawn {
+        for (lie, fault) in sampled {
             while healthy.time() < fault.start - 5e-4 {
                 healthy.step(|_| {}).unwrap();
             }
@@ -200,7 +200,7 @@ pub(crate) fn lies(bench: &Bench, seed: u64, count: usize) -> (Vec<LieCase>, f64
 
 /// Faults of every kind in turn, at random parts and times, a third of them permanent; `most` are the largest
 /// tensions of the motion, N.
-pub(crate) fn drawn(
+pub(crate) fn sampled(
     machine: &Machine,
     seed: u64,
     ([from, to], most): ([f64; 2], &[f64]),

@@ -20,7 +20,7 @@ const AFTER: f64 = 90.0;
 const BEFORE: f64 = 3.0;
 /// Time within which a fault is found or has no effect, s.
 const OBSERVED: f64 = 8.0;
-/// Time within which a machine is let down or holds again, s.
+/// Time within which a machine is released or holds again, s.
 const RECOVERY: f64 = 40.0;
 
 /// Time in which the winches have come to rest after a stop, s.
@@ -205,7 +205,7 @@ impl Bench {
         let encoders: Vec<usize> = (0..self.arm.machine.encoders.len())
             .filter(|k| self.arm.machine.encoders[*k].is_some())
             .collect();
-        let mut drawn: Vec<(f64, Injection, usize)> = Vec::new();
+        let mut sampled: Vec<(f64, Injection, usize)> = Vec::new();
         for injection in Injection::ALL {
             for _ in 0..per_kind {
                 let start = BEFORE + 0.5 + random.unit() * (self.end() - OBSERVED - BEFORE - 0.5);
@@ -217,13 +217,13 @@ impl Bench {
                 }
                 let place = (random.unit() * count as f64) as usize % count;
                 let part = if joint { encoders[place] } else { place };
-                drawn.push(((start * 1e3).round() * 1e-3, injection, part));
+                sampled.push(((start * 1e3).round() * 1e-3, injection, part));
             }
         }
-        drawn.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sampled.sort_by(|a, b| a.0.total_cmp(&b.0));
         let name = robot.parts().name.clone();
         self.with_session(&[], |mut healthy| {
-            let mut most_speed = 0.0_f64;
+            let mut max_speed = 0.0_f64;
             let mut cases = Vec::new();
             // The largest tensions of the motion, for limits that a task sets.
             let mut peaks = vec![0.0_f64; muscles];
@@ -235,7 +235,7 @@ impl Bench {
                         for (peak, cable) in peaks.iter_mut().zip(row.truth.cables) {
                             *peak = peak.max(cable.tension_in);
                         }
-                        most_speed = row.truth.v.iter().fold(most_speed, |most, v| most.max(v.abs()));
+                        max_speed = row.truth.v.iter().fold(max_speed, |most, v| most.max(v.abs()));
                         if row.mode != Mode::Run || row.fault.is_some() {
                             result
                                 .reports
@@ -262,12 +262,12 @@ impl Bench {
                     .unwrap();
             }
             result.errors[1] = mean_error(&lossy);
-            for (start, injection, part) in drawn {
+            for (start, injection, part) in sampled {
                 while healthy.time() < start - 0.5 * STEP {
                     healthy.step(|_| {}).unwrap();
                 }
                 let mut case = self.case(&healthy, (injection, part, start), &peaks);
-                case.speed = case.fall / most_speed.max(1e-9);
+                case.speed = case.fall / max_speed.max(1e-9);
                 cases.push(case);
             }
             (cases, result)
@@ -383,7 +383,7 @@ impl Bench {
         case
     }
 
-    /// The least of some loads that raises the tension of a muscle, at its drive, above its limit of 1.1
+    /// The smallest of some loads that raises the tension of a muscle, at its drive, above its limit of 1.1
     /// times the peak of the motion and keeps it there, or that ends the run by another fault before.
     fn overload(&self, healthy: &TrackSession<'_>, (muscle, start): (usize, f64), peak: f64) -> Failure {
         let machine = &self.arm.machine;
@@ -393,7 +393,7 @@ impl Bench {
         let arms = &body.moment_arms()[muscle * n..(muscle + 1) * n];
         let (joint, arm) = arms.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap();
         // tau = R^T T: the push takes the opposite direction of the muscle's torque.
-        let load = |share: f64| Failure::Push { joint, torque: -arm * share * peak };
+        let load = |fraction: f64| Failure::Push { joint, torque: -arm * fraction * peak };
         let overloads = |failure: &Failure| {
             let fault = InjectedFault { start, duration: f64::INFINITY, failure: *failure };
             let mut session = healthy.clone().with_faults(&[fault]).unwrap();
@@ -411,8 +411,11 @@ impl Bench {
             }
             longest >= OVERLOAD || !running
         };
-        let shares = (0..16).map(|k| 1.6 * 1.1_f64.powi(k));
-        shares.map(load).find(overloads).expect("a load of seven times the peak is too much for every muscle")
+        let fractions = (0..16).map(|k| 1.6 * 1.1_f64.powi(k));
+        fractions
+            .map(load)
+            .find(overloads)
+            .expect("a load of seven times the peak is too much for every muscle")
     }
 }
 
@@ -476,7 +479,7 @@ fn mean_error(session: &TrackSession<'_>) -> f64 {
 #[derive(Debug)]
 #[allow(dead_code, reason = "printed")]
 pub(crate) struct Worn {
-    /// What was found first: s, kind, muscle, share, standard error, forecast in s.
+    /// What was found first: s, kind, muscle, fraction, standard error, forecast in s.
     pub(crate) found: Option<(f64, FaultKind, usize, f64, f64, f64)>,
     /// Mean error of the joints in windows of five minutes, over that of the first.
     pub(crate) errors: Vec<f64>,
@@ -525,7 +528,7 @@ impl Bench {
                             FaultKind::StiffnessDrift => health.stiffness,
                             _ => health.pretension,
                         };
-                        Some((session.time(), kind, muscle, drift.share, drift.error, drift.remaining))
+                        Some((session.time(), kind, muscle, drift.fraction, drift.error, drift.remaining))
                     });
                 }
                 if session.time() > next {
@@ -543,8 +546,8 @@ impl Bench {
             for health in session.supervisor().health() {
                 let drifts = [health.friction, health.stiffness, health.pretension];
                 for (most, drift) in worn.drift.iter_mut().zip(drifts) {
-                    if drift.share.abs() > most.abs() {
-                        *most = drift.share;
+                    if drift.fraction.abs() > most.abs() {
+                        *most = drift.fraction;
                     }
                 }
             }

@@ -32,21 +32,21 @@ impl AnchorMotion {
     }
 
     /// Maps references, estimates and the error of the joints, rad, in the evaluated pose of the body; the
-    /// filter of slip advances by `filter_share` of its input.
+    /// filter of slip advances by `filter_fraction` of its input.
     pub(super) fn update(
         &mut self,
         body: &MuscleDynamics,
         reference: &PreviewedReference<'_>,
         joints: &JointObserver,
         error: &[f64],
-        filter_share: f64,
+        filter_fraction: f64,
     ) {
         body.anchor_motion(&reference.current.v, &mut self.reference);
         body.anchor_motion(&reference.previewed.v, &mut self.previewed);
         body.anchor_motion(&joints.v, &mut self.estimated);
         body.anchor_motion(error, &mut self.error);
         for (slip, estimated) in self.slip.iter_mut().zip(&self.estimated) {
-            *slip += filter_share * (estimated - *slip);
+            *slip += filter_fraction * (estimated - *slip);
         }
     }
 
@@ -85,11 +85,11 @@ mod tests {
         let (current, previewed, error) = (of([0.3, 0.2, -0.1]), of([-0.6, 0.7, 0.8]), [0.01, -0.02, 0.03]);
         let reference = PreviewedReference { current: &current, previewed: &previewed, repeat_time: None };
         let mut motion = AnchorMotion::new(3);
-        let share = 0.2;
+        let fraction = 0.2;
         for step in 1..=10 {
-            motion.update(&body, &reference, &joints, &error, share);
+            motion.update(&body, &reference, &joints, &error, fraction);
             // A step of the input: what is missing shrinks by the same factor in every cycle.
-            let reached = 1.0 - libm::pow(1.0 - share, f64::from(step));
+            let reached = 1.0 - libm::pow(1.0 - fraction, f64::from(step));
             let slip: Vec<f64> = mapped(&body, &joints.v).iter().map(|v| reached * v).collect();
             assert!(differ(&motion.slip, &slip) < 1e-15, "{step}: {:?} {slip:?}", motion.slip);
         }

@@ -346,9 +346,9 @@ mod tests {
                 body.evaluate(&pose).unwrap();
                 (0..3).for_each(|_| step(&mut states, &[0.0; 3], &body, &pose));
                 for (k, bend) in bends.iter().enumerate() {
-                    let share = if bend.is_constant() { 1.0 } else { bend.at(&pose) / 1.2 };
+                    let fraction = if bend.is_constant() { 1.0 } else { bend.at(&pose) / 1.2 };
                     let found = states.law(k).unwrap().sheath_bend();
-                    assert!((found - share * identified).abs() < 1e-12, "{k} {turn}: {found}");
+                    assert!((found - fraction * identified).abs() < 1e-12, "{k} {turn}: {found}");
                 }
             }
         }
@@ -359,7 +359,7 @@ mod tests {
 
     /// Motor positions that pull by a tenth of a millimetre per cycle.
     fn pulled(k: u32) -> [f64; 3] {
-        [1.0, 1.2, 0.8].map(|share| 1e-4 * share * f64::from(k))
+        [1.0, 1.2, 0.8].map(|fraction| 1e-4 * fraction * f64::from(k))
     }
 
     #[test]

@@ -471,8 +471,8 @@ impl ArmController {
     fn evaluate_errors(&mut self, h: f64, reference: &PreviewedReference<'_>) {
         self.law.update_error(reference.current, &self.joints.q);
         self.faults.check_tracking(&self.law.error);
-        let filter_share = (h / self.gains.slip_filter_time).min(1.0);
-        self.anchors.update(&self.body, reference, &self.joints, &self.law.error, filter_share);
+        let filter_fraction = (h / self.gains.slip_filter_time).min(1.0);
+        self.anchors.update(&self.body, reference, &self.joints, &self.law.error, filter_fraction);
     }
 
     /// Rest begins with small errors and speeds and ends with larger errors, so that it does not toggle.

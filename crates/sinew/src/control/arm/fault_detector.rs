@@ -33,39 +33,39 @@ pub(super) struct Prediction<'a> {
 const PERSISTENCE_TIME: f64 = 0.03;
 /// The same for a joint encoder, which the muscles replace.
 const JOINT_PERSISTENCE_TIME: f64 = 0.25;
-/// Share of a missing tension that the commanded travel of an unchanged motor encoder explains where it is at
-/// fault.
-const UNSEEN_SHARE: f64 = 0.5;
+/// Fraction of a missing tension that the commanded travel of an unchanged motor encoder explains where it is
+/// at fault.
+const UNSEEN_FRACTION: f64 = 0.5;
 /// Time of equal readings of a motor encoder, two at least, with which a winch that lags its command is one
 /// that stands, s.
 const STANDING_TIME: f64 = 0.005;
 /// Any origin of a motor encoder, m, and of a load cell, N.
 const ANY_ORIGIN: f64 = 1e4;
 
-/// Share of the commanded travel that a load cell has to confirm for the fault of an unchanged motor encoder
-/// to be its own and not its drive's, 1.
-const CONFIRMED_SHARE: f64 = 0.5;
+/// Fraction of the commanded travel that a load cell has to confirm for the fault of an unchanged motor
+/// encoder to be its own and not its drive's, 1.
+const CONFIRMED_FRACTION: f64 = 0.5;
 /// Time constant with which the residual of a winch's travel is forgotten, s.
 const WINCH_RESIDUAL_DECAY: f64 = 0.2;
 /// Time in which commanded travel without a change of the motor encoder is forgotten, s.
 const TRAVEL_FORGETTING_TIME: f64 = 1.0;
 /// Time in which a winch at full speed travels as far as what it does beside its command may change in one
-/// cycle, s; what it may do meanwhile, as a share of full speed, 1.
+/// cycle, s; what it may do meanwhile, as a fraction of full speed, 1.
 const MOTOR_STEP_TIME: f64 = 1.3e-3;
 const MOTOR_UNCERTAINTY: f64 = 0.01;
 /// `t_m`, s: time for which a tension has to be missing before it is rejected; a light limb that vibrates at
 /// the mode of its cables lets the drives' ends go slack for some milliseconds.
 const MISSING_TIME: f64 = 0.005;
-/// `c`, share of its estimate by which a tension has to be below it, beside `dT`, to be missing.
-const MISSING_SHARE: f64 = 0.8;
+/// `c`, fraction of its estimate by which a tension has to be below it, beside `dT`, to be missing.
+const MISSING_FRACTION: f64 = 0.8;
 
 /// Time after which a tension that is missing while the joint has its force is a fault of the load cell, s.
 const JUDGEMENT_TIME: f64 = 0.1;
 /// Time within which it may still show that the cable has broken, s.
 const BREAK_MEMORY: f64 = 1.0;
-/// Share of its force at the anchor that a joint lacks where a cable has broken: until [`JUDGEMENT_TIME`],
+/// Fraction of its force at the anchor that a joint lacks where a cable has broken: until [`JUDGEMENT_TIME`],
 /// and later.
-const BROKEN_SHARES: [f64; 2] = [0.12, 0.3];
+const BROKEN_FRACTION: [f64; 2] = [0.12, 0.3];
 
 /// Detects faults from residuals between measurements and predictions; replaces or withholds what it rejects.
 ///
@@ -257,7 +257,7 @@ impl FaultDetector {
             let rejected = self.load_cells[k].rejected_for > 0.0 || self.isolation.is_bridged(k);
             let tension = match rejected {
                 true => f64::NAN,
-                false => self.isolation.least_tension(k, measurement.tension[k]),
+                false => self.isolation.min_tension(k, measurement.tension[k]),
             };
             let blocked = may_ignore_command(speed, tension, gains.slack_tension);
             let max_residual = gains.max_winch_residual;
@@ -321,7 +321,7 @@ impl FaultDetector {
         let innovation = self.tension[k] - estimated;
         let innovation = if innovation.is_finite() { innovation } else { 0.0 };
         let confirmed = (by_tension + innovation / self.cable_stiffness[k]) * by_command.signum();
-        confirmed > CONFIRMED_SHARE * by_command.abs()
+        confirmed > CONFIRMED_FRACTION * by_command.abs()
     }
 
     fn check_tensions(&mut self, h: f64, measured: &[f64], prediction: &Prediction<'_>) {
@@ -334,7 +334,7 @@ impl FaultDetector {
             let trusted = !self.started || self.isolation.check(k, h, present, estimated, pose);
             let missing = plausible
                 && self.started
-                && measured < (1.0 - MISSING_SHARE) * estimated
+                && measured < (1.0 - MISSING_FRACTION) * estimated
                 && estimated - measured > self.muscle_gains[k].missing_tension;
             if missing && self.missing_for[k] == 0.0 {
                 self.missing_by[k] = self.cause_of_missing_tension(k, measured, estimated);
@@ -369,10 +369,11 @@ impl FaultDetector {
         if deviating || self.isolation.is_bridged_since(k, missing_for + JUDGEMENT_TIME) {
             return;
         }
-        let [early, late] = BROKEN_SHARES;
-        let share = if missing_for <= JUDGEMENT_TIME { early } else { late };
+        let [early, late] = BROKEN_FRACTION;
+        let fraction = if missing_for <= JUDGEMENT_TIME { early } else { late };
         let (fault, symptom) = self.missing_by[k];
-        if self.isolation.force_is_lacking(k, share, prediction.tension_out[k]) || fault != Fault::Cable(k) {
+        if self.isolation.force_is_lacking(k, fraction, prediction.tension_out[k]) || fault != Fault::Cable(k)
+        {
             self.stop(fault, symptom);
         } else if missing_for > JUDGEMENT_TIME && !self.isolation.is_bridged(k) {
             let [pose, ..] = prediction.joint;
@@ -407,10 +408,10 @@ impl FaultDetector {
         if let Some(joint) = replaced {
             return (Fault::JointSensor(joint), self.encoders[joint].symptom());
         }
-        let share = UNSEEN_SHARE * (estimated - measured);
+        let fraction = UNSEEN_FRACTION * (estimated - measured);
         let fallen = self.tension[k] - measured;
         let unseen = -self.unchanged_travel[k][1] * self.cable_stiffness[k];
-        if fallen <= share && unseen > share {
+        if fallen <= fraction && unseen > fraction {
             (Fault::MotorSensor(k), Symptom::Stuck)
         } else {
             (Fault::Cable(k), Symptom::Unknown)

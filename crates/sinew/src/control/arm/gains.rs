@@ -19,12 +19,14 @@ pub struct ArmGains {
     pub observer_bandwidth: f64,
     /// `r` of the same, 1, >= 1: largest ratio by which it grows.
     pub max_bandwidth_ratio: f64,
-    /// `beta_0` in `beta = beta_0 + beta_c/(1 + (v_r/v_c)^2)`, 1, >= 0: share of the dead band that
+    /// `beta_0` in `beta = beta_0 + beta_c/(1 + (v_r/v_c)^2)`, 1, >= 0: fraction of the dead band that
     /// feedforward leaves to feedback, the uncertainty of friction.
-    pub feedback_share: f64,
-    /// `beta_c` of the same, 1, >= 0: additional share at creep speed, where static friction exceeds sliding
-    /// friction.
-    pub creep_feedback_share: f64,
+    #[serde(alias = "feedback_share")]
+    pub feedback_fraction: f64,
+    /// `beta_c` of the same, 1, >= 0: additional fraction at creep speed, where static friction exceeds
+    /// sliding friction.
+    #[serde(alias = "creep_feedback_share")]
+    pub creep_feedback_fraction: f64,
     /// `t_s` in `t_s v_s' = v^ - v_s`, s, > 0: filter of the anchor's speed at which friction is evaluated.
     #[serde(rename = "slip_filter_time_s")]
     pub slip_filter_time: f64,
@@ -75,8 +77,8 @@ pub struct JointGains {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MuscleGains {
-    /// `kappa` in `x = e* - e^ + kappa d + t_d (v_r - v^)`, 1, >= 0: share of an anchor's position error `d`
-    /// in the travel `x` of its winch; oscillates beyond 2.
+    /// `kappa` in `x = e* - e^ + kappa d + t_d (v_r - v^)`, 1, >= 0: fraction of an anchor's position error
+    /// `d` in the travel `x` of its winch; oscillates beyond 2.
     pub position_gain: f64,
     /// `t_d` of the same, s, >= 0: gain of the anchor's speed error; damps limit cycles of the dead band.
     #[serde(rename = "rate_gain_s")]
@@ -101,12 +103,13 @@ pub struct MuscleGains {
     /// crosses half of the dead band.
     #[serde(rename = "presliding_distance_m")]
     pub presliding_distance: f64,
-    /// `lambda` in `s = .. + lambda d/G`, 1, >= 0: pre-travel across the dead band `G`, proportional to the
-    /// anchor's position error.
-    pub pre_travel_gain: f64,
+    /// `lambda` in `s = .. + lambda d/G`, 1, >= 0: backlash compensation across the dead band `G`,
+    /// proportional to the anchor's position error.
+    #[serde(alias = "pre_travel_gain")]
+    pub backlash_gain: f64,
     /// `lambda_i` in `s_i' = lambda_i d/G`, 1/s, >= 0: the same, integrated.
-    #[serde(rename = "pre_travel_integral_per_s")]
-    pub pre_travel_integral: f64,
+    #[serde(rename = "backlash_integral_per_s", alias = "pre_travel_integral_per_s")]
+    pub backlash_integral: f64,
     /// `F_min`, `F_max` of (22), N, >= 0 and rising: desired tension at the anchor.
     #[serde(rename = "tension_limits_n")]
     pub tension: [f64; 2],
@@ -139,9 +142,9 @@ pub struct MuscleGains {
     /// `dT`, N: tension below its estimate that is a fault.
     #[serde(rename = "missing_tension_n")]
     pub missing_tension: f64,
-    /// `T_f`, N, >= 0: tension at the drive below which a winch takes up cable.
-    #[serde(rename = "least_drive_tension_n", default)]
-    pub least_drive_tension: f64,
+    /// `T_f`, N, >= 0: tension at the drive below which a winch winds in cable.
+    #[serde(rename = "min_drive_tension_n", alias = "least_drive_tension_n", default)]
+    pub min_drive_tension: f64,
     /// N: tension below which a drive may not pay out cable although it is commanded to.
     #[serde(rename = "slack_tension_n")]
     pub slack_tension: f64,
@@ -172,7 +175,7 @@ impl ArmGains {
         for muscle in &mut self.muscles {
             muscle.position_gain *= 0.53;
             muscle.rate_gain *= 0.4;
-            muscle.pre_travel_gain *= 0.45;
+            muscle.backlash_gain *= 0.45;
         }
         self
     }
@@ -181,7 +184,7 @@ impl ArmGains {
     #[must_use]
     pub fn without_integral_action(mut self) -> Self {
         self.joints.iter_mut().for_each(|joint| joint.disturbance_bandwidth = 0.0);
-        self.muscles.iter_mut().for_each(|muscle| muscle.pre_travel_integral = 0.0);
+        self.muscles.iter_mut().for_each(|muscle| muscle.backlash_integral = 0.0);
         self
     }
 
@@ -208,9 +211,9 @@ impl ArmGains {
         positive("slip_filter_time", self.slip_filter_time)?;
         positive("rest_time_constant", self.rest_time_constant)?;
         non_negative("damping", self.damping)?;
-        let share = self.feedback_share;
-        within("feedback_share", "from 0 to 1", share, (0.0..=1.0).contains(&share))?;
-        non_negative("creep_feedback_share", self.creep_feedback_share)?;
+        let fraction = self.feedback_fraction;
+        within("feedback_fraction", "from 0 to 1", fraction, (0.0..=1.0).contains(&fraction))?;
+        non_negative("creep_feedback_fraction", self.creep_feedback_fraction)?;
         let ratio = self.max_bandwidth_ratio;
         within("max_bandwidth_ratio", "at least 1", ratio, ratio >= 1.0 && ratio.is_finite())?;
         self.joints.iter().try_for_each(JointGains::validate)?;
@@ -266,9 +269,9 @@ impl MuscleGains {
         for (name, value) in [
             ("position_gain", self.position_gain),
             ("rate_gain", self.rate_gain),
-            ("pre_travel_gain", self.pre_travel_gain),
-            ("pre_travel_integral", self.pre_travel_integral),
-            ("least_drive_tension", self.least_drive_tension),
+            ("backlash_gain", self.backlash_gain),
+            ("backlash_integral", self.backlash_integral),
+            ("min_drive_tension", self.min_drive_tension),
             ("slack_tension", self.slack_tension),
             ("load_cell_noise", self.load_cell_noise),
             ("moment_arm_error", self.moment_arm_error),
@@ -312,8 +315,8 @@ impl ArmGains {
             max_winch_acceleration: 5.0,
             stop_deceleration: 2.0,
             presliding_distance: 1.14e-4,
-            pre_travel_gain: 7.3,
-            pre_travel_integral: 4.4,
+            backlash_gain: 7.3,
+            backlash_integral: 4.4,
             tension: [21.0, 200.0],
             rest_tolerance: [9e-5, 1.4e-4],
             rest_error: [5e-4, 1e-3],
@@ -324,7 +327,7 @@ impl ArmGains {
             max_tension_rate: 4e4,
             max_equal_tensions: 8.0,
             missing_tension: 8.0,
-            least_drive_tension: 1.0,
+            min_drive_tension: 1.0,
             slack_tension: 4.0,
             load_cell_noise: 0.4,
             moment_arm_error: 0.01,
@@ -333,8 +336,8 @@ impl ArmGains {
             damping: 0.53,
             observer_bandwidth: 58.0,
             max_bandwidth_ratio: 5.4,
-            feedback_share: 0.05,
-            creep_feedback_share: 0.16,
+            feedback_fraction: 0.05,
+            creep_feedback_fraction: 0.16,
             slip_filter_time: 0.009,
             rest_time_constant: 0.38,
             joints: alloc::vec![joint; joints],
@@ -401,14 +404,14 @@ mod tests {
     fn gains_that_may_vanish_are_refused_by_name_below_zero() {
         let non_negative: [(&str, Set); 10] = [
             ("damping", |gains, x| gains.damping = x),
-            ("creep_feedback_share", |gains, x| gains.creep_feedback_share = x),
+            ("creep_feedback_fraction", |gains, x| gains.creep_feedback_fraction = x),
             ("bandwidth", |gains, x| gains.joints[1].bandwidth = x),
             ("disturbance_bandwidth", |gains, x| gains.joints[1].disturbance_bandwidth = x),
             ("position_gain", |gains, x| gains.muscles[1].position_gain = x),
             ("rate_gain", |gains, x| gains.muscles[1].rate_gain = x),
-            ("pre_travel_gain", |gains, x| gains.muscles[1].pre_travel_gain = x),
-            ("pre_travel_integral", |gains, x| gains.muscles[1].pre_travel_integral = x),
-            ("least_drive_tension", |gains, x| gains.muscles[1].least_drive_tension = x),
+            ("backlash_gain", |gains, x| gains.muscles[1].backlash_gain = x),
+            ("backlash_integral", |gains, x| gains.muscles[1].backlash_integral = x),
+            ("min_drive_tension", |gains, x| gains.muscles[1].min_drive_tension = x),
             ("slack_tension", |gains, x| gains.muscles[1].slack_tension = x),
         ];
         for (name, set) in non_negative {
@@ -442,9 +445,9 @@ mod tests {
 
     #[test]
     fn a_share_is_at_most_one_and_a_bandwidth_does_not_shrink() {
-        let share: Set = |gains, x| gains.feedback_share = x;
-        assert!([-0.1, 1.1, f64::NAN].into_iter().all(|x| refused(share, x) == Some("feedback_share")));
-        assert!([0.0, 1.0].into_iter().all(|x| refused(share, x).is_none()));
+        let fraction: Set = |gains, x| gains.feedback_fraction = x;
+        assert!([-0.1, 1.1, f64::NAN].into_iter().all(|x| refused(fraction, x) == Some("feedback_fraction")));
+        assert!([0.0, 1.0].into_iter().all(|x| refused(fraction, x).is_none()));
         let ratio: Set = |gains, x| gains.max_bandwidth_ratio = x;
         let wrong = [0.9, f64::INFINITY, f64::NAN];
         assert!(wrong.into_iter().all(|x| refused(ratio, x) == Some("max_bandwidth_ratio")));
@@ -468,26 +471,28 @@ mod tests {
             let muscle = &mut gains.muscles[0];
             muscle.position_gain *= factor;
             muscle.rate_gain *= factor;
-            muscle.pre_travel_gain *= factor;
+            muscle.backlash_gain *= factor;
             gains
         };
         let feedback = |gains: &ArmGains| {
             let muscle = &gains.muscles[0];
-            vec![gains.joints[0].bandwidth, muscle.position_gain, muscle.rate_gain, muscle.pre_travel_gain]
+            vec![gains.joints[0].bandwidth, muscle.position_gain, muscle.rate_gain, muscle.backlash_gain]
         };
-        let shares = |factor: f64| -> Vec<f64> {
+        let fractions = |factor: f64| -> Vec<f64> {
             let [with, without] = [of(factor), of(factor).without_tension_estimates()];
             feedback(&without).iter().zip(feedback(&with)).map(|(without, with)| without / with).collect()
         };
-        for (share, of_tenfold) in shares(1.0).into_iter().zip(shares(10.0)) {
-            assert!(share > 0.3 && share < 0.8 && (of_tenfold - share).abs() < 1e-12, "{share} {of_tenfold}");
+        for (fraction, of_tenfold) in fractions(1.0).into_iter().zip(fractions(10.0)) {
+            assert!(
+                fraction > 0.3 && fraction < 0.8 && (of_tenfold - fraction).abs() < 1e-12,
+                "{fraction} {of_tenfold}"
+            );
         }
         // All others stay.
         let mut restored = of(1.0).without_tension_estimates();
         restored.joints[0].bandwidth = of(1.0).joints[0].bandwidth;
-        let MuscleGains { position_gain, rate_gain, pre_travel_gain, .. } = of(1.0).muscles[0];
-        restored.muscles[0] =
-            MuscleGains { position_gain, rate_gain, pre_travel_gain, ..restored.muscles[0] };
+        let MuscleGains { position_gain, rate_gain, backlash_gain, .. } = of(1.0).muscles[0];
+        restored.muscles[0] = MuscleGains { position_gain, rate_gain, backlash_gain, ..restored.muscles[0] };
         assert_eq!(restored, of(1.0));
     }
 }

@@ -175,11 +175,11 @@ const AGREEMENT: f64 = 0.06;
 const SHORT_AGREEMENT: f64 = 3e-3;
 /// s: the same of a cell that had deviated little by little.
 const LONG_AGREEMENT: f64 = 0.6;
-/// Share of `h_f` within which it agrees.
+/// Fraction of `h_f` within which it agrees.
 const AGREEING: f64 = 0.7;
 /// Factor of the bounds of lasting deviations over what machines without faults reach.
 const MARGIN_OF_BOUNDS: f64 = 1.6;
-/// Share of its bound from which on a correction makes a load cell suspect.
+/// Fraction of its bound from which on a correction makes a load cell suspect.
 const SUSPECTED: f64 = 0.3;
 /// s: time for which a step of a reading speaks against its load cell.
 const STEP_MEMORY: f64 = 2.0;
@@ -200,10 +200,10 @@ const TRIAL_AFTER: f64 = 0.3;
 const TRIAL_ENDS: f64 = 1.8;
 /// s: time for which a joint's column has to explain an alarm.
 const EXPLAINED_FOR: f64 = 0.1;
-/// Share of the residuals that it explains, and by how much more than one drive does.
+/// Fraction of the residuals that it explains, and by how much more than one drive does.
 const EXPLAINED: f64 = 0.75;
 const MARGIN: f64 = 0.05;
-/// Share from which a joint may be the reason as well as a drive: of two muscles alike, one alone gives a
+/// Fraction from which a joint may be the reason as well as a drive: of two muscles alike, one alone gives a
 /// half.
 const EXPLAINED_AS_WELL: f64 = 0.6;
 /// `lambda` of a motor encoder, and how long it has to last, s.
@@ -223,10 +223,10 @@ const NOISE_GROWTH: f64 = 5.0;
 /// Ratio of the second to the first difference above which it is white noise, 1.73 for such noise alone,
 /// rather than a cable that vibrates.
 const WHITE_RATIO: f64 = 1.3;
-/// Share of the tension that is no noise.
-const ROUGH_SHARE: f64 = 0.02;
+/// Fraction of the tension that is no noise.
+const ROUGH_FRACTION: f64 = 0.02;
 /// Least squared moment arm by which a force is told, m^2.
-const LEAST_ARM: f64 = 1e-10;
+const MIN_ARM: f64 = 1e-10;
 
 impl Isolation {
     /// With the stiffness of every cable, N/m.
@@ -280,9 +280,9 @@ impl Isolation {
         self.muscles[muscle].bridge.is_some_and(|bridge| bridge.age > time)
     }
 
-    /// The least tension that a cable may have, N, by its load cell or, where the cell has begun to deviate,
-    /// without it.
-    pub(super) fn least_tension(&self, muscle: usize, measured: f64) -> f64 {
+    /// The minimum tension that a cable may have, N, by its load cell or, where the cell has begun to
+    /// deviate, without it.
+    pub(super) fn min_tension(&self, muscle: usize, measured: f64) -> f64 {
         let watched = &self.muscles[muscle];
         if watched.ratio() > SUSPECTED { measured.min(watched.near) } else { measured }
     }
@@ -314,13 +314,13 @@ impl Isolation {
         self.muscles[muscle].force_before = self.muscles[muscle].force;
     }
 
-    /// Whether the joint lacks a share of the force that the cable of a muscle had at its anchor, N, before
-    /// its tension was missing. What a muscle without a moment arm does is not known: its force is taken as
-    /// lacking.
-    pub(super) fn force_is_lacking(&self, muscle: usize, share: f64, tension_out: f64) -> bool {
+    /// Whether the joint lacks a fraction of the force that the cable of a muscle had at its anchor, N,
+    /// before its tension was missing. What a muscle without a moment arm does is not known: its force is
+    /// taken as lacking.
+    pub(super) fn force_is_lacking(&self, muscle: usize, fraction: f64, tension_out: f64) -> bool {
         let watched = &self.muscles[muscle];
         let lacking = watched.force_before - watched.force;
-        lacking.is_nan() || lacking > share * tension_out
+        lacking.is_nan() || lacking > fraction * tension_out
     }
 
     /// A reading of a load cell, `h` s after the one before, with its estimate, N: whether it is used.
@@ -454,11 +454,11 @@ impl Isolation {
     fn end_trial(&mut self, dt: f64, mut alarm: Alarm, force: f64, copy: &Copied) -> Finding {
         let k = alarm.muscle;
         let watched = &mut self.muscles[k];
-        let share = copy.tension_out[k] / copy.tension_in[k].max(watched.noise).max(1e-9);
+        let fraction = copy.tension_out[k] / copy.tension_in[k].max(watched.noise).max(1e-9);
         let follows = watched.since_step > STEP_MEMORY
             && force * watched.residual > 0.0
             && force.abs() > watched.far
-            && force.abs() > 0.5 * watched.residual.abs() * share;
+            && force.abs() > 0.5 * watched.residual.abs() * fraction;
         let agreed = watched.bridge.is_some_and(|bridge| bridge.agreed_for > LONG_AGREEMENT);
         alarm.encoder_for = if follows { alarm.encoder_for + dt } else { 0.0 };
         self.alarm = Some(alarm);
@@ -530,22 +530,22 @@ impl Isolation {
         if joint { Fault::MotorOrJointSensor(muscle) } else { Fault::MotorSensor(muscle) }
     }
 
-    /// Whether an error of a joint's encoder, the column `K R_j`, explains a share of the corrections, each
-    /// with its bound, N, and more than any drive alone does.
+    /// Whether an error of a joint's encoder, the column `K R_j`, explains a fraction of the corrections,
+    /// each with its bound, N, and more than any drive alone does.
     fn column_explains(
         &self,
         joint: usize,
         body: &MuscleDynamics,
-        share: f64,
+        fraction: f64,
         correction: impl Fn(usize) -> (f64, f64),
     ) -> bool {
         let [explained, alone, largest] = self.explanation(joint, body, correction);
         // One muscle alone does not tell its drive from a joint.
-        largest < 1.0 - MARGIN && explained > share && explained > alone + MARGIN
+        largest < 1.0 - MARGIN && explained > fraction && explained > alone + MARGIN
     }
 
-    /// Share of the corrections that the column `K R_j` explains, the most that one drive does, and the
-    /// largest share of one muscle in the column.
+    /// Fraction of the corrections that the column `K R_j` explains, the most that one drive does, and the
+    /// largest fraction of one muscle in the column.
     fn explanation(
         &self,
         joint: usize,
@@ -576,7 +576,7 @@ fn force_between(body: &MuscleDynamics, muscle: usize, torque: &[f64], before: &
         product += arm * (torque[joint] - before[joint]);
         square += arm * arm;
     }
-    if square > LEAST_ARM { product / square } else { f64::NAN }
+    if square > MIN_ARM { product / square } else { f64::NAN }
 }
 
 impl Watched {
@@ -630,13 +630,13 @@ impl Watched {
         let [last, before] = self.readings;
         self.readings = [measured, last];
         let second = (measured - 2.0 * last + before).abs();
-        let limit = SECOND_DIFFERENCE * NOISE_GROWTH * self.noise + ROUGH_SHARE * self.near;
+        let limit = SECOND_DIFFERENCE * NOISE_GROWTH * self.noise + ROUGH_FRACTION * self.near;
         // A single step is not noise.
         if second.is_finite() {
             let first = (measured - last).abs();
-            let share = (h / ROUGHNESS_FILTER).min(1.0 / ROUGHNESS_READINGS);
-            self.change += share * (first.min(4.0 * limit) - self.change);
-            self.roughness += share * (second.min(4.0 * limit) - self.roughness);
+            let fraction = (h / ROUGHNESS_FILTER).min(1.0 / ROUGHNESS_READINGS);
+            self.change += fraction * (first.min(4.0 * limit) - self.change);
+            self.roughness += fraction * (second.min(4.0 * limit) - self.roughness);
         }
         self.roughness > limit && self.roughness > WHITE_RATIO * self.change
     }
@@ -660,7 +660,7 @@ impl Watched {
             square += arm * arm;
         }
         self.lag = (self.lag * (1.0 - dt / LAG_MEMORY)).max(lag);
-        self.force = if square > LEAST_ARM { product / square } else { f64::NAN };
+        self.force = if square > MIN_ARM { product / square } else { f64::NAN };
         if self.force.is_finite() {
             if self.mean_force.is_nan() {
                 self.mean_force = self.force;

@@ -14,7 +14,7 @@ use alloc::vec::Vec;
 /// | u_n    | feedforward in repeat n, `s_k` in the law of the winches; 0 in the first       | 1    |
 /// | f_n    | contribution of feedback in repeat n, mean over a bin                        | 1    |
 /// | gamma  | at most [`LEARNING_GAIN`]; halved by a repeat with more feedback than the least | 1 |
-/// | b      | width of a bin: at least [`LEAST_BIN_WIDTH`], at most [`BINS`] of them        | s    |
+/// | b      | width of a bin: at least [`MIN_BIN_WIDTH`], at most [`BINS`] of them        | s    |
 /// | t_a    | [`FORWARD_SHIFT`]: delay of the feedback, compensated                         | s    |
 ///
 /// # Assumes
@@ -57,7 +57,7 @@ struct Repeat {
 const BINS: usize = 288;
 /// Least `b`, s: faster than the feedback's delay allows, repeats would increase errors instead of reducing
 /// them.
-const LEAST_BIN_WIDTH: f64 = 0.2;
+const MIN_BIN_WIDTH: f64 = 0.2;
 /// `t_a`, s.
 const FORWARD_SHIFT: f64 = 0.12;
 /// Largest `gamma`, 1, and its factors after a repeat with less feedback and with more.
@@ -77,7 +77,7 @@ impl IterativeLearning {
     pub(super) fn new(muscles: usize, duration: f64) -> Result<Self, Error> {
         let valid = duration > 0.0 && duration <= MAX_DURATION;
         within("duration", "a number in (0, 3600] s", duration, valid)?;
-        let bins = (libm::floor(duration / LEAST_BIN_WIDTH) as usize).clamp(1, BINS);
+        let bins = (libm::floor(duration / MIN_BIN_WIDTH) as usize).clamp(1, BINS);
         let none = || vec![0.0; bins * muscles];
         let first = Repeat { feedforward: none(), feedback: none(), power: f64::INFINITY };
         Ok(Self {
@@ -108,11 +108,11 @@ impl IterativeLearning {
         }
         // Linear interpolation between the middles of the bins.
         let place = ((time + FORWARD_SHIFT) / self.bin_width - 0.5).clamp(0.0, last);
-        let (first, share) = (place as usize, place - libm::floor(place));
+        let (first, fraction) = (place as usize, place - libm::floor(place));
         let second = (first + 1).min(self.bins - 1);
         for (k, output) in self.output.iter_mut().enumerate() {
             let [a, b] = [first, second].map(|bin| self.present.feedforward[bin * self.muscles + k]);
-            *output = a + share * (b - a);
+            *output = a + fraction * (b - a);
         }
     }
 

@@ -76,29 +76,29 @@ pub struct JointLimit {
 /// Phase that the crossing may take at the bandwidth before it limits a joint, rad.
 const CROSSING_PHASE: f64 = 0.5;
 /// Least moment arm of a muscle that counts, relative to the largest about the joint.
-const LEAST_ARM: f64 = 0.1;
-/// Least relative decrease of the limiting number that counts as a help.
-const LEAST_HELP: f64 = 0.1;
+const MIN_ARM: f64 = 0.1;
+/// Smallest relative decrease of the limiting number that counts as a help.
+const MIN_HELP: f64 = 0.1;
 
 impl JointFigures {
     /// Of one joint; none where no muscle moves it.
     #[must_use]
-    pub fn of(gains: &ArmGains, found: &Characteristics, joint: usize) -> Option<Self> {
+    pub fn new(gains: &ArmGains, found: &Characteristics, joint: usize) -> Option<Self> {
         let (m, n) = (found.muscles.len(), found.joints.len());
         let arm = |k: usize| found.arms[k * n + joint];
         let strongest = (0..m).map(arm).fold(0.0, f64::max);
-        let muscles = || (0..m).filter(|&k| strongest > 0.0 && arm(k) >= LEAST_ARM * strongest);
+        let muscles = || (0..m).filter(|&k| strongest > 0.0 && arm(k) >= MIN_ARM * strongest);
         let crossing = |k: usize| found.muscles[k].dead_band / gains.muscles[k].max_winch_speed;
         let slowest = muscles().max_by(|&a, &b| crossing(a).total_cmp(&crossing(b)))?;
         let damping = |k: usize| {
             let rates = found.interaction[k * m..(k + 1) * m].iter().zip(&gains.muscles);
             rates.map(|(b, muscle)| b * muscle.rate_gain).sum::<f64>() / (2.0 * found.muscles[k].mode)
         };
-        let share = gains.feedback_share + gains.creep_feedback_share;
+        let fraction = gains.feedback_fraction + gains.creep_feedback_fraction;
         Some(Self {
             crossing: crossing(slowest),
             slowest,
-            friction: share * found.joints[joint].dead_band,
+            friction: fraction * found.joints[joint].dead_band,
             rest: muscles()
                 .map(|k| gains.muscles[k].rest_tolerance[0] / arm(k))
                 .fold(f64::INFINITY, f64::min),
@@ -124,7 +124,7 @@ impl JointLimit {
     pub fn is_helped_by(&self, after: &JointFigures) -> bool {
         let before = self.figures.and_then(|figures| figures.limiting(self.limited_by));
         let pair = before.zip(after.limiting(self.limited_by));
-        pair.is_some_and(|(before, after)| after <= (1.0 - LEAST_HELP) * before)
+        pair.is_some_and(|(before, after)| after <= (1.0 - MIN_HELP) * before)
     }
 }
 
@@ -144,7 +144,7 @@ pub fn joint_limits(
     let (gains, found) = synthesize(machine, models, poses)?;
     let mut limits = Vec::new();
     for (joint, own) in gains.joints.iter().enumerate() {
-        let figures = JointFigures::of(&gains, &found, joint);
+        let figures = JointFigures::new(&gains, &found, joint);
         let limited_by = figures.map_or(LimitedBy::NoMuscle, |figures| match own.encoder {
             false => LimitedBy::NoEncoder,
             true if own.bandwidth * figures.crossing >= CROSSING_PHASE => LimitedBy::Crossing,
@@ -158,7 +158,7 @@ pub fn joint_limits(
             models.iter().map(|model| change.of_cable(model)).collect::<Result<_, Error>>()?;
         let (gains, found) = synthesize(&machine.with(change)?, &models, poses)?;
         for (joint, limit) in limits.iter_mut().enumerate() {
-            limit.changed.extend(JointFigures::of(&gains, &found, joint).map(|figures| (change, figures)));
+            limit.changed.extend(JointFigures::new(&gains, &found, joint).map(|figures| (change, figures)));
         }
     }
     Ok(limits)
@@ -170,7 +170,7 @@ mod tests {
     use crate::machine::{JointCharacteristics, MuscleCharacteristics};
 
     fn lever() -> Machine {
-        Machine::of(&crate::muscle::tests::robots::chain(false)).unwrap()
+        Machine::from_robot(&crate::muscle::tests::robots::chain(false)).unwrap()
     }
 
     /// With cables of this many times the bench's compliance.
@@ -248,7 +248,7 @@ mod tests {
             damping_rate: 0.0,
         };
         let mut gains = ArmGains::for_tests(3, 2);
-        (gains.feedback_share, gains.creep_feedback_share) = (0.05, 0.2);
+        (gains.feedback_fraction, gains.creep_feedback_fraction) = (0.05, 0.2);
         for (k, muscle) in gains.muscles.iter_mut().enumerate() {
             muscle.max_winch_speed = [0.1, 0.3, 0.05][k];
             muscle.rate_gain = [0.02, 0.05, 0.15][k];
@@ -260,7 +260,7 @@ mod tests {
     #[test]
     fn the_figures_of_a_joint_are_those_of_the_worst_muscle_that_counts_about_it() {
         let (gains, found) = by_hand();
-        let figures = JointFigures::of(&gains, &found, 0).unwrap();
+        let figures = JointFigures::new(&gains, &found, 0).unwrap();
         // Muscle 0: 4 mm at 0.1 m/s against 6 mm at 0.3 m/s; muscle 2 has a fifteenth of the strongest arm.
         assert_eq!(figures.slowest, 0);
         assert!((figures.crossing - 0.04).abs() < 1e-15);
@@ -271,7 +271,7 @@ mod tests {
         let second = (80.0 * 0.02 + 1600.0 * 0.05 + 90.0 * 0.15) / 80.0;
         assert!((figures.damping - first.min(second)).abs() < 1e-14, "{first} {second}");
         // About the second joint all three count, and the last decides.
-        let figures = JointFigures::of(&gains, &found, 1).unwrap();
+        let figures = JointFigures::new(&gains, &found, 1).unwrap();
         assert_eq!(figures.slowest, 2);
         assert!((figures.crossing - 0.18).abs() < 1e-15 && (figures.friction - 0.125).abs() < 1e-15);
         assert!((figures.rest - 2e-5).abs() < 1e-17, "1 um at 50 mm: {}", figures.rest);
@@ -283,7 +283,7 @@ mod tests {
     fn the_second_muscle_decides_the_damping_where_its_winch_damps_least() {
         let (mut gains, found) = by_hand();
         gains.muscles[1].rate_gain = 1e-3;
-        let figures = JointFigures::of(&gains, &found, 0).unwrap();
+        let figures = JointFigures::new(&gains, &found, 0).unwrap();
         let second = (80.0 * 0.02 + 1600.0 * 1e-3 + 90.0 * 0.15) / 80.0;
         assert!((figures.damping - second).abs() < 1e-14, "{figures:?} {second}");
     }
@@ -294,7 +294,7 @@ mod tests {
         for row in found.arms.chunks_exact_mut(2) {
             row[1] = 0.0;
         }
-        assert!(JointFigures::of(&gains, &found, 1).is_none());
-        assert!(JointFigures::of(&gains, &found, 0).is_some());
+        assert!(JointFigures::new(&gains, &found, 1).is_none());
+        assert!(JointFigures::new(&gains, &found, 0).is_some());
     }
 }

@@ -12,7 +12,7 @@ use super::status::Symptom;
 /// e = y - q^,    x_r = int q'_r dt,    x_m = (tau_d,0 - tau_d)/k - e        since y last changed
 /// x = x_r where |x_r| <= |x_m| and both have one sign, x_m where it is smaller, 0 where the signs differ
 /// rejected   |e| > x_j or |d2y| > max(min(10 D, x_j), x_j/4)                             a jump
-///            |x| > x_0 and |x_m| > x_max for longer than t_e,  or |x_r| > x_r,max   y unchanged to the bit
+///            |x| > x_0 and |x_m| > x_max for longer than t_e,  or |x_r| > x_r,max   y unchanged bit for bit
 /// returned   for t_c |e| <= x (1 + t_r/t_d) + a and |dy - h q'^| <= s, and |e| <= J/2 where it has
 ///            jumped by J and not back; x = x_j where y has changed since the rejection, x_c where it has not
 /// ```
@@ -168,18 +168,18 @@ const STEP_COUNTS: f64 = 10.0;
 const CONSISTENT_TIME: f64 = 0.004;
 /// s: tolerance of times that are sums of cycles.
 const ROUNDING: f64 = 1e-9;
-/// Share of the jumps that may be left where an encoder returns without one.
-const RETURNED_SHARE: f64 = 0.5;
+/// Fraction of the jumps that may be left where an encoder returns without one.
+const RETURNED_FRACTION: f64 = 0.5;
 /// `t_d`, s: the error of the prediction grows by `x` in this time.
 const DRIFT_TIME: f64 = 0.15;
 
-/// Share of `x_max` by which the reference has to have moved, too, where `x_max` is larger than this number
-/// of counts: a joint lags by as much within a large dead band.
-const LEAST_SHARE: f64 = 0.7;
+/// Fraction of `x_max` by which the reference has to have moved, too, where `x_max` is larger than this
+/// number of counts: a joint lags by as much within a large dead band.
+const MIN_FRACTION: f64 = 0.7;
 const LARGE_LAG_COUNTS: f64 = 100.0;
 
-/// Share of its dead band by which a joint may stand away from its muscles where it turns.
-const TURNING_SHARE: f64 = 0.25;
+/// Fraction of its dead band by which a joint may stand away from its muscles where it turns.
+const TURNING_FRACTION: f64 = 0.25;
 /// The dead band of a machine as built over that of the design, at most.
 const WIDEST_BAND: f64 = 1.25;
 
@@ -300,7 +300,8 @@ impl JointMonitor {
         let gains = predicted.gains;
         let [most, farthest] = self.limits(gains);
         let large = most > LARGE_LAG_COUNTS * gains.resolution;
-        let least = if large { LEAST_SHARE * most } else { min_travel(gains).max(hidden_by_friction(gains)) };
+        let least =
+            if large { MIN_FRACTION * most } else { min_travel(gains).max(hidden_by_friction(gains)) };
         let moved = self.unchanged.implied.abs() > self.scale * least && by_muscles.abs() > self.scale * most;
         self.unchanged.contradicted_for = if moved { self.unchanged.contradicted_for + h } else { 0.0 };
         let lasting = self.unchanged.contradicted_for > self.innovation_time;
@@ -316,7 +317,7 @@ impl JointMonitor {
             let hidden = hidden_by_friction(gains);
             [gains.implied.max(hidden), gains.reference_travel.max(hidden)]
         } else {
-            let most = gains.implied.max(TURNING_SHARE * gains.dead_band).max(hidden);
+            let most = gains.implied.max(TURNING_FRACTION * gains.dead_band).max(hidden);
             [most, gains.reference_travel.max(WIDEST_BAND * gains.dead_band)]
         }
     }
@@ -337,7 +338,7 @@ impl JointMonitor {
         let alive = self.unchanged.reference.abs() < min_travel(predicted.gains);
         // What has jumped away has to jump back, or to come far nearer to the prediction than it was.
         let off = self.offset.abs();
-        let back = off <= self.scale * max_second_difference(gains) || e.abs() <= RETURNED_SHARE * off;
+        let back = off <= self.scale * max_second_difference(gains) || e.abs() <= RETURNED_FRACTION * off;
         let agrees = near && steady && alive && back;
         self.agreeing_for = if agrees { self.agreeing_for + h } else { 0.0 };
         if self.agreeing_for < CONSISTENT_TIME.max(2.0 * h) - ROUNDING {
@@ -511,9 +512,9 @@ mod tests {
     fn the_error_allowed_at_a_return_grows_with_the_time_of_the_loss() {
         // 0.15 s: the prediction is off by a jump; with the loss itself, two are allowed.
         for side in [1.0, -1.0] {
-            let after = |share: f64| after_loss(150, GAINS, &living(0.5 + side * share * GAINS.jump));
+            let after = |fraction: f64| after_loss(150, GAINS, &living(0.5 + side * fraction * GAINS.jump));
             assert!(returns(&after(1.9)) && !returns(&after(2.15)));
-            let after = |share: f64| after_loss(15, GAINS, &living(0.5 + side * share * GAINS.jump));
+            let after = |fraction: f64| after_loss(15, GAINS, &living(0.5 + side * fraction * GAINS.jump));
             assert!(returns(&after(1.0)) && !returns(&after(1.25)));
         }
     }
@@ -619,7 +620,7 @@ mod tests {
                 (shift - side * 3.01e-4 * f64::from(33 + LATER)).abs() < 1e-12,
                 "the smaller of both: {shift}"
             );
-            // Both shares together: half by the estimate and half by a torque at 200 Nm/rad.
+            // Both fractions together: half by the estimate and half by a torque at 200 Nm/rad.
             let both = |k: f64| [0.5003 + 2.45e-4 * side * k, -1.0 - 0.049 * side * k];
             assert_eq!(rejected_after(0.301 * side, GAINS, both).unwrap().0, 33 + LATER);
             // They cancel where the torque says the opposite: only x_r,max is left, 60 mrad.

@@ -55,7 +55,7 @@ impl DampingMargins {
 
     /// Of every muscle of a machine with this dead time, s: `[muscles]`.
     #[must_use]
-    pub fn of(gains: &ArmGains, found: &Characteristics, dead_time: f64) -> Vec<Self> {
+    pub fn from_gains(gains: &ArmGains, found: &Characteristics, dead_time: f64) -> Vec<Self> {
         let rows = found.interaction.chunks_exact(gains.muscles.len().max(1)).zip(&gains.muscles);
         rows.map(|(row, muscle)| {
             let rate = row.iter().zip(&gains.muscles).map(|(b, other)| b * other.rate_gain).sum();
@@ -103,7 +103,7 @@ mod tests {
             stuck_mode: 0.0,
             damping_rate: 0.0,
         };
-        let margins = DampingMargins::of(&gains, &found, 1.5e-3);
+        let margins = DampingMargins::from_gains(&gains, &found, 1.5e-3);
         assert!((margins[0].crossover - 40.0).abs() < 1e-12 && (margins[1].crossover - 40.0).abs() < 1e-12);
         // At the same crossover the slower winch has the smaller margins.
         assert!(margins[1].phase < margins[0].phase - 0.1 && margins[1].gain < margins[0].gain);

@@ -42,7 +42,7 @@ pub(super) const MIN_OBSERVER_RATIO: f64 = 3.0;
 const MAX_BANDWIDTH_RATIO: f64 = 5.4;
 
 impl Pace {
-    pub(super) fn of(machine: &Machine) -> Self {
+    pub(super) fn from_machine(machine: &Machine) -> Self {
         Self::new(&machine.rules, machine.period, machine.transport_delay())
     }
 

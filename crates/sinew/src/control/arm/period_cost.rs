@@ -1,4 +1,4 @@
-use super::held_winches::{MAX_UNSTABLE_RATE, unstable_rates};
+use super::locked_winches::{MAX_UNSTABLE_RATE, unstable_rates};
 use super::pace::{MIN_OBSERVER_RATIO, OBSERVER_STEP, Pace};
 use crate::Error;
 use crate::machine::{DEFAULT_PERIOD, Machine, PERIOD_RANGE, dead_time};
@@ -43,7 +43,7 @@ pub struct SlowestPeriod {
 /// What limits the period of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PeriodLimit {
-    /// With held winches it leaves a pose by itself at this rate, 1/s.
+    /// With locked winches it leaves a pose by itself at this rate, 1/s.
     Instability(f64),
     /// Its observer is to be three times as fast as it at least: beyond, it follows its reference more
     /// slowly.
@@ -67,8 +67,8 @@ impl PeriodCost {
     ///
     /// # Errors
     /// As [`least_stable_pose`](super::least_stable_pose).
-    pub fn of(machine: &Machine, laws: &[CableLaw], poses: &[Vec<f64>]) -> Result<Self, Error> {
-        let own = Pace::of(machine);
+    pub fn new(machine: &Machine, laws: &[CableLaw], poses: &[Vec<f64>]) -> Result<Self, Error> {
+        let own = Pace::from_machine(machine);
         let usual = Pace::new(&machine.rules, DEFAULT_PERIOD, 0.0);
         let of = |number: fn(&Pace) -> f64| [number(&own), number(&usual)];
         let transport = machine.transport_delay();

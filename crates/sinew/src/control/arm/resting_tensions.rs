@@ -17,7 +17,7 @@ pub fn resting_tensions(robot: &Robot, q: &[f64], limits: &[[f64; 2]]) -> Result
     model.evaluate(q)?;
     model.inverse_dynamics(&zero, &zero, &mut torque)?;
     let (minimum, maximum): (Vec<f64>, Vec<f64>) =
-        limits.iter().map(|[least, most]| ((1.0 + RESTING_SHARE) * least, *most)).unzip();
+        limits.iter().map(|[least, most]| ((1.0 + RESTING_FRACTION) * least, *most)).unzip();
     let maximum: Vec<f64> = maximum.iter().zip(&minimum).map(|(most, least)| most.max(*least)).collect();
     let problem = Problem {
         moment_arms: model.moment_arms(),
@@ -30,8 +30,8 @@ pub fn resting_tensions(robot: &Robot, q: &[f64], limits: &[[f64; 2]]) -> Result
     Ok(Distribution::new(n, joints).solve(&problem)?.tension.to_vec())
 }
 
-/// Share by which the tensions of a machine at rest before a run exceed the least desired ones.
-const RESTING_SHARE: f64 = 0.2;
+/// Fraction by which the tensions of a machine at rest before a run exceed the least desired ones.
+const RESTING_FRACTION: f64 = 0.2;
 
 #[cfg(test)]
 mod tests {
@@ -54,7 +54,7 @@ mod tests {
         is(&at([[10.0, 500.0], [1.0, 500.0], [1.0, 500.0]]), [12.0, needed[1], needed[2]]);
         // As far as the largest tension allows.
         is(&at([[10.0, 500.0], [1.0, 5.0], [1.0, 500.0]]), [12.0, 5.0, needed[2]]);
-        // A fifth above the least tension counts where it is above the largest.
+        // A fifth above the minimum tension counts where it is above the largest.
         is(&at([[10.0, 11.0], [100.0, 500.0], [20.0, 500.0]]), [12.0, 120.0, 24.0]);
         assert!(resting_tensions(&robot, &pose[..2], &[[1.0, 2.0]; 3]).is_err());
     }

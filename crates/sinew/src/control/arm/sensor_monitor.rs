@@ -23,14 +23,14 @@ pub(super) struct SensorMonitor {
     accepted: f64,
     /// `t_r`, s.
     pub(super) rejected_for: f64,
-    /// Whether the output has been the same to the bit since the sample before.
+    /// Whether the output has been bit-identical since the sample before.
     unchanged: bool,
     /// Expected change in that time.
     expected_change: f64,
     previous: f64,
     /// Whether it was rejected because its output was unchanged.
     stood: bool,
-    /// Time for which the output has been equal to the bit, s.
+    /// Time for which the output has been bit-identical, s.
     same_for: f64,
     started: bool,
 }
@@ -153,11 +153,11 @@ mod tests {
         // With e in every cycle the sum settles at e (t_f/h - 1).
         for (forgetting_time, h) in [(0.25, 1e-3), (2.0, 1e-3), (0.25, 2e-3)] {
             let cycles = forgetting_time / h - 1.0;
-            for (share, accepted) in [(0.98, true), (1.02, false)] {
+            for (fraction, accepted) in [(0.98, true), (1.02, false)] {
                 let mut monitor = SensorMonitor::new(SensorLimits { forgetting_time, ..LIMITS });
-                let expected = share * LIMITS.max_unchanged / cycles;
+                let expected = fraction * LIMITS.max_unchanged / cycles;
                 let all = (0..20_000).all(|_| monitor.update(h, 0.1, expected));
-                assert_eq!(all, accepted, "{forgetting_time} {h} {share}");
+                assert_eq!(all, accepted, "{forgetting_time} {h} {fraction}");
             }
         }
         // Nothing is forgotten where the time is infinite.

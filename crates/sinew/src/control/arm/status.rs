@@ -25,7 +25,7 @@ pub enum Fault {
     TrackingError(usize),
     /// The bus: no reading came for longer than a loss is bridged.
     Bus,
-    /// The cable of a muscle is slack, or its slack is not taken up.
+    /// The cable of a muscle is slack, or its slack is not wound in.
     Slack(usize),
     /// The tension of a muscle at its drive is above its limit.
     Overload(usize),

@@ -48,12 +48,12 @@ pub(super) struct CableEstimate {
     pub(super) integral: f64,
 }
 
-/// Shares of `F_max` and `F` in the tension error at which a cable is on its whole side of the dead band.
+/// Fractions of `F_max` and `F` in the tension error at which a cable is on its whole side of the dead band.
 const BAND: [f64; 2] = [0.05, 0.1];
 /// Rate of `i`, 1/s, and the relative error within which it rests.
 const INTEGRAL: f64 = 4.0;
 const CLOSE: f64 = 0.02;
-/// Share of the rate of a faulty load cell at which `F` changes.
+/// Fraction of the rate of a faulty load cell at which `F` changes.
 const RATE: f64 = 0.1;
 
 impl TensionFollowing {
@@ -115,8 +115,8 @@ pub(super) fn winch_speed(
     estimate: &CableEstimate,
     gains: &MuscleGains,
 ) -> f64 {
-    let share = (tension - estimate.tension_out) / band(gains, tension);
-    let s = (share + estimate.integral).clamp(-1.0, 1.0);
+    let fraction = (tension - estimate.tension_out) / band(gains, tension);
+    let s = (fraction + estimate.integral).clamp(-1.0, 1.0);
     let travel = 0.5 * ((1.0 + s) * toward + (1.0 - s) * away) - estimate.stretch;
     let most = libm::sqrt(2.0 * gains.winch_deceleration * travel.abs());
     let speed = estimate.velocity + (travel / gains.stretch_time_constant).clamp(-most, most);

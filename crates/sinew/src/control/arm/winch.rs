@@ -56,7 +56,7 @@ pub(super) struct MuscleReference {
 /// | v_c       | [`CREEP_SPEED`]                                                              | m/s    |
 ///
 /// The other symbols are those of [`ArmGains`] and [`MuscleGains`]. At a reversal of the reference the winch
-/// crosses the dead band while the anchor travels `x_t`; the last share `beta` of the crossing is left to
+/// crosses the dead band while the anchor travels `x_t`; the last fraction `beta` of the crossing is left to
 /// feedback, because a cable that is driven across too far breaks away. `e_+` and `e_-` take the friction at
 /// the speed of slip. The term `t_d` damps break-away. At rest the growing dead zone `delta` ends limit
 /// cycles between stiction and integral; a winch within it stands although others still correct their joints,
@@ -108,8 +108,8 @@ impl WinchController {
     ) -> f64 {
         let dead_band = (toward - away).max(MIN_DEAD_BAND);
         let creep_ratio = reference.previewed_velocity / CREEP_SPEED;
-        let feedback_share =
-            gains.feedback_share + gains.creep_feedback_share / (1.0 + creep_ratio * creep_ratio);
+        let feedback_fraction =
+            gains.feedback_fraction + gains.creep_feedback_fraction / (1.0 + creep_ratio * creep_ratio);
         let (velocity, integrated, proportional) = if let Some(estimated) = reference.rest_stretch {
             if !self.at_rest {
                 self.tolerance = muscle.rest_tolerance[0];
@@ -127,16 +127,16 @@ impl WinchController {
         } else {
             self.stands = false;
             self.tolerance = muscle.rest_tolerance[0];
-            let proportional = muscle.pre_travel_gain * reference.error / dead_band;
+            let proportional = muscle.backlash_gain * reference.error / dead_band;
             (reference.previewed_velocity, reference.error, proportional)
         };
         self.at_rest = reference.rest_stretch.is_some();
         // What feedforward has already crossed is kept when beta grows.
-        let most = (1.0 - feedback_share).max(self.feedforward.abs().min(1.0 - gains.feedback_share));
+        let most = (1.0 - feedback_fraction).max(self.feedforward.abs().min(1.0 - gains.feedback_fraction));
         self.feedforward = (self.feedforward + h * velocity / muscle.presliding_distance).clamp(-most, most);
-        let end = 1.0 + feedback_share;
+        let end = 1.0 + feedback_fraction;
         let known = self.feedforward + reference.learned;
-        let integral = self.integral + h * muscle.pre_travel_integral * integrated / dead_band;
+        let integral = self.integral + h * muscle.backlash_integral * integrated / dead_band;
         self.integral = integral.clamp((-end - known).min(0.0), (end - known).max(0.0));
         self.feedback = self.integral + proportional;
         let s = (known + self.feedback).clamp(-end, end);
@@ -174,7 +174,7 @@ impl WinchController {
             + gains.rate_gain * (reference.velocity - reference.estimated_velocity);
         let most = libm::sqrt(2.0 * gains.winch_deceleration * travel.abs());
         let speed = reference.velocity + (travel / gains.stretch_time_constant).clamp(-most, most);
-        let lacking = gains.least_drive_tension - reference.tension_in;
+        let lacking = gains.min_drive_tension - reference.tension_in;
         let speed = if lacking > 0.0 {
             let taut = compliance * lacking / (TAUT_TIME * gains.stretch_time_constant);
             speed.max(reference.estimated_velocity + taut)
@@ -258,9 +258,9 @@ mod tests {
         let gains = ArmGains::for_tests(1, 1);
         for speed in [1e-3, -1e-3, 2e-3, -5e-3, 0.1] {
             let moving = MuscleReference { previewed_velocity: speed, ..STILL };
-            // Half of the additional share is left at 2 mm/s.
+            // Half of the additional fraction is left at 2 mm/s.
             let creep = speed / 2e-3;
-            let most = 1.0 - gains.feedback_share - gains.creep_feedback_share / (1.0 + creep * creep);
+            let most = 1.0 - gains.feedback_fraction - gains.creep_feedback_fraction / (1.0 + creep * creep);
             for (k, s) in places(H, 300, &moving, &mut WinchController::default()).iter().enumerate() {
                 let travel = (k + 1) as f64 * H * speed;
                 let expected = (travel / gains.muscles[0].presliding_distance).clamp(-most, most);
@@ -276,7 +276,7 @@ mod tests {
         let crossed = *places(H, 10, &fast, &mut winch).last().unwrap();
         let slow = places(H, 10, &STILL, &mut winch);
         assert!(crossed > 0.94 && slow.iter().all(|s| (s - crossed).abs() < 1e-12), "{crossed} {slow:?}");
-        // On coming to rest on the far side of the dead band, feedback gets its least share back.
+        // On coming to rest on the far side of the dead band, feedback gets its least fraction back.
         let rest = MuscleReference { rest_stretch: Some(STEADY[0]), ..STILL };
         assert!((places(H, 1, &rest, &mut winch)[0] - 0.95).abs() < 1e-12);
         // No winch goes further across than `1 + beta`.
@@ -379,7 +379,7 @@ mod tests {
             places(H, 1, &STILL, &mut winch);
             let excess = side * 1.1e-4;
             let rate = excess / (gains.rest_time_constant * gains.muscles[0].presliding_distance)
-                + gains.muscles[0].pre_travel_integral * excess / DEAD_BAND;
+                + gains.muscles[0].backlash_integral * excess / DEAD_BAND;
             for k in 1..=100 {
                 // From the first cycle on, although the arm comes to rest with this error.
                 let travel = travel_at_rest(&mut winch, 24e-3, excess + side * 9e-5, learned);
@@ -460,8 +460,8 @@ mod tests {
             ..STILL
         };
         let (muscle, c) = (ArmGains::for_tests(1, 1).muscles[0], 4e-5);
-        // At the least tension and above it the winch pays out as it is told.
-        for tension in [muscle.least_drive_tension, 2.0, 40.0] {
+        // At the minimum tension and above it the winch pays out as it is told.
+        for tension in [muscle.min_drive_tension, 2.0, 40.0] {
             assert!(speed(&paying(tension), -1e-4) < -0.06);
         }
         for tension in [0.9, 0.4, 0.0] {

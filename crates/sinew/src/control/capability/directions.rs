@@ -99,13 +99,11 @@ mod tests {
             assert_eq!(all.len(), count);
             for (k, a) in all.iter().enumerate() {
                 let basis: Vec<f64> = found.basis().map(|axis| dot(&axis, a)).collect();
-                let used = basis.iter().filter(|share| share.abs() > 1e-12).count() as f64;
-                // Equal shares of the axes that it uses, of length one together.
-                assert!(
-                    basis
-                        .iter()
-                        .all(|share| share.abs() < 1e-12 || (share * share * used - 1.0).abs() < 3e-15)
-                );
+                let used = basis.iter().filter(|fraction| fraction.abs() > 1e-12).count() as f64;
+                // Equal fractions of the axes that it uses, of length one together.
+                assert!(basis.iter().all(
+                    |fraction| fraction.abs() < 1e-12 || (fraction * fraction * used - 1.0).abs() < 3e-15
+                ));
                 assert!((dot(a, a) - 1.0).abs() < 5e-16);
                 assert!(all[..k].iter().all(|b| dot(a, b) < 1.0 - 1e-2));
                 assert!(all.iter().any(|b| (dot(a, b) + 1.0).abs() < 5e-16));

@@ -15,7 +15,7 @@ pub enum TensionLimit {
     Drive,
     /// Largest tension that the machine's description allows at the anchor.
     Prescribed,
-    /// Least tension of a muscle that acts against the load.
+    /// Minimum tension of a muscle that acts against the load.
     Least,
 }
 
@@ -38,7 +38,7 @@ impl TensionLimit {
             Self::Amplifier => "current of its amplifier",
             Self::Drive => "tension that its drive may give",
             Self::Prescribed => "prescribed tension",
-            Self::Least => "its least tension",
+            Self::Least => "its minimum tension",
         }
     }
 }
@@ -47,15 +47,15 @@ impl CapabilityModel {
     /// The same with drives that hold their tension for a time from room temperature on, s; infinite for
     /// ever.
     ///
-    /// A motion of a plan may use a share of this heat alone
+    /// A motion of a plan may use a fraction of this heat alone
     /// ([`ControlRules::margin`](crate::machine::ControlRules::margin)).
     #[must_use]
     pub fn holding_for(mut self, seconds: f64) -> Self {
-        for k in 0..self.most_tension.len() {
+        for k in 0..self.max_tension.len() {
             let drive = &self.machine.muscles[k].drive;
             // Machines often have equal drives.
-            self.most_tension[k] = match k.checked_sub(1) {
-                Some(last) if self.machine.muscles[last].drive == *drive => self.most_tension[last],
+            self.max_tension[k] = match k.checked_sub(1) {
+                Some(last) if self.machine.muscles[last].drive == *drive => self.max_tension[last],
                 _ => drive.holding_tension(seconds),
             };
         }
@@ -94,7 +94,7 @@ impl CapabilityModel {
     }
 
     fn limit_of(&self, binding: &Binding) -> TensionLimit {
-        let (design, most) = (&self.machine.muscles[binding.muscle], self.most_tension[binding.muscle]);
+        let (design, most) = (&self.machine.muscles[binding.muscle], self.max_tension[binding.muscle]);
         let at_anchor = most * libm::exp(-self.friction_angle(binding.muscle)) + design.cable.pretension;
         if !binding.largest {
             TensionLimit::Least

@@ -53,11 +53,11 @@ pub struct Binding {
 }
 
 /// Cuts after which a search ends.
-const MOST_CUTS: usize = 200;
+const MAX_CUTS: usize = 200;
 /// Relative change of the multiple at convergence.
 const CONVERGED: f64 = 1e-11;
-/// Least gain of a muscle that binds, relative to the largest one.
-const LEAST_GAIN: f64 = 1e-7;
+/// Smallest gain of a muscle that binds, relative to the largest one.
+const MIN_GAIN: f64 = 1e-7;
 
 impl LoadSearch {
     /// For a number of muscles and joints.
@@ -104,7 +104,7 @@ impl LoadSearch {
         }
         let mut normal = load.to_vec();
         let mut factor = f64::INFINITY;
-        for _ in 0..MOST_CUTS {
+        for _ in 0..MAX_CUTS {
             let slope = dot(&normal, load);
             let cut = (set.support(&normal)? - dot(&normal, needed)) / slope;
             if !cut.is_finite() || slope <= 0.0 || cut >= factor * (1.0 - CONVERGED) {
@@ -152,7 +152,7 @@ fn binding(moment_arms: &[f64], normal: &[f64], slope: f64) -> Vec<Binding> {
     let most = rows.clone().map(|row| gain(row).abs()).fold(0.0, f64::max);
     let of = |(muscle, row): (usize, &[f64])| {
         let gain = gain(row);
-        (gain.abs() > LEAST_GAIN * most).then_some(Binding { muscle, largest: gain > 0.0, gain: gain.abs() })
+        (gain.abs() > MIN_GAIN * most).then_some(Binding { muscle, largest: gain > 0.0, gain: gain.abs() })
     };
     let mut binding: Vec<Binding> = rows.enumerate().filter_map(of).collect();
     binding.sort_by(|a, b| b.gain.total_cmp(&a.gain));

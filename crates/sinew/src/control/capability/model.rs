@@ -39,13 +39,13 @@ pub struct CapabilityModel {
     /// Compliance of every cable, m/N.
     pub(super) compliance: Vec<f64>,
     /// Largest tension of every drive, N.
-    pub(super) most_tension: Vec<f64>,
+    pub(super) max_tension: Vec<f64>,
     /// Largest speed of every winch at three quarters of its drive's largest tension, m/s.
     pub(super) speeds: Vec<f64>,
 }
 
-/// Share of a drive's largest tension at which its speed counts.
-const SPEED_SHARE: f64 = 0.75;
+/// Fraction of a drive's largest tension at which its speed counts.
+const SPEED_FRACTION: f64 = 0.75;
 /// Cells of a cable whose compliance is needed.
 const CELLS: usize = 8;
 
@@ -60,11 +60,11 @@ impl CapabilityModel {
         let laws = machine.laws(CELLS)?;
         Ok(Self {
             compliance: laws.iter().map(|law| law.compliance().iter().sum()).collect(),
-            most_tension: machine.muscles.iter().map(|design| design.drive.working_tension()).collect(),
+            max_tension: machine.muscles.iter().map(|design| design.drive.working_tension()).collect(),
             speeds: machine
                 .muscles
                 .iter()
-                .map(|design| design.drive.speed_at(SPEED_SHARE * design.drive.most_tension))
+                .map(|design| design.drive.speed_at(SPEED_FRACTION * design.drive.max_tension))
                 .collect(),
             bends: machine.sheath_bends()?,
             bend: machine.muscles.iter().map(|design| design.bend).collect(),
@@ -121,7 +121,7 @@ impl CapabilityModel {
                     (state.unwrap_or(SlidingState::Either), self.friction_angle(k))
                 }
             };
-            let drive = [design.drive.least_tension, self.most_tension[k]];
+            let drive = [design.drive.min_tension, self.max_tension[k]];
             let [least, most] = anchor_limits(drive, angle, design.cable.pretension, state)?;
             let [lower, upper] = design.tension;
             let (least, most) = (lower.map_or(least, |x| x.max(least)), upper.map_or(most, |x| x.min(most)));

@@ -14,7 +14,7 @@ pub struct Extreme {
     pub value: f64,
     /// The muscle whose limit changes it most.
     pub muscle: Option<usize>,
-    /// Whether that muscle is at its largest tension or speed; at its least tension otherwise.
+    /// Whether that muscle is at its largest tension or speed; at its minimum tension otherwise.
     pub largest: bool,
 }
 
@@ -57,7 +57,7 @@ pub struct EndPointCapability {
     /// Largest speed in the direction in which it is least, m/s, with that direction; of the joints'
     /// velocities with least squares.
     pub speed: Option<(Extreme, [f64; 3])>,
-    /// Least and largest stiffness over all directions while the winches stand, N/m.
+    /// Smallest and largest stiffness over all directions while the winches stand, N/m.
     pub stiffness: Option<[f64; 2]>,
 }
 

@@ -49,7 +49,7 @@ impl JointStiffness {
     }
 }
 
-/// Least and largest eigenvalue of `(J K^-1 J^T)^-1`, N/m, over the directions in which the end point can
+/// Smallest and largest eigenvalue of `(J K^-1 J^T)^-1`, N/m, over the directions in which the end point can
 /// move.
 pub(super) fn end_point_stiffness(stiffness: &JointStiffness, rows: &[f64]) -> Option<[f64; 2]> {
     let n = stiffness.joints;

@@ -25,7 +25,7 @@ fn gantry() -> Machine {
     let slide = |axis, mass| Slide { axis, mass, range: [-0.5, 0.5] };
     let arms: Vec<&[f64]> = ARMS.iter().map(|arms| &arms[..]).collect();
     let along = [slide([1.0, 0.0, 0.0], 1.0), slide([0.0, 0.0, 1.0], 0.5)];
-    let mut machine = Machine::of(&slides(9.81, &along, &arms)).unwrap();
+    let mut machine = Machine::from_robot(&slides(9.81, &along, &arms)).unwrap();
     for (design, limits) in machine.muscles.iter_mut().zip(LIMITS) {
         let cable =
             CableParameters { friction: ANGLE, efficiency: 1.0, pretension: PRETENSION, ..design.cable };
@@ -108,7 +108,7 @@ fn the_outline_of_the_forces_is_the_box_of_both_axes_seen_from_the_weight() {
         for (k, force) in outline.iter().enumerate() {
             let (sine, cosine) = (TAU * k as f64 / count as f64).sin_cos();
             let reach = [(cosine, plane[0]), (sine, plane[1])]
-                .map(|(share, axis)| most(axis, share.signum()) / share.abs());
+                .map(|(fraction, axis)| most(axis, fraction.signum()) / fraction.abs());
             let reach = reach[0].min(reach[1]);
             assert!(
                 (force[0] - reach * cosine).abs() < 7e-14 && (force[1] - reach * sine).abs() < 7e-14,
@@ -171,12 +171,12 @@ fn every_drive_holds_what_its_own_motor_endures() {
     }
     for seconds in [30.0, f64::INFINITY] {
         let model = CapabilityModel::new(&machine).unwrap().holding_for(seconds);
-        for (most, design) in model.most_tension.iter().zip(&machine.muscles) {
+        for (most, design) in model.max_tension.iter().zip(&machine.muscles) {
             assert!(close(*most, design.drive.holding_tension(seconds)), "{most}");
         }
     }
     let model = CapabilityModel::new(&machine).unwrap().holding_for(f64::INFINITY);
-    assert!(model.most_tension[0] > 1.1 * model.most_tension[1]);
+    assert!(model.max_tension[0] > 1.1 * model.max_tension[1]);
 }
 
 /// What limits the payload of the gantry after a change of its strongest cable.
@@ -197,10 +197,10 @@ fn a_payload_is_limited_by_the_muscle_whose_share_is_largest_and_by_what_limits_
     assert_eq!(limit(None, |_| {}), Some((2, TensionLimit::Prescribed)));
     // A drive of at most 190 N, less at the anchor by the friction.
     let at_anchor = 190.0 * (-ANGLE).exp() + PRETENSION;
-    let prescribed = |share: f64| {
+    let prescribed = |fraction: f64| {
         limit(None, |design| {
-            design.drive.most_tension = 200.0;
-            design.tension[1] = Some(share * at_anchor);
+            design.drive.max_tension = 200.0;
+            design.tension[1] = Some(fraction * at_anchor);
         })
     };
     assert_eq!(prescribed(0.995), Some((2, TensionLimit::Prescribed)));

@@ -6,7 +6,7 @@ use crate::control::arm::{Fault, Symptom};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum FaultKind {
-    /// A cable is slack, or its slack is not taken up.
+    /// A cable is slack, or its slack is not wound in.
     Slack = 1,
     /// A tension at a drive is above its limit.
     Overload = 2,
@@ -84,7 +84,7 @@ impl FaultKind {
 
     /// Of a fault whose part behaves like this.
     #[must_use]
-    pub fn of(fault: Fault, symptom: Symptom) -> Self {
+    pub fn from_fault(fault: Fault, symptom: Symptom) -> Self {
         match fault {
             Fault::TensionOrMotorSensor(_) | Fault::MotorOrJointSensor(_) => Self::SensorDeviation,
             Fault::JointSensor(_) | Fault::MotorSensor(_) | Fault::TensionSensor(_) => match symptom {
@@ -165,16 +165,16 @@ mod tests {
                 (Symptom::Unknown, FaultKind::SensorLost),
                 (Symptom::Reported, FaultKind::SensorLost),
             ] {
-                assert_eq!(FaultKind::of(sensor, symptom), kind);
+                assert_eq!(FaultKind::from_fault(sensor, symptom), kind);
             }
         }
     }
 
     #[test]
     fn a_drive_whose_winch_stands_is_jammed_and_any_other_is_at_fault() {
-        assert_eq!(FaultKind::of(Fault::Drive(0), Symptom::Standing), FaultKind::Jam);
+        assert_eq!(FaultKind::from_fault(Fault::Drive(0), Symptom::Standing), FaultKind::Jam);
         for symptom in [Symptom::Reported, Symptom::Unknown, Symptom::Stuck] {
-            assert_eq!(FaultKind::of(Fault::Drive(0), symptom), FaultKind::DriveFault);
+            assert_eq!(FaultKind::from_fault(Fault::Drive(0), symptom), FaultKind::DriveFault);
         }
     }
 }

@@ -23,7 +23,7 @@ pub(super) struct HeldReference {
     pub(super) previewed: Reference,
 }
 
-/// Share of a joint's largest error within which a reference is near the held pose, 1.
+/// Fraction of a joint's largest error within which a reference is near the held pose, 1.
 const NEAR: f64 = 0.2;
 
 impl HeldReference {

@@ -32,11 +32,11 @@ pub struct MuscleLimits {
     pub motor: Option<(DriveParameters, f64)>,
     /// Tension at the drive below which its cable is slack, N.
     pub slack_tension: f64,
-    /// Speed at which slack is taken up, m/s.
-    pub take_up_speed: f64,
+    /// Speed at which slack is wound in, m/s.
+    pub wind_in_speed: f64,
     /// Slack above which a cable is not taken up, m.
     pub largest_slack: f64,
-    /// Speed at which the cable is paid out when the machine is let down, m/s.
+    /// Speed at which the cable is paid out when the machine is released, m/s.
     pub lowering_speed: f64,
 }
 
@@ -55,7 +55,7 @@ impl Limits {
                 travel: None,
                 motor: None,
                 slack_tension: 0.0,
-                take_up_speed: (safety.take_up_speed * arm).min(gains.max_winch_speed),
+                wind_in_speed: (safety.wind_in_speed * arm).min(gains.max_winch_speed),
                 largest_slack: safety.largest_slack * arm,
                 lowering_speed: (safety.lowering_speed * arm).min(gains.max_winch_speed),
             }
@@ -71,7 +71,7 @@ impl Limits {
     ///
     /// # Errors
     /// [`Error::WrongLength`] for gains of another machine; as [`MuscleDynamics::new`].
-    pub fn of(machine: &Machine, gains: &ArmGains) -> Result<Self, Error> {
+    pub fn from_machine(machine: &Machine, gains: &ArmGains) -> Result<Self, Error> {
         let mut limits = Self::of_gains(gains);
         let safety = machine.safety;
         crate::error::check_length("gains of muscles", gains.muscles.len(), machine.muscles.len())?;
@@ -101,12 +101,12 @@ impl Limits {
                 speed: own.cable_speed,
                 travel: Some([0.0, drive.winch.capacity()]),
                 motor: Some((*drive, own.winding)),
-                slack_tension: (SLACK_SHARE * drive.least_tension).max(drive.load_cell.noise),
-                take_up_speed: anchor(safety.take_up_speed, safety.take_up_speed * SLIDE)
-                    .clamp(LEAST_SPEED, gains.max_winch_speed.max(LEAST_SPEED)),
-                largest_slack: anchor(safety.largest_slack, safety.largest_slack * SLIDE).max(LEAST_SLACK),
+                slack_tension: (SLACK_FRACTION * drive.min_tension).max(drive.load_cell.noise),
+                wind_in_speed: anchor(safety.wind_in_speed, safety.wind_in_speed * SLIDE)
+                    .clamp(MIN_SPEED, gains.max_winch_speed.max(MIN_SPEED)),
+                largest_slack: anchor(safety.largest_slack, safety.largest_slack * SLIDE).max(MIN_SLACK),
                 lowering_speed: anchor(safety.lowering_speed, safety.lowering_speed * SLIDE)
-                    .clamp(LEAST_SPEED, gains.max_winch_speed.max(LEAST_SPEED)),
+                    .clamp(MIN_SPEED, gains.max_winch_speed.max(MIN_SPEED)),
             };
         }
         for (range, joint) in limits.ranges.iter_mut().zip(&joints) {
@@ -120,14 +120,14 @@ impl Limits {
     }
 }
 
-/// Share of the tension that a drive itself keeps below which its cable is slack.
-const SLACK_SHARE: f64 = 0.5;
+/// Fraction of the tension that a drive itself keeps below which its cable is slack.
+const SLACK_FRACTION: f64 = 0.5;
 /// Metres of a slide for a radian of a hinge.
 const SLIDE: f64 = 0.25;
 /// m.
-const LEAST_SLACK: f64 = 1e-3;
+const MIN_SLACK: f64 = 1e-3;
 /// m/s.
-const LEAST_SPEED: f64 = 1e-4;
+const MIN_SPEED: f64 = 1e-4;
 
 #[cfg(test)]
 mod tests {
@@ -144,7 +144,7 @@ mod tests {
         for (limit, [take_up, slack, lowering]) in
             limits.muscles.iter().zip([[0.3 * 0.04, 4.0 * 0.04, 0.2 * 0.04], [3e-3, 4.0 * 0.02, 3e-3]])
         {
-            near(limit.take_up_speed, take_up);
+            near(limit.wind_in_speed, take_up);
             near(limit.largest_slack, slack);
             near(limit.lowering_speed, lowering);
             assert!([limit.tension, limit.tension_rate, limit.speed].iter().all(|limit| limit.is_infinite()));

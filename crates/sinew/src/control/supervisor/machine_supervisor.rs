@@ -26,7 +26,7 @@ use alloc::vec::Vec;
 /// The controller's own detection of faults is part of it; limits, slack, lost and late cycles, stale
 /// commands and reports of drives are added. Within one control cycle it passes any number of modes: a
 /// machine whose cables are tense follows its reference from the first cycle of [`Request::Run`] on, with the
-/// same commands to the bit as its controller alone.
+/// same commands bit for bit as its controller alone.
 ///
 /// # Assumes
 /// One fault at a time; a brake at every drive.
@@ -56,8 +56,8 @@ pub struct Supervisor {
     late: f64,
 }
 
-/// Share of a period up to which a cycle begins in time.
-const LATE_SHARE: f64 = 0.25;
+/// Fraction of a period up to which a cycle begins in time.
+const LATE_FRACTION: f64 = 0.25;
 /// s: time in which late cycles are forgotten.
 const LATENESS_MEMORY: f64 = 1.0;
 
@@ -121,7 +121,7 @@ impl Supervisor {
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn of(controller: ArmController) -> Result<Self, Error> {
+    pub fn from_controller(controller: ArmController) -> Result<Self, Error> {
         let limits = Limits::of_gains(controller.gains());
         Self::new(controller, limits)
     }
@@ -161,7 +161,7 @@ impl Supervisor {
     /// The number by which a fault is judged; none where it is judged by a prediction.
     #[must_use]
     pub fn threshold(&self, fault: Fault) -> Option<Threshold> {
-        Threshold::of(fault, &self.limits, self.controller.gains())
+        Threshold::new(fault, &self.limits, self.controller.gains())
     }
 
     /// Its controller.
@@ -238,7 +238,7 @@ impl Supervisor {
     ) -> Option<NamedFault> {
         self.lost_for = if exchange.received { 0.0 } else { self.lost_for + h };
         // A computer wakes a program some ten microseconds late; that is no fault.
-        let late = exchange.lateness.is_finite() && exchange.lateness > LATE_SHARE * h;
+        let late = exchange.lateness.is_finite() && exchange.lateness > LATE_FRACTION * h;
         self.late = if late { exchange.lateness } else { 0.0 };
         // A single stall counts as one late cycle, whatever its length below its limit.
         self.late_by = self.late_by * (1.0 - (h / LATENESS_MEMORY).min(1.0)) + self.late.min(h);

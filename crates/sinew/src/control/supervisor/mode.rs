@@ -7,13 +7,13 @@ pub enum Mode {
     Off = 0,
     /// The drives are on, and the winches stand.
     Ready = 1,
-    /// Slack is taken up: the tensions rise on a ramp, the winches are slow.
+    /// Slack is wound in: the tensions rise on a ramp, the winches are slow.
     Pretension = 2,
     /// The pose is kept.
     Hold = 3,
     /// The reference is followed.
     Run = 4,
-    /// The winches brake, hold the pose, and then let the tensions down at a bounded speed.
+    /// The winches brake, hold the pose, and then release the tensions at a bounded speed.
     SafeStop = 5,
     /// A fault has ended in a safe stop: the winches stand until it is reset.
     Fault = 6,
@@ -30,9 +30,9 @@ pub enum Request {
     /// Nothing new.
     #[default]
     None = 0,
-    /// To [`Mode::Off`]; a machine under tension is let down first.
+    /// To [`Mode::Off`]; a machine under tension is released first.
     TurnOff = 1,
-    /// To [`Mode::Ready`]; a machine under tension is let down first.
+    /// To [`Mode::Ready`]; a machine under tension is released first.
     GetReady = 2,
     /// To [`Mode::Pretension`], which ends in [`Mode::Hold`].
     Pretension = 3,
@@ -97,7 +97,7 @@ impl Request {
         Self::ALL.get(usize::from(number)).copied()
     }
 
-    /// Whether a machine under tension is let down for it.
+    /// Whether a machine under tension is released for it.
     #[must_use]
     pub const fn is_stop(self) -> bool {
         matches!(self, Self::SafeStop | Self::GetReady | Self::TurnOff)

@@ -161,9 +161,12 @@ impl Watched {
     /// Filters the tension and takes speed and rate over the last window.
     fn follow(&mut self, h: f64, tension: f64, motor: f64) {
         if tension.is_finite() {
-            let share = (h / FILTER).min(1.0);
-            self.tension =
-                if self.tension.is_nan() { tension } else { self.tension + share * (tension - self.tension) };
+            let fraction = (h / FILTER).min(1.0);
+            self.tension = if self.tension.is_nan() {
+                tension
+            } else {
+                self.tension + fraction * (tension - self.tension)
+            };
         }
         self.window += h;
         if self.window < WINDOW - 0.5 * h {

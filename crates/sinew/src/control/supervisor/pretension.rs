@@ -20,7 +20,7 @@ use alloc::vec::Vec;
 /// |--------|------------------------------------------------------------------|-------|
 /// | q, g, R | measured pose, gravity and springs in it, moment arms             | rad, Nm, m |
 /// | T, T*  | tension at the drive's outlet, its target                          | N     |
-/// | s      | share of the tensions, 0 to 1: all rise together                   | 1     |
+/// | s      | fraction of the tensions, 0 to 1: all rise together                   | 1     |
 /// | C, t_v | compliance of the cable, [`TIME_CONSTANT`]                          | m/N, s |
 /// | t_r, v_u, T_s | [`SafetyLimits::pretension_time`](crate::machine::SafetyLimits), [`MuscleLimits`](super::MuscleLimits) | s, m/s, N |
 ///
@@ -46,13 +46,13 @@ pub(super) struct Pretension {
     compliance: Vec<f64>,
     /// Commanded speed, m/s: `[muscles]`.
     speed: Vec<f64>,
-    /// Cable taken up, m: `[muscles]`.
+    /// Cable wound in, m: `[muscles]`.
     taken: Vec<f64>,
     /// Since when its load cell has been silent, s: `[muscles]`.
     silent_for: Vec<f64>,
     /// Its last reading, N; NaN before the first.
     previous: Vec<f64>,
-    share: f64,
+    fraction: f64,
     /// Whether every tension has been at its target.
     pub(super) tense: bool,
 }
@@ -61,9 +61,10 @@ pub(super) struct Pretension {
 const TIME_CONSTANT: f64 = 0.1;
 /// How long a load cell may be silent, s: without it the tension of its cable is unknown.
 const SILENCE: f64 = 0.1;
-/// Share of a tension's target from which on a cable is tense: friction and load cell are not known better.
+/// Fraction of a tension's target from which on a cable is tense: friction and load cell are not known
+/// better.
 const REACHED: f64 = 0.6;
-/// Share of the present target that every cable has before all rise further.
+/// Fraction of the present target that every cable has before all rise further.
 const TOGETHER: f64 = 0.5;
 
 impl Pretension {
@@ -87,7 +88,7 @@ impl Pretension {
             taken: vec![0.0; m],
             silent_for: vec![0.0; m],
             previous: vec![f64::NAN; m],
-            share: 0.0,
+            fraction: 0.0,
             tense: false,
             body,
         })
@@ -103,7 +104,7 @@ impl Pretension {
         measured: &ArmMeasurement<'_>,
         other: &[f64],
     ) -> Result<(), Error> {
-        self.share = 0.0;
+        self.fraction = 0.0;
         self.speed.fill(0.0);
         self.taken.fill(0.0);
         self.silent_for.fill(0.0);
@@ -133,7 +134,7 @@ impl Pretension {
         tension.iter().zip(&self.goal).all(|(tension, goal)| *tension >= REACHED * goal)
     }
 
-    /// Commands of `h` s; the fault of a cable whose slack is not taken up or whose load
+    /// Commands of `h` s; the fault of a cable whose slack is not wound in or whose load
     /// cell is silent or has jumped. Such a cable is not tightened.
     pub(super) fn step(
         &mut self,
@@ -146,18 +147,18 @@ impl Pretension {
         let mut fault = None;
         let mut together = true;
         for (k, (drive, limit)) in drives.iter_mut().zip(&limits.muscles).enumerate() {
-            let target = self.share * self.goal[k];
+            let target = self.fraction * self.goal[k];
             let measured = tension[k];
             together &= measured >= TOGETHER * target - limit.slack_tension;
             let gains = &controller.gains().muscles[k];
             let lacking = if measured.is_finite() { (target - measured).max(0.0) } else { 0.0 };
             let slack = measured < limit.slack_tension && lacking > 0.0;
-            let tighten = (lacking * self.compliance[k] / TIME_CONSTANT).min(limit.take_up_speed);
-            let speed = if slack { limit.take_up_speed } else { tighten };
+            let tighten = (lacking * self.compliance[k] / TIME_CONSTANT).min(limit.wind_in_speed);
+            let speed = if slack { limit.wind_in_speed } else { tighten };
             let most = h * gains.max_winch_acceleration;
             self.speed[k] += (speed - self.speed[k]).clamp(-most, most);
             self.taken[k] += h * self.speed[k];
-            // Beyond the stretch at its target it is slack that was taken up.
+            // Beyond the stretch at its target it is slack that was wound in.
             let stretch = self.goal[k] * self.compliance[k];
             if self.taken[k] > limit.largest_slack + stretch {
                 fault = fault.or(Some(NamedFault::new(Fault::Slack(k), Symptom::Unknown)));
@@ -173,9 +174,9 @@ impl Pretension {
             *drive = DriveCommand::Velocity(self.speed[k]);
         }
         if together {
-            self.share = (self.share + h / limits.safety.pretension_time).min(1.0);
+            self.fraction = (self.fraction + h / limits.safety.pretension_time).min(1.0);
         }
-        self.tense = self.share >= 1.0 && self.is_tense(tension);
+        self.tense = self.fraction >= 1.0 && self.is_tense(tension);
         fault
     }
 }

@@ -5,7 +5,7 @@ use crate::drive::DriveCommand;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Brakes the winches, holds the pose, and lets all cables down.
+/// Brakes the winches, holds the pose, and releases all tension.
 ///
 /// ```text
 /// braking    v -> 0 at a_s
@@ -38,7 +38,7 @@ pub(super) struct SafeStop {
     previous: Vec<f64>,
     measured: Vec<bool>,
     time: f64,
-    /// Whether every cable that can be let down is.
+    /// Whether every cable that can be released is.
     pub(super) is_down: bool,
 }
 
@@ -205,7 +205,7 @@ mod tests {
         }
     }
 
-    /// Cycles until the pose is let down.
+    /// Cycles until the pose is released.
     const HELD: usize = 128;
 
     #[test]
@@ -274,7 +274,7 @@ mod tests {
         machine.speeds([3.0, 4.0]);
         assert!(machine.stop.is_down);
         assert_eq!([0, 1].map(|k| machine.stop.state(k)), [MuscleState::Relaxed; 2]);
-        // What is let down stays so: a load that pulls is not paid out for.
+        // What is released stays so: a load that pulls is not paid out for.
         let machine = &mut machine.after(100, [TENSE; 2]);
         assert!(machine.stop.is_down && machine.speeds([TENSE; 2]).iter().all(|speed| speed.abs() < 1e-12));
     }
@@ -355,6 +355,6 @@ mod tests {
             let [first, second] = machine.speeds([TENSE; 2]);
             assert!((first - expected).abs() < 1e-12 && second.abs() < 1e-12, "{cycle}: {first} {second}");
         }
-        assert!(machine.speeds([TENSE; 2]).iter().all(|speed| *speed < 0.0), "let down anew");
+        assert!(machine.speeds([TENSE; 2]).iter().all(|speed| *speed < 0.0), "released anew");
     }
 }

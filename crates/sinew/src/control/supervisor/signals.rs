@@ -42,7 +42,7 @@ impl NamedFault {
     /// Its kind.
     #[must_use]
     pub fn kind(self) -> FaultKind {
-        FaultKind::of(self.fault, self.symptom)
+        FaultKind::from_fault(self.fault, self.symptom)
     }
 
     /// Index of the muscle or joint that it concerns; none for the machine as a whole.
@@ -84,13 +84,13 @@ pub enum MuscleState {
     /// Without tension.
     #[default]
     Relaxed = 0,
-    /// Its slack is taken up.
+    /// Its slack is wound in.
     TakingUp = 1,
     /// Under tension.
     Tense = 2,
     /// Under tension, one of its sensors being replaced by estimates.
     Estimated = 3,
-    /// Its cable is let down.
+    /// Its cable is released.
     LettingDown = 4,
     /// Its winch is held by its brake: its drive or its encoder cannot be trusted.
     Braked = 5,

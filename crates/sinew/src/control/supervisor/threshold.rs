@@ -28,7 +28,7 @@ impl Threshold {
     /// Of a fault under these limits and gains; none where it is judged by a prediction, or where there is no
     /// limit.
     #[must_use]
-    pub fn of(fault: Fault, limits: &Limits, gains: &ArmGains) -> Option<Self> {
+    pub fn new(fault: Fault, limits: &Limits, gains: &ArmGains) -> Option<Self> {
         let muscle = |k: usize| limits.muscles.get(k);
         let found = match fault {
             Fault::Overload(k) => Self::Tension(muscle(k)?.tension),
@@ -75,7 +75,7 @@ mod tests {
     fn the_threshold_of_a_fault_is_the_limit_of_its_part_and_none_where_there_is_no_limit() {
         let gains = ArmGains::for_tests(2, 1);
         let mut limits = Limits::of_gains(&gains);
-        let of = |limits: &Limits, fault| Threshold::of(fault, limits, &gains);
+        let of = |limits: &Limits, fault| Threshold::new(fault, limits, &gains);
         // Gains alone tell neither tension, rate, speed, travel, heat nor range.
         for fault in [
             Fault::Overload(1),

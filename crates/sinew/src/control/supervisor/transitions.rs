@@ -14,7 +14,7 @@ pub enum Condition {
     Tense,
     /// The reference is near the held pose.
     ReferenceNear,
-    /// The tensions are let down, or the time for it is over; no fault.
+    /// The tensions are released, or the time for it is over; no fault.
     LetDown,
     /// The same after a fault.
     LetDownAfterFault,
@@ -32,8 +32,8 @@ impl Condition {
             Self::Always => "at once",
             Self::Tense => "every cable has its tension",
             Self::ReferenceNear => "the reference is near the held pose",
-            Self::LetDown => "let down",
-            Self::LetDownAfterFault => "let down after a fault",
+            Self::LetDown => "released",
+            Self::LetDownAfterFault => "released after a fault",
             Self::Fault => "fault",
             Self::StaleCommand => "stale command",
         }
@@ -61,7 +61,7 @@ const fn row(from: Mode, goals: &'static [Request], condition: Condition, to: Mo
 const ON: &[Request] = &[Request::GetReady, Request::Pretension, Request::Hold, Request::Run];
 /// Goals that need tension.
 const TENSE: &[Request] = &[Request::Pretension, Request::Hold, Request::Run];
-/// Goals for which a machine under tension is let down.
+/// Goals for which a machine under tension is released.
 const DOWN: &[Request] = &[Request::SafeStop, Request::GetReady, Request::TurnOff];
 
 /// All transitions; the first row that applies is taken. There are no others.

@@ -198,7 +198,7 @@ impl<S: Scalar> Ascent<S> {
         for (i, (state, muscle)) in self.muscles.iter_mut().zip(block.muscles).enumerate() {
             let rate = block.rows.dot(i, lambda) * S::from(muscle.compliance);
             state.unclipped = S::from(muscle.reference) + rate;
-            state.limit = Limit::of(state.unclipped, muscle.lower, muscle.upper);
+            state.limit = Limit::new(state.unclipped, muscle.lower, muscle.upper);
             state.clip(muscle);
         }
         self.measure(block);
@@ -223,7 +223,7 @@ impl<S: Scalar> Ascent<S> {
         for (i, (state, muscle)) in self.muscles.iter_mut().zip(block.muscles).enumerate() {
             state.pull = block.rows.dot(i, &self.step);
             state.rate = state.pull * S::from(muscle.compliance);
-            unchanged &= Limit::of(state.unclipped + state.rate, muscle.lower, muscle.upper) == state.limit;
+            unchanged &= Limit::new(state.unclipped + state.rate, muscle.lower, muscle.upper) == state.limit;
         }
         unchanged
     }

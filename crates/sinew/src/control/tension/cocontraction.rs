@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::error::within;
 
-/// Reference tensions for a wanted co-contraction.
+/// Reference tensions for a desired co-contraction.
 ///
 /// ```text
 /// F_ref = F_min + c (F_max - F_min)
@@ -12,7 +12,7 @@ use crate::error::within;
 /// | symbol | argument   | unit | domain      | meaning                                          |
 /// |--------|------------|------|-------------|--------------------------------------------------|
 /// | c      | `level`    | 1    | 0 to 1      | 0: as slack as allowed; 1: as tight as allowed   |
-/// | F_min  | `minimum`  | N    | <= `maximum`| least tension of each muscle                     |
+/// | F_min  | `minimum`  | N    | <= `maximum`| minimum tension of each muscle                     |
 /// | F_max  | `maximum`  | N    |             | greatest tension of each muscle                  |
 ///
 /// As the reference of a [`Problem`](super::Problem) it acts in the null space of `R^T` only: the torque

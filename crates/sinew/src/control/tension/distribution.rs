@@ -177,7 +177,7 @@ impl Distribution {
         let Ascent { muscles: states, residual, .. } = solver.answer();
         for ((&i, state), muscle) in pattern.muscles[muscles].iter().zip(states).zip(block.muscles) {
             self.tension[i] = state.tension;
-            self.limit[i] = Limit::of(state.tension, muscle.lower, muscle.upper);
+            self.limit[i] = Limit::new(state.tension, muscle.lower, muscle.upper);
         }
         for (k, &j) in pattern.joints[joints].iter().enumerate() {
             (self.residual[j], self.multiplier[j]) = (residual.torque[k], start.lambda[k]);

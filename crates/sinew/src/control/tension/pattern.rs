@@ -15,7 +15,7 @@ pub(super) struct Group {
     pub(super) operations: u64,
 }
 
-/// A group of at most so many joints, or with at least so large a share of arms that are not zero, stores
+/// A group of at most so many joints, or with at least so large a fraction of arms that are not zero, stores
 /// every arm.
 const SMALL: usize = 8;
 const DENSE: f64 = 0.3;

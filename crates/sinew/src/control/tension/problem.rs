@@ -49,7 +49,7 @@ pub enum Limit {
 
 impl Limit {
     /// The limit that holds where the tension without limits is `unclipped`.
-    pub(super) fn of<S: Scalar>(unclipped: S, lower: f64, upper: f64) -> Self {
+    pub(super) fn new<S: Scalar>(unclipped: S, lower: f64, upper: f64) -> Self {
         // Without a branch, which would be hard to predict.
         let above = u8::from(unclipped > S::from(lower));
         match above + (above & u8::from(unclipped >= S::from(upper))) {

@@ -44,7 +44,7 @@ pub struct Tolerances {
     /// Proximal steps: updates of the center of the regularization.
     pub proximal_steps: u32,
     /// Least residual, relative to the magnitudes of its terms, that is not taken for rounding.
-    pub least_residual: f64,
+    pub min_residual: f64,
     /// Least reduced gradient `R_i r`, relative to `|R_i| |r|`, whose sign is certain.
     pub reduced_gradient: f64,
 }
@@ -63,7 +63,7 @@ impl Default for Settings {
                 regularization: [1e-7, 1e-5],
                 gradient: 1e-11,
                 proximal_steps: 12,
-                least_residual: 1e-7,
+                min_residual: 1e-7,
                 reduced_gradient: 1e-11,
             },
             wide: Tolerances {
@@ -72,7 +72,7 @@ impl Default for Settings {
                 regularization: [1e-80, 1e-80],
                 gradient: 1e-30,
                 proximal_steps: 20,
-                least_residual: 1e-60,
+                min_residual: 1e-60,
                 reduced_gradient: 1e-60,
             },
         }

@@ -23,7 +23,7 @@ pub enum Status {
 pub struct Solution<'a> {
     /// Whether the torque is reached.
     pub status: Status,
-    /// `F`, N, `[muscles]`: within the limits, to the bit.
+    /// `F`, N, `[muscles]`: within the limits, bit for bit.
     pub tension: &'a [f64],
     /// `tau - R^T F`, N m, `[joints]`: rounding where the status is optimal.
     pub residual: &'a [f64],

@@ -20,7 +20,7 @@ pub(super) struct Solver {
 
 /// Newton steps without which the search in more digits, which starts from nothing, ends nowhere: one that
 /// finds the closest torque and one that confirms it, and both again for the tensions that give it.
-const LEAST_WIDE_STEPS: u32 = 4;
+const MIN_WIDE_STEPS: u32 = 4;
 
 /// Multipliers of a group's last solution, where the next search starts; those of the new one.
 #[derive(Debug)]
@@ -60,7 +60,7 @@ impl Solver {
         let steps = &mut Steps { taken: 0, limit: max_iterations.min(most(max_operations)) };
         let mut status = self.solve_f64(&fast, start, steps);
         steps.limit = max_iterations.min(steps.taken.saturating_add(most(max_operations / 100)));
-        if status == Status::NotConverged && steps.allow(LEAST_WIDE_STEPS) {
+        if status == Status::NotConverged && steps.allow(MIN_WIDE_STEPS) {
             status = self.solve_wide(block, start.lambda, steps);
         }
         if status == Status::NotConverged && !start.lambda.iter().all(|lambda| lambda.is_finite()) {
@@ -123,7 +123,7 @@ struct Search<S> {
     start: Vec<S>,
     lambda: Vec<S>,
     center: Vec<S>,
-    /// The problem to solve: the torque wanted, or the closest, and limits that leave no choice where that
+    /// The problem to solve: the torque desired, or the closest, and limits that leave no choice where that
     /// determines the tension.
     torque: Vec<S>,
     muscles: Vec<Muscle>,
@@ -181,20 +181,20 @@ impl<S: Scalar> Search<S> {
     ///
     /// # Source
     /// `chiche2014` for augmented Lagrangians of infeasible problems.
-    fn approach<R: Rows>(&mut self, wanted: &Block<R, f64>, steps: &mut Steps) -> bool {
-        let (m, n) = (wanted.muscles.len(), wanted.rows.joints());
-        self.muscles[..m].copy_from_slice(wanted.muscles);
-        self.torque.iter_mut().zip(wanted.torque).for_each(|(to, from)| *to = S::from(*from));
+    fn approach<R: Rows>(&mut self, desired: &Block<R, f64>, steps: &mut Steps) -> bool {
+        let (m, n) = (desired.muscles.len(), desired.rows.joints());
+        self.muscles[..m].copy_from_slice(desired.muscles);
+        self.torque.iter_mut().zip(desired.torque).for_each(|(to, from)| *to = S::from(*from));
         self.lambda[..n].copy_from_slice(&self.start[..n]);
         self.center[..n].fill(S::ZERO);
-        let diagonal = self.ascent.set_floor(wanted);
+        let diagonal = self.ascent.set_floor(desired);
         let [first, later] = self.tolerances.regularization;
         let (mut reduced, mut last) = (false, f64::INFINITY);
         for step in 0..self.tolerances.proximal_steps {
             let regularization = diagonal * if step == 0 || reduced { first } else { later };
             let tolerance = if reduced { self.tolerances.residual } else { self.tolerances.gradient };
             let proximal = Proximal { regularization, center: &self.center[..n], tolerance };
-            let block = Block { rows: wanted.rows, muscles: &self.muscles[..m], torque: &self.torque[..n] };
+            let block = Block { rows: desired.rows, muscles: &self.muscles[..m], torque: &self.torque[..n] };
             if !self.ascent.maximise(&block, Some(proximal), &mut self.lambda[..n], steps) {
                 return false;
             }
@@ -207,15 +207,15 @@ impl<S: Scalar> Search<S> {
             last = error;
             if (error <= self.tolerances.residual || stagnates) && self.is_accurate(&self.lambda[..n]) {
                 if reduced {
-                    self.torque.iter_mut().zip(wanted.torque).for_each(|(to, from)| *to = S::from(*from));
+                    self.torque.iter_mut().zip(desired.torque).for_each(|(to, from)| *to = S::from(*from));
                     let torque = &self.torque[..n];
-                    self.ascent.measure(&Block { rows: wanted.rows, muscles: wanted.muscles, torque });
+                    self.ascent.measure(&Block { rows: desired.rows, muscles: desired.muscles, torque });
                 }
                 return true;
             }
-            if !reduced && self.is_closest(wanted) {
+            if !reduced && self.is_closest(desired) {
                 reduced = true;
-                self.reduce(wanted);
+                self.reduce(desired);
             }
             self.center[..n].copy_from_slice(&self.lambda[..n]);
         }
@@ -256,7 +256,7 @@ impl<S: Scalar> Search<S> {
         let n = block.rows.joints();
         let Residual { torque, scale } = &self.ascent.residual;
         let square = dot(&torque[..n], &torque[..n]).rounded();
-        let least = self.tolerances.least_residual * norm(scale[..n].iter().copied());
+        let least = self.tolerances.min_residual * norm(scale[..n].iter().copied());
         let muscles = &self.ascent.muscles;
         let holds = |i| self.pulled_to(block, i).is_none_or(|limit| limit == muscles[i].limit);
         square > least * least

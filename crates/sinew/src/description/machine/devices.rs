@@ -138,7 +138,7 @@ fn drive(
         return Err(entry.bare("a drive has no channels: expected the load cell in a device of its own"));
     }
     let index = table.required("muscle")?.name("muscle", &muscles(machine))?;
-    let mut drive = DriveDevice::of(index, &machine.muscles[index].drive);
+    let mut drive = DriveDevice::new(index, &machine.muscles[index].drive);
     let chosen = listing.word(table, "mode", (&MODES, 0))?;
     drive.mode = [DriveMode::Velocity, DriveMode::Torque][chosen];
     for (key, domain, number) in [

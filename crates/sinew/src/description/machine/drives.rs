@@ -12,16 +12,8 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 /// Keys of `[[drive]]`.
-pub(super) const DRIVE: [&str; 8] = [
-    "name",
-    "motor",
-    "reducer",
-    "ratio",
-    "winch",
-    "acceleration_m_per_s2",
-    "most_tension_n",
-    "least_tension_n",
-];
+pub(super) const DRIVE: [&str; 8] =
+    ["name", "motor", "reducer", "ratio", "winch", "acceleration_m_per_s2", "max_tension_n", "min_tension_n"];
 /// Keys of a motor and of a reducer in numbers, beside those of their structures.
 const MOTOR_MORE: [&str; 2] = ["like", "no_load_current_a"];
 const REDUCER_MORE: [&str; 3] = ["like", "inertia_kg_m2", "top_speed_rad_per_s"];
@@ -66,8 +58,8 @@ fn drive(
     let mut drive = Design::new(&motor, &reducer, ratio, winch.parameters).drive();
     for (key, domain, number) in [
         ("acceleration_m_per_s2", POSITIVE, &mut drive.acceleration),
-        ("most_tension_n", POSITIVE, &mut drive.most_tension),
-        ("least_tension_n", NON_NEGATIVE, &mut drive.least_tension),
+        ("max_tension_n", POSITIVE, &mut drive.max_tension),
+        ("min_tension_n", NON_NEGATIVE, &mut drive.min_tension),
     ] {
         let entry = table.entry(key);
         if let Some(entry) = &entry {

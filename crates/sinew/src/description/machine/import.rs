@@ -239,7 +239,7 @@ fn machine(
     let mut listing = Listing::default();
     let (robot, mut warnings) = robot(root, description, &mut listing)?;
     let places = Places::new(root, &robot, &origins);
-    let mut machine = Machine::of(&robot).map_err(|error| places.error(error))?;
+    let mut machine = Machine::from_robot(&robot).map_err(|error| places.error(error))?;
     let list = &mut listing;
     joints::start(root, &robot, &mut machine.start, list)?;
     machine.task = task::task(root, &robot, list)?;

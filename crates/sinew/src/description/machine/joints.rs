@@ -34,7 +34,7 @@ pub(super) struct Joints<'a> {
 }
 
 impl<'a> Joints<'a> {
-    pub(super) fn of(robot: &'a Robot) -> Self {
+    pub(super) fn new(robot: &'a Robot) -> Self {
         let joints = robot.independent_joints();
         let all = &robot.parts().joints;
         Self {
@@ -153,7 +153,7 @@ pub(super) fn poses(
     robot: &Robot,
     listing: &mut Listing,
 ) -> Result<Vec<Key>, DescriptionError> {
-    let joints = Joints::of(robot);
+    let joints = Joints::new(robot);
     let mut keys = Vec::new();
     for (table, named) in root.tables("pose", "name", &POSE)? {
         if robot.key(&named.text).is_some() {
@@ -182,7 +182,7 @@ pub(super) fn start(
     start: &mut [f64],
     listing: &mut Listing,
 ) -> Result<(), DescriptionError> {
-    let joints = Joints::of(robot);
+    let joints = Joints::new(robot);
     let entry = root.entry("start");
     let body = robot.key("start").map_or(ValueSource::Default, |_| ValueSource::Body);
     match &entry {
@@ -211,7 +211,7 @@ pub(super) fn redundancy(
     mut rule: Redundancy,
     listing: &mut Listing,
 ) -> Result<Redundancy, DescriptionError> {
-    let joints = Joints::of(robot);
+    let joints = Joints::new(robot);
     let table = root.table("redundancy")?;
     table.iter().try_for_each(|table| table.check_keys(&REDUNDANCY))?;
     listing.begin("[redundancy]");
@@ -235,7 +235,7 @@ pub(super) fn encoders(
     robot: &Robot,
     listing: &mut Listing,
 ) -> Result<Vec<Option<JointEncoder>>, DescriptionError> {
-    let joints = Joints::of(robot);
+    let joints = Joints::new(robot);
     let every = root.table("every_joint_encoder")?;
     every.iter().try_for_each(|table| table.check_keys(&ENCODER))?;
     // Checked also where every joint has a table of its own.

@@ -34,7 +34,7 @@ impl Places {
         Self {
             origins: origins.clone(),
             file: root.file().to_string(),
-            keys: Keys::of(root.text()),
+            keys: Keys::from_text(root.text()),
             muscles: names.iter().map(line).collect(),
             every: every.map(|table| table.line()),
             joint_names: parts.joints.iter().map(|joint| joint.name.clone()).collect(),

@@ -23,8 +23,8 @@ pub(super) struct Compiler {
     pub(super) auto_limits: bool,
     pub(super) inertia_from: InertiaFrom,
     pub(super) inertia_groups: [f64; 2],
-    pub(super) least_mass: f64,
-    pub(super) least_inertia: f64,
+    pub(super) min_mass: f64,
+    pub(super) min_inertia: f64,
     pub(super) balance: bool,
     pub(super) total_mass: Option<f64>,
     /// Folder of meshes, relative to that of the model.
@@ -41,8 +41,8 @@ impl Compiler {
             auto_limits: true,
             inertia_from: InertiaFrom::Auto,
             inertia_groups: [0.0, 5.0],
-            least_mass: 0.0,
-            least_inertia: 0.0,
+            min_mass: 0.0,
+            min_inertia: 0.0,
             balance: false,
             total_mass: None,
             mesh_folder: String::new(),
@@ -84,10 +84,10 @@ impl Compiler {
         }
         self.inertia_groups = at.array_or("inertiagrouprange", self.inertia_groups)?;
         if at.text("boundmass").is_some() {
-            self.least_mass = at.not_negative("boundmass")?;
+            self.min_mass = at.not_negative("boundmass")?;
         }
         if at.text("boundinertia").is_some() {
-            self.least_inertia = at.not_negative("boundinertia")?;
+            self.min_inertia = at.not_negative("boundinertia")?;
         }
         if let Some(mass) = at.number("settotalmass")? {
             self.total_mass = (mass > 0.0).then_some(mass);

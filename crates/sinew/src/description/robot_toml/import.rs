@@ -148,7 +148,7 @@ struct Names {
 }
 
 impl Names {
-    fn of<'a>(kind: &'static str, known: impl Iterator<Item = &'a String>) -> Names {
+    fn new<'a>(kind: &'static str, known: impl Iterator<Item = &'a String>) -> Names {
         Names { kind, places: known.enumerate().map(|(i, name)| (name.clone(), i)).collect() }
     }
 
@@ -212,11 +212,11 @@ impl<'r> Reader<'r> {
     }
 
     fn body_names(&self) -> Names {
-        Names::of("body", self.parts.bodies.iter().map(|body| &body.name))
+        Names::new("body", self.parts.bodies.iter().map(|body| &body.name))
     }
 
     fn joint_names(&self) -> Names {
-        Names::of("joint", self.parts.joints.iter().map(|joint| &joint.name))
+        Names::new("joint", self.parts.joints.iter().map(|joint| &joint.name))
     }
 
     fn bodies(&mut self) -> Result<(), DescriptionError> {
@@ -323,8 +323,8 @@ impl<'r> Reader<'r> {
     }
 
     fn muscles(&mut self) -> Result<(), DescriptionError> {
-        let sites = Names::of("site", self.parts.sites.iter().map(|site| &site.name));
-        let wraps = Names::of("wrap", self.parts.wraps.iter().map(|wrap| &wrap.name));
+        let sites = Names::new("site", self.parts.sites.iter().map(|site| &site.name));
+        let wraps = Names::new("wrap", self.parts.wraps.iter().map(|wrap| &wrap.name));
         let joints = self.joint_names();
         for (table, named) in self.root.tables("muscle", "name", &MUSCLE)? {
             self.describe("tendon", self.parts.tendons.len(), &table);
@@ -347,7 +347,7 @@ impl<'r> Reader<'r> {
     }
 
     fn actuators(&mut self) -> Result<(), DescriptionError> {
-        let tendons = Names::of("muscle", self.parts.tendons.iter().map(|tendon| &tendon.name));
+        let tendons = Names::new("muscle", self.parts.tendons.iter().map(|tendon| &tendon.name));
         for (table, named) in self.root.tables("actuator", "name", &ACTUATOR)? {
             self.describe("actuator", self.parts.actuators.len(), &table);
             // The MJCF element.

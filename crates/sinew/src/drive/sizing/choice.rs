@@ -35,18 +35,18 @@ pub struct Choice<'a> {
 /// ```
 /// use sinew::drive::{Catalogue, sizing::{Requirement, choose}};
 /// let catalogue = Catalogue::built_in().expect("a file of this repository");
-/// let wanted = Requirement { tension: 250.0, speed: 0.14, acceleration: 3.0, stroke: 0.3 };
-/// let best = &choose(&catalogue, &wanted)?[0];
+/// let desired = Requirement { tension: 250.0, speed: 0.14, acceleration: 3.0, stroke: 0.3 };
+/// let best = &choose(&catalogue, &desired)?[0];
 /// assert!(best.demand.is_met());
 /// # Ok::<(), sinew::Error>(())
 /// ```
-pub fn choose<'a>(catalogue: &'a Catalogue, wanted: &Requirement) -> Result<Vec<Choice<'a>>, Error> {
-    wanted.validate()?;
+pub fn choose<'a>(catalogue: &'a Catalogue, desired: &Requirement) -> Result<Vec<Choice<'a>>, Error> {
+    desired.validate()?;
     let mut choices: Vec<Choice<'a>> = catalogue
         .motors
         .iter()
         .flat_map(|motor| catalogue.reducers.iter().map(move |reducer| (motor, reducer)))
-        .filter_map(|(motor, reducer)| best(catalogue, motor, reducer, wanted))
+        .filter_map(|(motor, reducer)| best(catalogue, motor, reducer, desired))
         .collect();
     choices.sort_by(|a, b| {
         let (lack, spare) = (deficit(a).total_cmp(&deficit(b)), utilisation(a).total_cmp(&utilisation(b)));
@@ -59,14 +59,14 @@ fn best<'a>(
     catalogue: &'a Catalogue,
     motor: &'a CatalogueMotor,
     reducer: &'a CatalogueReducer,
-    wanted: &Requirement,
+    desired: &Requirement,
 ) -> Option<Choice<'a>> {
     let designs =
         catalogue.winches.iter().flat_map(|winch| reducer.ratios.iter().map(move |ratio| (winch, *ratio)));
     let choices = designs.map(|(winch, ratio)| {
         let design = Design::new(motor, reducer, ratio, winch.parameters);
-        let (demand, copper_loss) = (design.demand(wanted), design.copper_loss(wanted));
-        Choice { motor, reducer, winch, ratios: design.ratios(wanted), design, demand, copper_loss }
+        let (demand, copper_loss) = (design.demand(desired), design.copper_loss(desired));
+        Choice { motor, reducer, winch, ratios: design.ratios(desired), design, demand, copper_loss }
     });
     choices.min_by(|a, b| utilisation(a).total_cmp(&utilisation(b)))
 }
@@ -86,22 +86,27 @@ impl Design {
     ///
     /// Each limit is `A n + B/n + C <= D` with `A, B >= 0`: an interval of ratios, closed form.
     #[must_use]
-    pub fn ratios(&self, wanted: &Requirement) -> Option<[f64; 2]> {
+    pub fn ratios(&self, desired: &Requirement) -> Option<[f64; 2]> {
         let (m, r, arm) = (&self.motor, &self.reducer, self.arm());
         let fixed = [Limit::ReducerTorque, Limit::Drum];
-        if self.demand(wanted).shares.iter().any(|(limit, share)| fixed.contains(limit) && *share > 1.0) {
+        if self
+            .demand(desired)
+            .fractions
+            .iter()
+            .any(|(limit, fraction)| fixed.contains(limit) && *fraction > 1.0)
+        {
             return None;
         }
-        let load = wanted.tension * arm / r.efficiency;
-        let grease = r.viscous * wanted.speed / arm;
-        let moving = grease + m.inertia * wanted.acceleration / arm;
+        let load = desired.tension * arm / r.efficiency;
+        let grease = r.viscous * desired.speed / arm;
+        let moving = grease + m.inertia * desired.acceleration / arm;
         let hot = m.resistance_at(m.hottest) / m.torque_constant;
-        let back = m.torque_constant * wanted.speed / arm;
+        let back = m.torque_constant * desired.speed / arm;
         let limits = [
             interval(grease, load, m.torque_constant * self.continuous_current() - r.friction),
             interval(moving, load, m.torque_constant * m.peak_current - r.friction),
             interval(hot * moving + back, hot * load, m.voltage - hot * r.friction),
-            interval(wanted.speed / arm, 0.0, self.top_speed),
+            interval(desired.speed / arm, 0.0, self.top_speed),
         ];
         let [low, high] = limits.into_iter().try_fold([1.0, f64::INFINITY], |[low, high], limit| {
             limit.map(|[from, to]| [f64::max(low, from), f64::min(high, to)])

@@ -6,7 +6,7 @@ use crate::error::{Error, non_negative, positive};
 pub struct Requirement {
     /// Continuous tension, N, > 0.
     pub tension: f64,
-    /// Speed of taking up at that tension, m/s, >= 0.
+    /// Winding-in speed at that tension, m/s, >= 0.
     pub speed: f64,
     /// Peak acceleration at that tension and speed, m/s^2, >= 0.
     pub acceleration: f64,
@@ -64,17 +64,17 @@ impl Limit {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Demand {
     /// In the order of [`Limit`].
-    pub shares: [(Limit, f64); 6],
+    pub fractions: [(Limit, f64); 6],
 }
 
 impl Demand {
     /// The limit with the largest utilisation, and its value.
     #[must_use]
     pub fn worst(&self) -> (Limit, f64) {
-        self.shares.iter().copied().fold(self.shares[0], |a, b| if b.1 > a.1 { b } else { a })
+        self.fractions.iter().copied().fold(self.fractions[0], |a, b| if b.1 > a.1 { b } else { a })
     }
 
-    /// Whether every share is at most 1.
+    /// Whether every fraction is at most 1.
     #[must_use]
     pub fn is_met(&self) -> bool {
         self.worst().1 <= 1.0
@@ -176,9 +176,9 @@ impl Design {
     pub fn motor_torque(&self, tension: f64, speed: f64, acceleration: f64) -> f64 {
         let (r, turns) = (&self.reducer, self.turns());
         let load = tension / turns;
-        let (share, dry) =
+        let (fraction, dry) =
             if speed >= 0.0 { (1.0 / r.efficiency, r.friction) } else { (r.efficiency, -r.friction) };
-        load * share + dry + turns * (r.viscous * speed + self.motor.inertia * acceleration)
+        load * fraction + dry + turns * (r.viscous * speed + self.motor.inertia * acceleration)
     }
 
     /// Tension of the cable, N, at a torque of the motor: the inverse of [`Design::motor_torque`], not below
@@ -186,34 +186,35 @@ impl Design {
     #[must_use]
     pub fn tension(&self, torque: f64, speed: f64, acceleration: f64) -> f64 {
         let nothing = self.motor_torque(0.0, speed, acceleration);
-        let share = if speed >= 0.0 { self.reducer.efficiency } else { 1.0 / self.reducer.efficiency };
-        ((torque - nothing) * share * self.turns()).max(0.0)
+        let fraction = if speed >= 0.0 { self.reducer.efficiency } else { 1.0 / self.reducer.efficiency };
+        ((torque - nothing) * fraction * self.turns()).max(0.0)
     }
 
     /// Utilisation of every limit by a requirement.
     #[must_use]
-    pub fn demand(&self, wanted: &Requirement) -> Demand {
-        let (m, w) = (&self.motor, wanted.speed * self.turns());
-        let held = self.motor_torque(wanted.tension, wanted.speed, 0.0) / m.torque_constant;
-        let most = self.motor_torque(wanted.tension, wanted.speed, wanted.acceleration) / m.torque_constant;
+    pub fn demand(&self, desired: &Requirement) -> Demand {
+        let (m, w) = (&self.motor, desired.speed * self.turns());
+        let held = self.motor_torque(desired.tension, desired.speed, 0.0) / m.torque_constant;
+        let most =
+            self.motor_torque(desired.tension, desired.speed, desired.acceleration) / m.torque_constant;
         let voltage = m.resistance_at(m.hottest) * most + m.torque_constant * w;
         Demand {
-            shares: [
+            fractions: [
                 (Limit::Heat, held / self.continuous_current()),
                 (Limit::Current, most / m.peak_current),
                 (Limit::Voltage, voltage / m.voltage),
                 (Limit::Speed, w / self.top_speed),
-                (Limit::ReducerTorque, wanted.tension * self.arm() / self.continuous_torque),
-                (Limit::Drum, wanted.stroke / self.winch.capacity()),
+                (Limit::ReducerTorque, desired.tension * self.arm() / self.continuous_torque),
+                (Limit::Drum, desired.stroke / self.winch.capacity()),
             ],
         }
     }
 
     /// Copper loss at the required tension and speed with a hot winding, W.
     #[must_use]
-    pub fn copper_loss(&self, wanted: &Requirement) -> f64 {
+    pub fn copper_loss(&self, desired: &Requirement) -> f64 {
         let m = &self.motor;
-        let current = self.motor_torque(wanted.tension, wanted.speed, 0.0) / m.torque_constant;
+        let current = self.motor_torque(desired.tension, desired.speed, 0.0) / m.torque_constant;
         m.resistance_at(m.hottest) * current * current
     }
 }

@@ -13,7 +13,7 @@ pub struct Bound {
 /// Tension limits of a drive at one speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EnvelopePoint {
-    /// Of the cable, m/s, + taken up.
+    /// Of the cable, m/s, + wound in.
     pub speed: f64,
     /// In continuous operation.
     pub continuous: Bound,
@@ -22,7 +22,7 @@ pub struct EnvelopePoint {
 }
 
 impl Design {
-    /// Tension limits at a cable speed (+ taken up, - paid out) and acceleration, m/s and m/s^2.
+    /// Tension limits at a cable speed (+ wound in, - paid out) and acceleration, m/s and m/s^2.
     ///
     /// The continuous bound is the winding's heat or the reducer's continuous torque; the acceleration enters
     /// the peak only.
@@ -35,7 +35,7 @@ impl Design {
         EnvelopePoint { speed, continuous, peak }
     }
 
-    /// The envelope at `points` even speeds from the fastest paid out to the fastest taken up, at least two.
+    /// The envelope at `points` even speeds from the fastest paid out to the fastest wound in, at least two.
     #[must_use]
     pub fn envelope(&self, points: usize) -> Vec<EnvelopePoint> {
         let points = points.max(2);

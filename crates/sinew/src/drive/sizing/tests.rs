@@ -9,7 +9,7 @@ fn design() -> Design {
     Design::new(motor, reducer, 66.0, parts.winch("drum_20mm").unwrap().parameters)
 }
 
-const WANTED: Requirement = Requirement { tension: 120.0, speed: 0.08, acceleration: 1.0, stroke: 0.3 };
+const DESIRED: Requirement = Requirement { tension: 120.0, speed: 0.08, acceleration: 1.0, stroke: 0.3 };
 
 #[test]
 fn the_drive_of_a_design_needs_its_torques_and_has_its_inertia_and_top_speed() {
@@ -33,12 +33,12 @@ fn a_stroke_up_to_the_capacity_of_the_drum_is_feasible() {
     let design = design();
     let capacity = design.winch.capacity();
     let drum = |stroke: f64| {
-        let wanted = Requirement { stroke, ..WANTED };
-        let shares = design.demand(&wanted).shares;
-        let share = shares.iter().find(|(limit, _)| *limit == Limit::Drum).unwrap().1;
-        assert!((share * capacity - stroke).abs() < 1e-14, "{share}");
-        assert_eq!(design.demand(&wanted).is_met(), design.ratios(&wanted).is_some());
-        design.ratios(&wanted).is_some()
+        let desired = Requirement { stroke, ..DESIRED };
+        let fractions = design.demand(&desired).fractions;
+        let fraction = fractions.iter().find(|(limit, _)| *limit == Limit::Drum).unwrap().1;
+        assert!((fraction * capacity - stroke).abs() < 1e-14, "{fraction}");
+        assert_eq!(design.demand(&desired).is_met(), design.ratios(&desired).is_some());
+        design.ratios(&desired).is_some()
     };
     assert!(drum(0.4 * capacity) && drum(capacity) && !drum(1.001 * capacity));
 }
@@ -47,11 +47,11 @@ fn a_stroke_up_to_the_capacity_of_the_drum_is_feasible() {
 fn the_copper_loss_is_the_heat_of_the_simulated_winding_at_its_limit() {
     let design = design();
     let (motor, h) = (&design.motor, 1e-3);
-    let current = design.drive().pulling_current(WANTED.tension, WANTED.speed);
+    let current = design.drive().pulling_current(DESIRED.tension, DESIRED.speed);
     let mut state = MotorState::cold(motor);
     (state.winding, state.current) = (motor.hottest, current);
     let heat = state.drive(motor, current * motor.resistance_at(motor.hottest), h).heat;
-    let loss = design.copper_loss(&WANTED);
+    let loss = design.copper_loss(&DESIRED);
     assert!((loss * h / heat - 1.0).abs() < 1e-14, "{loss} W, {heat} J");
 }
 
@@ -65,9 +65,9 @@ fn the_largest_acceleration_takes_all_of_the_current_or_all_of_the_voltage() {
         let current = design.motor_torque(tension, speed, acceleration) / motor.torque_constant;
         let back = motor.torque_constant * speed * design.turns();
         let voltage = motor.resistance_at(motor.hottest) * current + back;
-        let shares = [current / motor.peak_current, voltage / motor.voltage];
-        assert!((shares[0].max(shares[1]) - 1.0).abs() < 1e-12, "{tension} {speed}: {shares:?}");
-        limited = [limited[0] || shares[0] > shares[1], limited[1] || shares[1] > shares[0]];
+        let fractions = [current / motor.peak_current, voltage / motor.voltage];
+        assert!((fractions[0].max(fractions[1]) - 1.0).abs() < 1e-12, "{tension} {speed}: {fractions:?}");
+        limited = [limited[0] || fractions[0] > fractions[1], limited[1] || fractions[1] > fractions[0]];
         assert_eq!(acceleration < 0.0, tension > 2000.0, "{acceleration}");
     }
     assert_eq!(limited, [true; 2], "both limits are tested");
@@ -104,7 +104,7 @@ fn the_top_speed_is_part_of_the_envelope_and_a_speed_above_it_is_not() {
 
 #[test]
 fn every_limit_has_a_name_of_its_own() {
-    let names = design().demand(&WANTED).shares.map(|(limit, _)| limit.name());
+    let names = design().demand(&DESIRED).fractions.map(|(limit, _)| limit.name());
     for (k, name) in names.iter().enumerate() {
         assert!(!name.is_empty() && !names[..k].contains(name), "{names:?}");
     }

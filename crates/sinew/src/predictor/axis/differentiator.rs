@@ -45,7 +45,7 @@ pub struct Differentiator {
 }
 
 /// Least `dt` over `tau`.
-const LEAST_INTERVAL: f64 = 1e-3;
+const MIN_INTERVAL: f64 = 1e-3;
 
 /// Beyond it, which wild intervals alone reach, a polynomial begins anew.
 const LARGEST: f64 = 1e60;
@@ -66,7 +66,7 @@ impl Differentiator {
     pub fn step(&mut self, signal: f64, tau_s: f64, dt_s: f64) {
         self.since_s += dt_s;
         let dt_s = self.since_s;
-        if dt_s < LEAST_INTERVAL * tau_s {
+        if dt_s < MIN_INTERVAL * tau_s {
             return;
         }
         self.since_s = 0.0;
@@ -107,7 +107,7 @@ mod tests {
             t += dt;
             found.step(parabola(t), 0.02, dt);
         }
-        let relative = |got: f64, wanted: f64| (got / wanted - 1.0).abs();
+        let relative = |got: f64, desired: f64| (got / desired - 1.0).abs();
         assert!(relative(found.second_rate, 4.0) < 1e-6, "{found:?}");
         assert!(relative(found.rate, -0.2 + 4.0 * t) < 1e-6, "{found:?}");
         assert!(relative(found.value, parabola(t)) < 1e-9, "{found:?}");

@@ -44,7 +44,7 @@ pub struct AxisForce {
     pub damping: f64,
     /// `k`.
     pub stiffness: f64,
-    /// Elements of dry friction, at most [`AxisForce::MOST_SLIPS`].
+    /// Elements of dry friction, at most [`AxisForce::MAX_SLIPS`].
     pub slips: Vec<AxisSlip>,
     /// Signals of near forces with their factors.
     pub gains: Vec<(usize, f64)>,
@@ -64,7 +64,7 @@ pub struct AxisSlip {
 
 impl AxisForce {
     /// Most elements of dry friction.
-    pub const MOST_SLIPS: usize = 4;
+    pub const MAX_SLIPS: usize = 4;
 
     /// The same axis for another unit and zero of the far side.
     pub(super) fn rescaled(&self, gain: f64, offset: f64) -> Self {
@@ -95,7 +95,7 @@ impl AxisForce {
             require("law.axis.force", "numbers within +-1e30", value.abs() <= MAX_MAGNITUDE, value)?;
         }
         let count = self.slips.len();
-        require("law.axis.force.slips", "at most 4", count <= Self::MOST_SLIPS, count)?;
+        require("law.axis.force.slips", "at most 4", count <= Self::MAX_SLIPS, count)?;
         for slip in &self.slips {
             let inside = (1.0 / MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(&slip.distance);
             require("law.axis.force.slips.distance", "in 1e-30..1e30", inside, slip.distance)?;
@@ -125,7 +125,7 @@ pub(super) struct ForceState {
     /// Of the position, or one derivative higher of the velocity where that is measured.
     derivative: Differentiator,
     position: f64,
-    slips: [f64; AxisForce::MOST_SLIPS],
+    slips: [f64; AxisForce::MAX_SLIPS],
     known: bool,
 }
 
@@ -276,10 +276,10 @@ mod tests {
                     1 | 2 => continue,
                     _ => 3.0 * a + 5.0 * v,
                 };
-                let wanted = rates + spring + dry + passed - 1.5;
+                let desired = rates + spring + dry + passed - 1.5;
                 assert!(
-                    (output.value - wanted).abs() < 2e-12,
-                    "{position:?} {velocity:?} {k}: {output:?} {wanted}"
+                    (output.value - desired).abs() < 2e-12,
+                    "{position:?} {velocity:?} {k}: {output:?} {desired}"
                 );
                 assert!((output.half_width - 2.5).abs() < 1e-15);
                 assert_eq!(output.known, travel >= 0.04, "{k}: {travel}");

@@ -212,8 +212,8 @@ mod tests {
                 let lean = (v + decay * x) / frequency;
                 let position = fading * (x * cosine + lean * sine);
                 let velocity = -decay * position + fading * frequency * (lean * cosine - x * sine);
-                let wanted = if far_is_velocity { velocity } else { rest + position };
-                assert!((output.value - 0.3 - wanted).abs() < 2e-6, "{k}: {output:?} {wanted}");
+                let desired = if far_is_velocity { velocity } else { rest + position };
+                assert!((output.value - 0.3 - desired).abs() < 2e-6, "{k}: {output:?} {desired}");
                 output = state.step(&law, dt, &[force]);
             }
         }

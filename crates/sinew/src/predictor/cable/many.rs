@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 
 /// [`CableObserver`](super::CableObserver)s side by side: sampled together, otherwise independent.
 ///
-/// Equal to the bit to single observers while no end moves more than half a millimetre between samples:
+/// Bit-identical to single observers while no end moves more than half a millimetre between samples:
 /// beyond, all cables take as many steps as the one that moves farthest.
 ///
 /// # Example
@@ -76,8 +76,8 @@ impl CableObservers {
                     motion
                 }
                 None => {
-                    let InitialProfile { tension_in, friction_share, stretch } = state.initialize(sample);
-                    self.ends[k] = self.cables.set_profile(k, tension_in, friction_share, stretch)?;
+                    let InitialProfile { tension_in, friction_fraction, stretch } = state.initialize(sample);
+                    self.ends[k] = self.cables.set_profile(k, tension_in, friction_fraction, stretch)?;
                     EndMotion::default()
                 }
             };

@@ -17,8 +17,8 @@ pub struct CableModel {
     pub cells: usize,
     /// Gain of the far sensor, 1.
     pub far_gain: f64,
-    /// Mobilised share of friction at the start of a sequence, -1 to 1: 1 as after sliding toward the motor.
-    /// Not observable at rest, but often the same for all logs of one rig.
+    /// Mobilised fraction of friction at the start of a sequence, -1 to 1: 1 as after sliding toward the
+    /// motor. Not observable at rest, but often the same for all logs of one rig.
     #[serde(default)]
     pub start: f64,
     /// Gain of the correction, m/s per N of the innovation.

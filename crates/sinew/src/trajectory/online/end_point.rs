@@ -20,7 +20,7 @@ use alloc::vec::Vec;
 /// | x, J      | pose, Jacobian of the end point                                      | rad or m |
 /// | W, rest   | weights and preferred pose of the machine's [`Redundancy`]             | 1, rad or m |
 /// | m         | damping: 1e-6 of the trace of `J W^-1 J^T`, and more with the error  |          |
-/// | s         | share by which free joints return to the preferred pose per step     | 1        |
+/// | s         | fraction by which free joints return to the preferred pose per step     | 1        |
 ///
 /// A target out of reach is followed by the pose nearby whose end point is closest to it.
 ///
@@ -48,7 +48,7 @@ pub struct EndPointStep {
 const STEPS: usize = 3;
 /// Position error at which the steps end, m.
 const REACHED: f64 = 1e-9;
-/// Share of the trace in the damping, and of the error.
+/// Fraction of the trace in the damping, and of the error.
 const DAMPING: f64 = 1e-6;
 const CURVATURE: f64 = 0.3;
 /// `s`.
@@ -150,9 +150,9 @@ impl EndPointStep {
         };
         problem.solve(&mut self.next, &mut [0.0; 3]);
         let largest = self.next.iter().zip(&*x).map(|(next, x)| (next - x).abs()).fold(0.0, f64::max);
-        let share = if largest > STRIDE { STRIDE / largest } else { 1.0 };
+        let fraction = if largest > STRIDE { STRIDE / largest } else { 1.0 };
         for (x, next) in x.iter_mut().zip(&self.next) {
-            *x += share * (next - *x);
+            *x += fraction * (next - *x);
         }
     }
 }

@@ -151,9 +151,9 @@ impl Joint {
             (*q, *v, *a) = (inside, 0.0, 0.0);
             return limited;
         }
-        let wanted = (drift + self.approach(inside - *q, w)).max(-self.speed).min(self.speed);
-        let wanted = wanted.min(self.approach(high - *q, w)).max(self.approach(low - *q, w));
-        *a = (2.0 * w * (wanted - *v)).max(-self.acceleration).min(self.acceleration);
+        let desired = (drift + self.approach(inside - *q, w)).max(-self.speed).min(self.speed);
+        let desired = desired.min(self.approach(high - *q, w)).max(self.approach(low - *q, w));
+        *a = (2.0 * w * (desired - *v)).max(-self.acceleration).min(self.acceleration);
         *q = (*q + h * *v + 0.5 * h * h * *a).max(low).min(high);
         *v += h * *a;
         limited

@@ -86,9 +86,9 @@ impl MuscleLengthStep {
         cholesky::factor(&mut self.normal, n)?;
         cholesky::solve(&self.normal, &mut self.change);
         let most = self.change.iter().fold(0.0_f64, |most, change| most.max(change.abs()));
-        let share = if most > STRIDE { STRIDE / most } else { 1.0 };
+        let fraction = if most > STRIDE { STRIDE / most } else { 1.0 };
         for ((x, change), [low, high]) in x.iter_mut().zip(&self.change).zip(&self.ranges) {
-            *x = (*x + share * change).max(*low).min(*high);
+            *x = (*x + fraction * change).max(*low).min(*high);
         }
         Ok(largest)
     }

@@ -11,14 +11,14 @@ use alloc::vec;
 
 impl<const N: usize> LaneGroup<N> {
     /// Lets the cable of a lane creep, from no creep on.
-    pub(super) fn set_creep(&mut self, k: usize, share: f64, time: f64) -> Result<(), Error> {
-        non_negative("creep.share", share)?;
+    pub(super) fn set_creep(&mut self, k: usize, fraction: f64, time: f64) -> Result<(), Error> {
+        non_negative("creep.fraction", fraction)?;
         positive("creep.time", time)?;
         let cells = self.tension.len();
         let none =
-            || Creep { share: Row::ZERO, time: Row([f64::INFINITY; N]), crept: vec![Row::ZERO; cells] };
+            || Creep { fraction: Row::ZERO, time: Row([f64::INFINITY; N]), crept: vec![Row::ZERO; cells] };
         let creep = self.creep.get_or_insert_with(none);
-        (creep.share.0[k], creep.time.0[k]) = (share, time);
+        (creep.fraction.0[k], creep.time.0[k]) = (fraction, time);
         creep.crept.iter_mut().for_each(|row| row.0[k] = 0.0);
         Ok(())
     }
@@ -32,7 +32,7 @@ pub(super) fn creep<const N: usize>(lanes: &mut LaneGroup<N>, interval: f64) {
     if !(interval > 0.0 && interval.is_finite()) {
         return;
     }
-    let (share, mut rate, mut taut) = (creep.share, Row::<N>::ZERO, Row::<N>::ZERO);
+    let (fraction, mut rate, mut taut) = (creep.fraction, Row::<N>::ZERO, Row::<N>::ZERO);
     for k in 0..N {
         rate.0[k] = interval / (creep.time.0[k] + interval);
         // A factor, not a condition: the loop over the cells has no branch then.
@@ -43,7 +43,7 @@ pub(super) fn creep<const N: usize>(lanes: &mut LaneGroup<N>, interval: f64) {
     for (((tension, compliance), stiffness), crept) in cells {
         let (mut t, c, stiff, mut x) = (*tension, *compliance, *stiffness, *crept);
         for k in 0..N {
-            let growth = rate.0[k] * (share.0[k] * c.0[k] * t.0[k] - x.0[k]);
+            let growth = rate.0[k] * (fraction.0[k] * c.0[k] * t.0[k] - x.0[k]);
             x.0[k] += growth;
             grown.0[k] += growth;
             t.0[k] = at_least(t.0[k] - taut.0[k] * growth * stiff.0[k], 0.0);
@@ -71,8 +71,8 @@ mod tests {
     use super::*;
 
     /// The law of one cell, written out for one cable: growth of `x_j`.
-    fn growth(interval: f64, share: f64, time: f64, compliance: f64, tension: f64, crept: f64) -> f64 {
-        interval / (time + interval) * (share * compliance * tension - crept)
+    fn growth(interval: f64, fraction: f64, time: f64, compliance: f64, tension: f64, crept: f64) -> f64 {
+        interval / (time + interval) * (fraction * compliance * tension - crept)
     }
 
     #[test]
@@ -83,8 +83,8 @@ mod tests {
         // Every second lane creeps.
         let of = |k: usize| k.is_multiple_of(2).then_some((0.02 + 0.01 * k as f64, 0.5 + k as f64));
         for k in 0..8 {
-            if let Some((share, time)) = of(k) {
-                lanes.set_creep(k, share, time).unwrap();
+            if let Some((fraction, time)) = of(k) {
+                lanes.set_creep(k, fraction, time).unwrap();
             }
         }
         let mut crept = vec![[0.0; 8]; 11];
@@ -101,7 +101,7 @@ mod tests {
                 for j in 0..11 {
                     let (t, c) = (before.tension[j].0[k], before.compliance[j].0[k]);
                     let growth =
-                        of(k).map_or(0.0, |(share, time)| growth(1e-3, share, time, c, t, crept[j][k]));
+                        of(k).map_or(0.0, |(fraction, time)| growth(1e-3, fraction, time, c, t, crept[j][k]));
                     crept[j][k] += growth;
                     grown += growth;
                     let loaded = before.stretch.0[k] > 0.0;
@@ -127,16 +127,18 @@ mod tests {
 
     #[test]
     fn a_held_cable_relaxes_to_its_tension_over_one_and_the_share() {
-        // Constant length: c T + x = c T_0, hence x_n = c T_0 share/(1 + share) (1 - (1 - r (1 + share))^n).
-        let (share, time, interval) = (0.25, 0.4, 1e-2);
+        // Constant length: c T + x = c T_0, hence x_n = c T_0 fraction/(1 + fraction) (1 - (1 - r (1 +
+        // fraction))^n).
+        let (fraction, time, interval) = (0.25, 0.4, 1e-2);
         let mut lanes = LaneGroup::<1>::new(&[law(&[2e-4, 5e-4], &[0.1])]);
         lanes.settle(0, 40.0, crate::transmission::Sliding::TowardMotor);
-        lanes.set_creep(0, share, time).unwrap();
+        lanes.set_creep(0, fraction, time).unwrap();
         let before = lanes.clone();
         let rate = interval / (time + interval);
         for n in 1..=400 {
             creep(&mut lanes, interval);
-            let crept = share / (1.0 + share) * (1.0 - libm::pow(1.0 - rate * (1.0 + share), f64::from(n)));
+            let crept =
+                fraction / (1.0 + fraction) * (1.0 - libm::pow(1.0 - rate * (1.0 + fraction), f64::from(n)));
             for (tension, before) in lanes.tension.iter().zip(&before.tension) {
                 assert!((tension.0[0] / before.0[0] - (1.0 - crept)).abs() < 3e-15, "{n}");
             }

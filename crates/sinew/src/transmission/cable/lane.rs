@@ -23,32 +23,32 @@ impl<const N: usize> LaneGroup<N> {
         self.reset_motion(k);
     }
 
-    /// This tension at the drive's end and a share of the friction at every node: 1 as after sliding toward
-    /// the motor, -1 away from it, 0 the middle of the dead band. If a stretch is given, the share is found
-    /// that yields it.
-    pub(super) fn set_profile(&mut self, k: usize, near: f64, share: f64, stretch: Option<f64>) {
-        let mut share = share;
+    /// This tension at the drive's end and a fraction of the friction at every node: 1 as after sliding
+    /// toward the motor, -1 away from it, 0 the middle of the dead band. If a stretch is given, the fraction
+    /// is found that yields it.
+    pub(super) fn set_profile(&mut self, k: usize, near: f64, fraction: f64, stretch: Option<f64>) {
+        let mut fraction = fraction;
         if let Some(stretch) = stretch {
-            // Stretch falls monotonically with the share; thirty bisections leave an interval of 2e-9.
+            // Stretch falls monotonically with the fraction; thirty bisections leave an interval of 2e-9.
             let (mut low, mut high) = (-1.0, 1.0);
             for _ in 0..30 {
-                share = 0.5 * (low + high);
-                let too_long = self.write_profile(k, near, share) > stretch;
-                *(if too_long { &mut low } else { &mut high }) = share;
+                fraction = 0.5 * (low + high);
+                let too_long = self.write_profile(k, near, fraction) > stretch;
+                *(if too_long { &mut low } else { &mut high }) = fraction;
             }
         }
-        self.write_profile(k, near, share);
+        self.write_profile(k, near, fraction);
         self.reset_motion(k);
     }
 
     /// Tensions of [`set_profile`](Self::set_profile); returns their stretch.
-    fn write_profile(&mut self, k: usize, near: f64, share: f64) -> f64 {
+    fn write_profile(&mut self, k: usize, near: f64, fraction: f64) -> f64 {
         let (mut tension, mut stretch) = (near, 0.0);
         for j in 0..self.tension.len() {
             self.tension[j].0[k] = tension;
             stretch += self.compliance[j].0[k] * tension;
             if let Some(node) = self.nodes.get(j) {
-                tension *= tension_ratio(share * node.tanh_half.0[k]);
+                tension *= tension_ratio(fraction * node.tanh_half.0[k]);
             }
         }
         stretch

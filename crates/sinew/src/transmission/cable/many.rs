@@ -142,11 +142,11 @@ impl CableBatch {
         &mut self,
         cable: usize,
         tension_in: f64,
-        share: f64,
+        fraction: f64,
         stretch: Option<f64>,
     ) -> Result<EndTensions, Error> {
         let (group, k) = self.place(cable)?;
-        self.groups[group].set_profile(k, tension_in, share, stretch);
+        self.groups[group].set_profile(k, tension_in, fraction, stretch);
         Ok(self.groups[group].ends_at_rest(k))
     }
 
@@ -206,9 +206,9 @@ impl CableBatch {
     ///
     /// # Errors
     /// As there, and [`Error::OutOfDomain`] for an index out of range.
-    pub fn set_creep(&mut self, cable: usize, share: f64, time: f64) -> Result<(), Error> {
+    pub fn set_creep(&mut self, cable: usize, fraction: f64, time: f64) -> Result<(), Error> {
         let (group, k) = self.place(cable)?;
-        self.groups[group].set_creep(k, share, time)
+        self.groups[group].set_creep(k, fraction, time)
     }
 
     /// As [`Cable::creep`](super::Cable::creep) for all cables.
@@ -256,7 +256,7 @@ impl CableBatch {
         2 * self.cells() + 1 + if weakens { self.cells() - 1 } else { 0 }
     }
 
-    /// Writes the state of one cable: from it the cable continues to the bit as from its last step.
+    /// Writes the state of one cable: from it the cable continues bit for bit as from its last step.
     ///
     /// Wraps, bends, drag and compliance that were changed, and creep, are not part of it.
     ///
@@ -342,12 +342,12 @@ mod tests {
         let (mut batch, mut alone) = settled(None);
         assert_eq!((batch.len(), batch.cells(), batch.is_empty()), (10, 7, false));
         for (k, cable) in alone.iter_mut().enumerate() {
-            let (factor, share, time) = (0.3 * k as f64, 0.02 * k as f64, 0.1 + k as f64);
+            let (factor, fraction, time) = (0.3 * k as f64, 0.02 * k as f64, 0.1 + k as f64);
             batch.scale_drag(k, factor).unwrap();
             cable.scale_drag(factor).unwrap();
             if k % 3 != 0 {
-                batch.set_creep(k, share, time).unwrap();
-                cable.set_creep(share, time).unwrap();
+                batch.set_creep(k, fraction, time).unwrap();
+                cable.set_creep(fraction, time).unwrap();
             }
         }
         let mut ends = [EndTensions::default(); 10];

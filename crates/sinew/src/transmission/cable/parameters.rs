@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// |--------|---------------------|-------|--------|------------------------------------------------------|
 /// | mu     | `friction`          | 1     | >= 0   | coefficient of sliding                                |
 /// | mu_v   | `viscous`           | s/m   | >= 0   | growth of it with speed                               |
-/// | eta    | `efficiency`        | 1     | (0, 1] | share of tension left by losses independent of the bend, at the first node |
+/// | eta    | `efficiency`        | 1     | (0, 1] | fraction of tension left by losses independent of the bend, at the first node |
 /// | d      | `drag`              | N s/m | >= 0   | grease drag over all sheaths, whatever the tension     |
 /// | T_d    | `drag_fade`         | N     | > 0    | the drag fades below about this tension, which keeps tension >= 0   |
 /// | T_0    | `pretension`        | N     | >= 0   | constant force in parallel at the anchor              |

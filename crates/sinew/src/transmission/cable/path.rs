@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Most cells a cable may be cut into.
-pub(super) const MOST_CELLS: usize = 1024;
+pub(super) const MAX_CELLS: usize = 1024;
 
 /// One segment of the path from the drive's outlet to the anchor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -89,7 +89,7 @@ impl CablePath {
 
     /// The bench of `yuan2023`: 1.667 m in all, 0.806 m of it sheath; angles and free lengths as calibrated.
     ///
-    /// Only `mu phi` in sum and the near share of the free length (0.19 +- 0.05) are identified by the
+    /// Only `mu phi` in sum and the near fraction of the free length (0.19 +- 0.05) are identified by the
     /// tables; three quarters of a turn in the sheath and a quarter over the pulley are a choice.
     #[must_use]
     pub fn bench() -> Self {
@@ -149,7 +149,7 @@ impl CablePath {
     pub(super) fn layout(&self, cells: usize) -> Result<Layout, Error> {
         let least = self.fewest_cells();
         let expected = "a number between CablePath::fewest_cells() and 1024";
-        within("cells", expected, cells as f64, (least..=MOST_CELLS).contains(&cells))?;
+        within("cells", expected, cells as f64, (least..=MAX_CELLS).contains(&cells))?;
         let sheaths: Vec<f64> = self.sheaths().map(|(length, bend)| bend.max(1e-6 * length)).collect();
         let exact = "CablePath::fewest_cells(), because the path has no sheath";
         within("cells", exact, cells as f64, cells == least || !sheaths.is_empty())?;
@@ -275,7 +275,7 @@ impl Layout {
             let low = ((node as f64 - 0.5) / n).max(0.0);
             let high = ((node as f64 + 0.5) / n).min(1.0);
             let place = self.pending.get_or_insert_default();
-            place.bend += bend * (bend_share(curvature, high) - bend_share(curvature, low));
+            place.bend += bend * (bend_fraction(curvature, high) - bend_fraction(curvature, low));
             place.sheathed += length * (high - low);
             if node < cells {
                 self.cell(length / n, true);
@@ -284,8 +284,8 @@ impl Layout {
     }
 }
 
-/// Share of the whole bend that lies before the fraction `x` of the length.
-fn bend_share(curvature: &[f64], x: f64) -> f64 {
+/// Fraction of the whole bend that lies before the fraction `x` of the length.
+fn bend_fraction(curvature: &[f64], x: f64) -> f64 {
     if curvature.is_empty() {
         return x;
     }

@@ -59,11 +59,11 @@ impl SensorFailure {
 /// What is worn of a cable in its sheath.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Worn {
-    /// The part `mu phi` of the friction angle grows by a share.
+    /// The part `mu phi` of the friction angle grows by a fraction.
     Friction,
-    /// The pretension `T_0` falls by a share.
+    /// The pretension `T_0` falls by a fraction.
     Pretension,
-    /// The compliance grows by a share, along the whole cable: strands that have broken.
+    /// The compliance grows by a fraction, along the whole cable: strands that have broken.
     Stiffness,
 }
 
@@ -102,8 +102,8 @@ pub enum Failure {
         muscle: usize,
         /// What of it.
         what: Worn,
-        /// By which share at the end, 1, >= 0.
-        share: f64,
+        /// By which fraction at the end, 1, >= 0.
+        fraction: f64,
     },
     /// The exchange with the controller.
     Exchange(ExchangeFailure),
@@ -137,10 +137,10 @@ impl InjectedFault {
                 crate::error::finite("torque of a push", torque)?;
                 ("joint of a fault", "below the number of joints", joint, joints)
             }
-            Failure::Wear { muscle, what, share } => {
-                non_negative("share of wear", share)?;
+            Failure::Wear { muscle, what, fraction } => {
+                non_negative("fraction of wear", fraction)?;
                 let most = if what == Worn::Pretension { 1.0 } else { 10.0 };
-                within("share of wear", "at most 1 of a pretension, else 10", share, share <= most)?;
+                within("fraction of wear", "at most 1 of a pretension, else 10", fraction, fraction <= most)?;
                 ("muscle of a fault", "below the number of muscles", muscle, muscles)
             }
             Failure::Sensor(sensor, how) => {
@@ -174,17 +174,17 @@ impl InjectedFault {
         elapsed >= 0.0 && elapsed < self.duration
     }
 
-    /// Share of the wear of a muscle's part at a time, s; 0 for other failures.
+    /// Fraction of the wear of a muscle's part at a time, s; 0 for other failures.
     pub(super) fn wear(&self, of: usize, part: Worn, time: f64) -> f64 {
         match self.failure {
-            Failure::Wear { muscle, what, share } if (muscle, what) == (of, part) => {
+            Failure::Wear { muscle, what, fraction } if (muscle, what) == (of, part) => {
                 let elapsed = time - self.start;
                 if elapsed < 0.0 {
                     0.0
                 } else if self.duration.is_finite() {
-                    share * (elapsed / self.duration).min(1.0)
+                    fraction * (elapsed / self.duration).min(1.0)
                 } else {
-                    share
+                    fraction
                 }
             }
             _ => 0.0,

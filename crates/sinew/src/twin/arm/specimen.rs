@@ -123,7 +123,7 @@ impl ArmSpecimen {
     ///
     /// # Errors
     /// As [`Robot::new`], where the drawn numbers are no valid robot, and as [`nominal`](Self::nominal).
-    pub fn drawn_around(of: &Self, machine: &Machine, seed: u64) -> Result<Self, Error> {
+    pub fn sampled_around(of: &Self, machine: &Machine, seed: u64) -> Result<Self, Error> {
         let tolerances = &machine.tolerances;
         let mut random = Random::new(seed);
         let mut within = |bound: f64| bound * (2.0 * random.unit() - 1.0);
@@ -153,7 +153,7 @@ impl ArmSpecimen {
             }
         }
         for cable in &mut drawn.cables {
-            *cable = Specimen::drawn_around(cable, random.bits());
+            *cable = Specimen::sampled_around(cable, random.bits());
         }
         for bend in drawn.bends.iter_mut().filter(|bend| !bend.is_constant()) {
             *bend = bend.with_slopes(|| 1.0 + tolerances.bend * (2.0 * random.unit() - 1.0))?;
@@ -164,9 +164,9 @@ impl ArmSpecimen {
     /// [`nominal`](Self::nominal) with the machine's tolerances.
     ///
     /// # Errors
-    /// As there and as [`drawn_around`](Self::drawn_around).
+    /// As there and as [`sampled_around`](Self::sampled_around).
     pub fn draw(machine: &Machine, seed: u64) -> Result<Self, Error> {
-        Self::drawn_around(&Self::nominal(machine)?, machine, seed)
+        Self::sampled_around(&Self::nominal(machine)?, machine, seed)
     }
 
     /// The same machine with a point mass on a body.

@@ -25,7 +25,7 @@ const MAX_WRAP: f64 = 4.0;
 /// use sinew::twin::arm::{ArmSpecimen, ArmTwin};
 /// let text = include_str!("../../../../../models/lm_arm.toml");
 /// let parts = sinew::description::from_toml("lm_arm.toml", text).expect("a model of this repository").parts;
-/// let machine = Machine::of(&Robot::new(parts)?)?;
+/// let machine = Machine::from_robot(&Robot::new(parts)?)?;
 /// let specimen = ArmSpecimen::draw(&machine, 1)?;
 /// let mut arm = ArmTwin::new(&specimen, &machine.start, &[40.0; 15], 1)?;
 /// for _ in 0..100 {
@@ -314,7 +314,7 @@ impl ArmTwin {
         }
     }
 
-    /// Share by which a part of a cable is worn.
+    /// Fraction by which a part of a cable is worn.
     fn wear(&self, muscle: usize, part: Worn) -> f64 {
         self.faults.iter().map(|fault| fault.wear(muscle, part, self.time)).sum()
     }
@@ -363,11 +363,11 @@ impl ArmTwin {
         for muscle in self.faults.iter().filter_map(worn) {
             // More of the friction angle: as by a larger bend of the sheath, which counts for the pulley as
             // well.
-            let share = self.wear(muscle, Worn::Friction);
+            let fraction = self.wear(muscle, Worn::Friction);
             let own = self.bends.iter().find(|(k, _)| *k == muscle).map(|(_, bend)| bend.at(&self.limb.q));
             let sheath = own.unwrap_or(self.specimen.cables[muscle].path.sheath_bend());
             let all = sheath + self.limb.bend(muscle).min(MAX_WRAP);
-            self.cables.set_sheath_bend(muscle, sheath + share * all)?;
+            self.cables.set_sheath_bend(muscle, sheath + fraction * all)?;
         }
         Ok(())
     }

@@ -80,14 +80,14 @@ impl Default for DragHeat {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BraidCreep {
     /// `kappa`, 1, >= 0.
-    pub share: f64,
+    pub fraction: f64,
     /// `tau`, s, > 0.
     pub time: f64,
 }
 
 impl Default for BraidCreep {
     fn default() -> Self {
-        Self { share: 0.04, time: 30.0 }
+        Self { fraction: 0.04, time: 30.0 }
     }
 }
 
@@ -171,8 +171,8 @@ impl Effects {
             positive("heat.capacity", heat.capacity)?;
         }
         if let Some(creep) = &self.creep {
-            let share = creep.share;
-            within("creep.share", "a number in [0, 1]", share, (0.0..=1.0).contains(&share))?;
+            let fraction = creep.fraction;
+            within("creep.fraction", "a number in [0, 1]", fraction, (0.0..=1.0).contains(&fraction))?;
             let time = creep.time;
             within("creep.time", "a finite number >= 0.1 s", time, time.is_finite() && time >= 0.1)?;
         }

@@ -34,7 +34,7 @@ impl CablePlants {
         let mut cables = CableBatch::new(&laws)?;
         for (k, specimen) in specimens.iter().enumerate() {
             if let Some(creep) = &specimen.effects.creep {
-                cables.set_creep(k, creep.share, creep.time)?;
+                cables.set_creep(k, creep.fraction, creep.time)?;
             }
         }
         Ok(Self {

@@ -74,7 +74,7 @@ impl CablePlant {
         resolution.validate()?;
         let mut cable = Cable::new(specimen.law(resolution.cells)?);
         if let Some(creep) = &specimen.effects.creep {
-            cable.set_creep(creep.share, creep.time)?;
+            cable.set_creep(creep.fraction, creep.time)?;
         }
         let wear = Wear::new(&specimen.effects);
         Ok(Self { cable, wear, substeps: resolution.substeps })

@@ -56,14 +56,14 @@ impl Specimen {
     /// and a half of their default sizes.
     #[must_use]
     pub fn draw(seed: u64) -> Self {
-        Self::drawn_around(&Self::bench(), seed)
+        Self::sampled_around(&Self::bench(), seed)
     }
 
     /// A random specimen of another design: its parameters, its near free length and its effects times the
     /// factors of [`draw`](Self::draw). Uneven curvature, where present, is drawn anew as six parts; the
     /// breaking tension is kept.
     #[must_use]
-    pub fn drawn_around(of: &Self, seed: u64) -> Self {
+    pub fn sampled_around(of: &Self, seed: u64) -> Self {
         let mut draw = Draws(Random::new(seed));
         let mut parameters = of.parameters;
         parameters.friction *= draw.around(0.04);
@@ -132,13 +132,13 @@ impl Draws {
     fn effects(&mut self, of: &Effects) -> Effects {
         // Every number is drawn whether its effect is present or not: leaving one out changes no other.
         let parts: Vec<f64> = (0..6).map(|_| self.half()).collect();
-        let [sheath, softening, share, rise] = [self.half(), self.half(), self.half(), self.half()];
+        let [sheath, softening, fraction, rise] = [self.half(), self.half(), self.half(), self.half()];
         let [speed, lag] = [self.half(), self.half()];
         Effects {
             curvature: of.curvature.as_ref().map(|_| UnevenCurvature { parts }),
             sheath: of.sheath.map(|s| SheathCompliance { compliance: s.compliance * sheath }),
             heat: of.heat.map(|h| DragHeat { softening: h.softening * softening, ..h }),
-            creep: of.creep.map(|c| BraidCreep { share: c.share * share, ..c }),
+            creep: of.creep.map(|c| BraidCreep { fraction: c.fraction * fraction, ..c }),
             slow: of.slow.map(|slow| {
                 let Weakening { form, rise: most, speed: half, lag: memory } = slow.weakening;
                 let weakening = Weakening { form, rise: most * rise, speed: half * speed, lag: memory * lag };
@@ -181,7 +181,7 @@ mod tests {
     fn leaving_an_effect_out_changes_no_other() {
         let mut without = Specimen::bench();
         without.effects.sheath = None;
-        let (all, less) = (Specimen::draw(3), Specimen::drawn_around(&without, 3));
+        let (all, less) = (Specimen::draw(3), Specimen::sampled_around(&without, 3));
         assert_eq!(all.parameters, less.parameters);
         assert_eq!((all.effects.creep, all.effects.slow), (less.effects.creep, less.effects.slow));
         assert!(less.effects.sheath.is_none() && all.effects.sheath.is_some());

@@ -140,7 +140,7 @@ fn the_ranges_of_an_actuator_limit_the_tension_of_its_cable() {
         law: Default::default(),
     };
     let largest = |kind, control, force| actuator(kind, control, force).largest_tension();
-    let close = |found: Option<f64>, wanted: f64| (found.unwrap() - wanted).abs() < 1e-12;
+    let close = |found: Option<f64>, desired: f64| (found.unwrap() - desired).abs() < 1e-12;
     assert!(close(largest(ActuatorKind::Motor, Some([-30.0, 10.0]), None), 60.0));
     assert!(close(largest(ActuatorKind::Motor, Some([-30.0, 10.0]), Some([0.0, 20.0])), 40.0));
     assert!(close(largest(ActuatorKind::Muscle, Some([0.0, 1.0]), Some([-50.0, 0.0])), 100.0));

@@ -136,7 +136,7 @@ fn the_way_that_is_drawn_has_the_length_that_is_computed() {
         body.moved(&q, &vec![0.0; body.robot.nv()], 0.0);
         for muscle in 0..body.muscles.count() {
             let branches = body.muscles.path(&body.geometry, muscle, 0.002).unwrap();
-            // The share of each branch of a tackle is not drawn.
+            // The fraction of each branch of a tackle is not drawn.
             if branches.len() != 1 {
                 continue;
             }

@@ -177,6 +177,6 @@ fn errors_fall_as_cells_grow_finer() {
         skip: 0.2,
     };
     let [coarse, fine] = compare(&scenario, [6, 14]).map(|errors| errors.near.0);
-    // Three times as many sheath cells: order 2 in space would be 9, time steps keep their share.
+    // Three times as many sheath cells: order 2 in space would be 9, time steps keep their fraction.
     assert!(fine < coarse / 3.0, "{coarse} N with 6 cells, {fine} N with 14");
 }

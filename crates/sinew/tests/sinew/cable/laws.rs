@@ -51,7 +51,7 @@ fn the_stretch_of_sliding_converges_with_order_two_to_the_integral_of_tension() 
     let exact = Elongation::new(parameters.compliance, 1.0, 0.2, 5.0 / 0.8, 0.8, 0.0)
         .and_then(|law| law.stretch(100.0, Sliding::TowardMotor))
         .unwrap();
-    // What is left of 100 N behind the sheath, and both ends' share of the stretch.
+    // What is left of 100 N behind the sheath, and both ends' fraction of the stretch.
     let far = 100.0 * (-1.0_f64).exp();
     let ends = 1e-6 * parameters.compliance * (100.0 + far);
     let error = |cells: usize| {
@@ -234,7 +234,7 @@ fn a_sheath_that_bends_further_is_the_cable_built_with_that_bend() {
             .abs()
             < 1e-9
     );
-    // One cable and a lane of several are the same to the bit, refusals leave them as they were.
+    // One cable and a lane of several are bit-identical, refusals leave them as they were.
     let law = bent(1.0, &[]);
     let (mut one, mut many) = (Cable::new(law.clone()), CableBatch::new(&vec![law; 9]).unwrap());
     one.settle(80.0, Sliding::TowardMotor).unwrap();
@@ -260,7 +260,7 @@ fn a_sheath_that_bends_further_is_the_cable_built_with_that_bend() {
 
 #[test]
 fn the_travel_that_a_tension_asks_for_brings_it() {
-    for (start, wanted, sliding) in [
+    for (start, desired, sliding) in [
         (60.0, 110.0, Sliding::TowardMotor),
         (60.0, 60.4, Sliding::TowardMotor),
         (140.0, 70.0, Sliding::AwayFromMotor),
@@ -269,13 +269,13 @@ fn the_travel_that_a_tension_asks_for_brings_it() {
         for before in [Sliding::TowardMotor, Sliding::AwayFromMotor] {
             let mut cable = cable(&without_drag(), 12);
             cable.settle(start, before).unwrap();
-            let travel = cable.travel_to(wanted, sliding).unwrap();
+            let travel = cable.travel_to(desired, sliding).unwrap();
             assert!(travel * sliding.sign() > 0.0);
             for _ in 0..4000 {
                 cable.step(1e-3, EndMotion { motor: travel / 4000.0, anchor: 0.0 }).unwrap();
             }
             let got = cable.ends().tension_out;
-            assert!((got - wanted).abs() < 0.02, "{wanted} wanted, {got} after {travel} m");
+            assert!((got - desired).abs() < 0.02, "{desired} desired, {got} after {travel} m");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The same law, written a second time without regard to speed: many cells, short steps, balance to the last
 //! digit.
 //!
-//! Shares no code with the library: its own cells, friction by `f64::tanh`, a bracketed active-set Newton
+//! Fractions no code with the library: its own cells, friction by `f64::tanh`, a bracketed active-set Newton
 //! iteration with a matrix that is assembled before it is solved.
 
 /// Number of cells inside the sheath.
@@ -30,16 +30,16 @@ impl Reference {
         let mut length = vec![0.806 / n; SHEATH_CELLS];
         length.insert(0, 0.166);
         length.push(0.695);
-        let mut share = vec![1.0 / n; SHEATH_CELLS + 1];
-        share[0] *= 0.5;
-        share[SHEATH_CELLS] *= 0.5;
-        let mut angle: Vec<f64> = share.iter().map(|s| 0.156 * s * 1.5 * std::f64::consts::PI).collect();
+        let mut fraction = vec![1.0 / n; SHEATH_CELLS + 1];
+        fraction[0] *= 0.5;
+        fraction[SHEATH_CELLS] *= 0.5;
+        let mut angle: Vec<f64> = fraction.iter().map(|s| 0.156 * s * 1.5 * std::f64::consts::PI).collect();
         angle[0] -= 0.928_f64.ln();
         angle[SHEATH_CELLS] += 0.156 * std::f64::consts::FRAC_PI_2;
         Self {
             compliance: length.iter().map(|l| 2.56e-4 * l).collect(),
             half_angle: angle.iter().map(|a| 0.5 * a).collect(),
-            drag: share.iter().map(|s| drag * s).collect(),
+            drag: fraction.iter().map(|s| drag * s).collect(),
             tension: vec![0.0; length.len()],
             slip: vec![0.0; length.len() - 1],
             stretch: 0.0,
@@ -147,10 +147,10 @@ impl Reference {
             }
             let change = solve(&lower, &middle, &upper, &rest);
             // Far from the start of the step, smaller steps break cycles of the active set.
-            let share = if iteration < 30 { 1.0 } else { 0.9 / (1 + iteration % 7) as f64 };
+            let fraction = if iteration < 30 { 1.0 } else { 0.9 / (1 + iteration % 7) as f64 };
             let mut largest: f64 = 0.0;
             for (w, x) in self.slip.iter_mut().zip(&change) {
-                *w += share * x;
+                *w += fraction * x;
                 largest = largest.max(x.abs());
             }
             if largest < 1e-15 {

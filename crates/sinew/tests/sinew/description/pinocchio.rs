@@ -27,7 +27,7 @@ struct Case {
     forward: Vec<f64>,
 }
 
-/// Largest difference as a share of the largest value.
+/// Largest difference as a fraction of the largest value.
 fn apart(ours: &[f64], theirs: &[f64]) -> f64 {
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |most: f64, x| most.max(x.abs()));
     largest(&mut ours.iter().zip(theirs).map(|(a, b)| a - b)) / largest(&mut theirs.iter().copied()).max(1.0)

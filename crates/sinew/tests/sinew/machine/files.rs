@@ -30,7 +30,7 @@ fn the_arm_is_its_body_with_a_preferred_pose_and_two_paths() {
             weight: vec![1.0, 1.0, 0.8, 1.0, 1.0, 0.5, 3.0],
         },
         paths: vec![named("sine", Loop::Sine), named("saddle", Loop::Saddle)],
-        ..Machine::of(&robot).unwrap()
+        ..Machine::from_robot(&robot).unwrap()
     };
     assert_eq!(read.machine, expected);
     assert!(matches!(read.machine.task, Task::EndPoint { axes: [true, true, true], .. }));
@@ -84,7 +84,7 @@ fn with_files(text: &str) -> Result<MachineDescription, DescriptionError> {
                 high: vec![1.0],
                 elastic: vec![],
                 kappa: vec![],
-                branches: vec![Branch { width: 1.0, share: 1.0 }],
+                branches: vec![Branch { width: 1.0, fraction: 1.0 }],
                 start: 0.5,
             });
             Ok(model.to_json().unwrap())
@@ -314,7 +314,7 @@ fn a_body_alone_is_a_machine_of_defaults() {
     let described = from_mjcf("leg.xml", LEG, &mut |_| Err(String::new())).unwrap();
     let robot = described.clone().robot().unwrap().0;
     let read = machine_of(described).unwrap();
-    assert_eq!(read.machine, Machine::of(&robot).unwrap());
+    assert_eq!(read.machine, Machine::from_robot(&robot).unwrap());
     assert!(read.settings.iter().all(|s| s.source == ValueSource::Default), "{:?}", read.settings);
     let empty =
         from_mjcf("none.xml", "<mujoco><worldbody><body name=\"a\"/></worldbody></mujoco>", &mut |_| {

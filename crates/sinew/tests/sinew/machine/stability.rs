@@ -1,4 +1,5 @@
-//! Stability with held winches: against the second derivative of the potential energy, and against formulas.
+//! Stability with locked winches: against the second derivative of the potential energy, and against
+//! formulas.
 
 use super::model;
 use sinew::body::{Poses, Robot};
@@ -64,7 +65,7 @@ fn a_bar_between_two_cables_has_the_stiffness_of_its_formula() {
     }
 }
 
-/// Potential energy with held winches, whose cables had these tensions at these lengths.
+/// Potential energy with locked winches, whose cables had these tensions at these lengths.
 fn potential(
     model: &mut MuscleDynamics,
     pose: &[f64],
@@ -100,8 +101,8 @@ fn no_direction_is_softer_than_the_least_eigenvalue_and_one_is_as_soft() {
                 let x: Vec<f64> = (0..n).map(|_| 2.0 * random.unit() - 1.0).collect();
                 // Of a length at which differences of the energy are not rounding.
                 let step = 1e-3 / x.iter().map(|x| x * x).sum::<f64>().sqrt();
-                let mut at = |share: f64| {
-                    let moved: Vec<f64> = pose.iter().zip(&x).map(|(q, x)| q + share * step * x).collect();
+                let mut at = |fraction: f64| {
+                    let moved: Vec<f64> = pose.iter().zip(&x).map(|(q, x)| q + fraction * step * x).collect();
                     potential(&mut model, &moved, state)
                 };
                 let curvature = (at(1.0) - 2.0 * at(0.0) + at(-1.0)) / (step * step);

@@ -30,14 +30,14 @@ fn near(a: f64, b: f64) {
 #[test]
 fn slow_speeds_and_slack_are_those_of_the_joint_on_which_a_cable_acts_most() {
     let mut machine = fixed_arms();
-    machine.safety.take_up_speed = 0.3;
+    machine.safety.wind_in_speed = 0.3;
     machine.safety.lowering_speed = 0.2;
     machine.safety.largest_slack = 4.0;
-    let limits = Limits::of(&machine, &gains(3, 3)).unwrap();
+    let limits = Limits::from_machine(&machine, &gains(3, 3)).unwrap();
     // Of the slide a quarter of the numbers in m/s and m: its moment arm is 1.
     let fastest = gains(3, 3).muscles[0].max_winch_speed;
     for (limit, anchor) in limits.muscles.iter().zip([0.03_f64, 0.04, 0.25]) {
-        near(limit.take_up_speed, (0.3 * anchor).min(fastest));
+        near(limit.wind_in_speed, (0.3 * anchor).min(fastest));
         near(limit.lowering_speed, (0.2 * anchor).min(fastest));
         near(limit.largest_slack, 4.0 * anchor);
     }
@@ -47,11 +47,11 @@ fn slow_speeds_and_slack_are_those_of_the_joint_on_which_a_cable_acts_most() {
 #[test]
 fn a_winch_is_never_slower_than_a_tenth_of_a_millimetre_per_second_nor_faster_than_its_own() {
     let mut machine = fixed_arms();
-    (machine.safety.take_up_speed, machine.safety.lowering_speed) = (1e-5, 1e3);
+    (machine.safety.wind_in_speed, machine.safety.lowering_speed) = (1e-5, 1e3);
     machine.safety.largest_slack = 1e-5;
     let gains = gains(3, 3);
-    for limit in Limits::of(&machine, &gains).unwrap().muscles {
-        near(limit.take_up_speed, 1e-4);
+    for limit in Limits::from_machine(&machine, &gains).unwrap().muscles {
+        near(limit.wind_in_speed, 1e-4);
         near(limit.lowering_speed, gains.muscles[0].max_winch_speed);
         near(limit.largest_slack, 1e-3);
     }
@@ -61,9 +61,9 @@ fn a_winch_is_never_slower_than_a_tenth_of_a_millimetre_per_second_nor_faster_th
 fn a_cable_is_slack_below_half_of_what_its_drive_keeps_or_below_the_noise_of_its_load_cell() {
     let mut machine = fixed_arms();
     for (muscle, [least, noise]) in machine.muscles.iter_mut().zip([[30.0, 0.5], [2.0, 1.25], [8.0, 0.0]]) {
-        (muscle.drive.least_tension, muscle.drive.load_cell.noise) = (least, noise);
+        (muscle.drive.min_tension, muscle.drive.load_cell.noise) = (least, noise);
     }
-    let limits = Limits::of(&machine, &gains(3, 3)).unwrap();
+    let limits = Limits::from_machine(&machine, &gains(3, 3)).unwrap();
     for (limit, slack) in limits.muscles.iter().zip([15.0, 1.25, 4.0]) {
         near(limit.slack_tension, slack);
     }
@@ -73,7 +73,7 @@ fn a_cable_is_slack_below_half_of_what_its_drive_keeps_or_below_the_noise_of_its
 fn ranges_have_their_margin_on_both_sides_and_every_drive_its_limits() {
     let mut machine = fixed_arms();
     machine.safety.joint_margin = 0.1;
-    let limits = Limits::of(&machine, &gains(3, 3)).unwrap();
+    let limits = Limits::from_machine(&machine, &gains(3, 3)).unwrap();
     let joints = &machine.robot.parts().joints;
     for (range, joint) in limits.ranges.iter().zip(machine.robot.independent_joints()) {
         let ([low, high], [found_low, found_high]) = (joints[joint].range.unwrap(), range.unwrap());
@@ -94,7 +94,10 @@ fn ranges_have_their_margin_on_both_sides_and_every_drive_its_limits() {
 #[test]
 fn gains_and_limits_of_another_machine_are_refused() {
     let machine = fixed_arms();
-    assert!(Limits::of(&machine, &gains(2, 3)).is_err() && Limits::of(&machine, &gains(3, 2)).is_err());
+    assert!(
+        Limits::from_machine(&machine, &gains(2, 3)).is_err()
+            && Limits::from_machine(&machine, &gains(3, 2)).is_err()
+    );
     let mut bench = Bench::new([0.0; 2], |_| {});
     let good = bench.supervisor.limits().clone();
     let wrong = |change: fn(&mut Limits)| {
@@ -131,7 +134,7 @@ fn other_limits_hold_from_the_next_cycle_on() {
 
 #[test]
 fn a_supervisor_tells_of_its_machine_at_first_that_it_is_cold_and_sound() {
-    let supervisor = Supervisor::of(controller()).unwrap();
+    let supervisor = Supervisor::from_controller(controller()).unwrap();
     assert_eq!((supervisor.dimensions(), supervisor.mode()), ([2, 1], Mode::Off));
     assert_eq!(supervisor.health(), [CableHealth::default(); 2]);
     for muscle in 0..2 {
@@ -142,5 +145,5 @@ fn a_supervisor_tells_of_its_machine_at_first_that_it_is_cold_and_sound() {
     let machine = fixed_arms();
     let mode = ActuationMode::WinchSpeed(CableStateSource::Observer);
     let three = ArmController::new(&machine.robot, &vec![CableModel::bench(); 3], gains(3, 3), mode).unwrap();
-    assert_eq!(Supervisor::of(three).unwrap().dimensions(), [3, 3]);
+    assert_eq!(Supervisor::from_controller(three).unwrap().dimensions(), [3, 3]);
 }

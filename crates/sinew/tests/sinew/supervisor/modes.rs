@@ -11,7 +11,7 @@ fn brief(limits: &mut Limits) {
     limits.muscles.iter_mut().for_each(|muscle| muscle.largest_slack = 1e3);
 }
 
-/// Tensions with which pretension goes on for ever.
+/// Tensions with which pretension goes on indefinitely.
 fn half_tense() -> [f64; 2] {
     carrying(0.0).map(|goal| 0.5 * goal)
 }

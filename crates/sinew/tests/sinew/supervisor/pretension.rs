@@ -1,4 +1,4 @@
-//! Slack is taken up, then all tensions rise together.
+//! Slack is wound in, then all tensions rise together.
 
 use super::bench::{Bench, H, carrying, compliance, controller};
 use sinew::control::arm::{Fault, Symptom};
@@ -12,7 +12,7 @@ const RISE: f64 = 0.5;
 /// Limits of pretension: winches take up at 20 mm/s.
 fn slow(limits: &mut Limits) {
     for muscle in &mut limits.muscles {
-        (muscle.slack_tension, muscle.take_up_speed, muscle.largest_slack) = (SLACK, 0.02, 10.0);
+        (muscle.slack_tension, muscle.wind_in_speed, muscle.largest_slack) = (SLACK, 0.02, 10.0);
     }
     limits.safety.pretension_time = RISE;
 }
@@ -21,16 +21,16 @@ fn slow(limits: &mut Limits) {
 fn cables_are_tense_from_six_tenths_of_the_tensions_that_carry_the_limb_in_its_measured_pose() {
     for (q, measured) in [(0.0, true), (0.6, true), (-0.6, true), (0.6, false)] {
         let goal = carrying(q);
-        let mode = |shares: [f64; 2]| {
-            let mut bench = Bench::new([shares[0] * goal[0], shares[1] * goal[1]], slow);
+        let mode = |fractions: [f64; 2]| {
+            let mut bench = Bench::new([fractions[0] * goal[0], fractions[1] * goal[1]], slow);
             // Where the joint is not measured the reference tells its pose.
             bench.rest_in(if measured { -0.3 } else { q });
             bench.joint = if measured { q } else { f64::NAN };
             bench.step(Request::Pretension).mode
         };
         assert_eq!(mode([0.615, 0.615]), Mode::Hold, "{q}");
-        for shares in [[0.585, 0.7], [0.7, 0.585], [0.0, 0.0]] {
-            assert_eq!(mode(shares), Mode::Pretension, "{q} {shares:?}");
+        for fractions in [[0.585, 0.7], [0.7, 0.585], [0.0, 0.0]] {
+            assert_eq!(mode(fractions), Mode::Pretension, "{q} {fractions:?}");
         }
     }
 }
@@ -39,7 +39,7 @@ fn cables_are_tense_from_six_tenths_of_the_tensions_that_carry_the_limb_in_its_m
 fn slack_is_taken_up_at_its_speed_which_a_winch_reaches_with_its_acceleration() {
     let mut bench = Bench::new([0.0; 2], |limits| {
         slow(limits);
-        limits.muscles[1].take_up_speed = 0.013;
+        limits.muscles[1].wind_in_speed = 0.013;
     });
     let gain = controller().gains().muscles[0].max_winch_acceleration * H;
     let first = bench.step(Request::Pretension);
@@ -63,16 +63,16 @@ fn a_taut_cable_is_tightened_by_its_compliance_toward_a_target_that_waits_for_th
     assert!(tension[0] > 2.0 * SLACK);
     let mut bench = Bench::new(tension, |limits| {
         slow(limits);
-        limits.muscles.iter_mut().for_each(|muscle| muscle.take_up_speed = 1.0);
+        limits.muscles.iter_mut().for_each(|muscle| muscle.wind_in_speed = 1.0);
     });
     // While T >= s T*/2 - T_s.
     let last = 2.0 * (tension[0] + SLACK) / goal[0];
     assert!(last < 0.7);
     for cycle in 0..400_u32 {
-        let share = (f64::from(cycle) * H / RISE).min(last);
+        let fraction = (f64::from(cycle) * H / RISE).min(last);
         for (k, speed) in bench.step(Request::Pretension).speeds().into_iter().enumerate() {
-            let expected = (share * goal[k] - tension[k]).max(0.0) * compliance() / 0.1;
-            // One step of the share.
+            let expected = (fraction * goal[k] - tension[k]).max(0.0) * compliance() / 0.1;
+            // One step of the fraction.
             let step = H / RISE * goal[k] * compliance() / 0.1;
             assert!((speed - expected).abs() < 1.01 * step, "{cycle}: {speed} {expected} {step}");
         }
@@ -103,7 +103,7 @@ fn taken_up(bench: &mut Bench, slack: [f64; 2]) -> (usize, Mode, Vec<[f64; 2]>) 
 fn the_tensions_of_springs_rise_together_in_their_time_and_then_the_pose_is_held() {
     let goal = carrying(0.0);
     let (cycles, mode, tensions) = taken_up(&mut Bench::new([0.0; 2], slow), [0.0; 2]);
-    // The share is 1 after its time, and the tensions follow by 0.1 s.
+    // The fraction is 1 after its time, and the tensions follow by 0.1 s.
     assert_eq!(mode, Mode::Hold);
     assert!((500..=502).contains(&cycles), "{cycles}");
     for (k, goal) in goal.iter().enumerate() {
@@ -121,7 +121,7 @@ fn a_taut_cable_waits_for_one_whose_slack_is_taken_up() {
     let taken = (slack / 0.02 / H) as usize;
     assert_eq!(mode, Mode::Hold);
     assert!((taken + 450..taken + 500).contains(&cycles), "{cycles}");
-    // Until then the other has no more than the share at which a slack cable still counts.
+    // Until then the other has no more than the fraction at which a slack cable still counts.
     let most = 1.05 * 2.0 * SLACK / goal[1] * goal[0];
     assert!(tensions[..taken].iter().all(|tension| tension[0] < most), "{most} {:?}", tensions[taken]);
     assert!(tensions[taken - 1][1] < 1e-9 && tensions[taken - 1][0] > 0.8 * most);

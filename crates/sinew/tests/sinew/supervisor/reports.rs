@@ -10,7 +10,7 @@ fn brief(limits: &mut Limits) {
     limits.muscles.iter_mut().for_each(|muscle| muscle.largest_slack = 1e3);
 }
 
-/// A machine whose tensions rise for ever.
+/// A machine whose tensions rise indefinitely.
 fn rising() -> Bench {
     let mut bench = Bench::new(carrying(0.0).map(|goal| 0.5 * goal), brief);
     assert_eq!(bench.step(Request::Pretension).mode, Mode::Pretension);

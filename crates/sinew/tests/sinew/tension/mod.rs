@@ -182,8 +182,8 @@ fn distance_from_optimum(owned: &Owned, solution: &Solution) -> f64 {
             let limit = if reduced_gradient > 0.0 { high } else { low };
             worst = worst.max((tension - limit).abs() / high.abs());
         } else {
-            let wanted = owned.reference[i] + along(solution.multiplier) / owned.weight[i];
-            worst = worst.max((tension - wanted.max(low).min(high)).abs() / high.abs());
+            let desired = owned.reference[i] + along(solution.multiplier) / owned.weight[i];
+            worst = worst.max((tension - desired.max(low).min(high)).abs() / high.abs());
         }
     }
     worst
@@ -319,7 +319,7 @@ fn equal_questions_get_equal_bits_and_a_warm_start_saves_steps() {
 }
 
 #[test]
-fn tensions_that_are_wanted_and_give_the_torque_are_returned() {
+fn tensions_that_are_desired_and_give_the_torque_are_returned() {
     for_all(10, |name, owned| {
         let mut distribution = Distribution::new(owned.muscles, owned.joints);
         let solution = distribution.solve(&owned.problem()).unwrap();

@@ -35,7 +35,7 @@ impl Owned {
         let high: Vec<f64> = low.iter().map(|low| low + 50.0 + 350.0 * random.unit()).collect();
         let times = |a: &[f64]| a.iter().zip(&tension).map(|(a, b)| a * b).collect::<Vec<_>>();
         let (minimum, maximum) = (times(&low), times(&high));
-        let wanted: Vec<f64> =
+        let desired: Vec<f64> =
             (0..muscles).map(|_| 100.0 * random.unit() * below(random, 2) as f64).collect();
         let kind = below(random, 4);
         let pull: Vec<f64> = (0..muscles)
@@ -53,7 +53,7 @@ impl Owned {
         if kind == 3 {
             torque.iter_mut().for_each(|torque| *torque *= 3.0 * random.normal());
         }
-        Self { muscles, joints, arms, torque, minimum, maximum, reference: times(&wanted), weight }
+        Self { muscles, joints, arms, torque, minimum, maximum, reference: times(&desired), weight }
     }
 }
 

@@ -59,7 +59,7 @@ impl Deviation {
 }
 
 impl Compared {
-    /// Whether the commands are those of the recording, to the bit.
+    /// Whether the commands are those of the recording, bit for bit.
     pub(super) fn reproduced(&self) -> bool {
         self.different == 0
             && self.muscles.iter().all(|muscle| muscle.count == 0)

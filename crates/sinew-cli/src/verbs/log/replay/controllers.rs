@@ -47,7 +47,7 @@ impl Motion {
     ) -> Result<Replay<'a>, Error> {
         let replay = match self.link {
             Some(link) => {
-                let Follower { limits, pose } = Follower::of(&self.machine, &self.trajectory)?;
+                let Follower { limits, pose } = Follower::new(&self.machine, &self.trajectory)?;
                 let motion = LinkedMotion::replayed(
                     link.settings(recording.head.period_ns),
                     &self.machine,
@@ -121,7 +121,7 @@ pub(super) fn other_controller(
         _ => recorded.clone(),
     });
     let models = models.collect();
-    let parts = IdentifiedMachine::of(design, models, &motion.trajectory, given.as_ref())?;
+    let parts = IdentifiedMachine::new(design, models, &motion.trajectory, given.as_ref())?;
     let controller = parts.controller(motion.variant)?.ok_or_else(|| Error::Argument {
         flag: "--machine",
         value: motion.variant.to_string(),
@@ -131,7 +131,7 @@ pub(super) fn other_controller(
 }
 
 fn supervised(controller: ArmController, machine: &Machine) -> Result<Supervisor, Error> {
-    let limits = Limits::of(machine, controller.gains())?;
+    let limits = Limits::from_machine(machine, controller.gains())?;
     Ok(Supervisor::new(controller, limits)?)
 }
 

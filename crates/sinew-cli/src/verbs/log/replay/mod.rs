@@ -20,7 +20,7 @@ pub(super) fn run(arguments: &ReplayArguments, general: &General) -> Result<Answ
     let file = &arguments.file;
     let bytes = read_bytes(file)?;
     let recording = recording(file, &bytes)?;
-    let setup = RunSetup::of(file, &recording)?;
+    let setup = RunSetup::from_recording(file, &recording)?;
     let progress = Progress::new();
     progress.show("planning the motion and building the controller", 0.0);
     let motion = Motion::new(file, &recording, &setup)?;
@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &ReplayArguments, general: &General) -> Result<Answ
         None => Vec::new(),
     };
     // Another controller is expected to differ.
-    let outcome = Outcome::of(compared.reproduced() || compared.other.is_some());
+    let outcome = Outcome::new(compared.reproduced() || compared.other.is_some());
     let content = if general.json {
         Content::json(&show::json(&compared, &recording.head))?
     } else {

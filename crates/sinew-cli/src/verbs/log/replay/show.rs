@@ -47,7 +47,7 @@ pub(super) fn text(all: &Compared, head: &Head) -> String {
     let mut text = format!("Recorded by sinew {recorded_by}, replayed by {replayed_by}\n");
     // Writing to a string does not fail.
     if all.reproduced() {
-        let _ = writeln!(text, "{} cycles: every command is the recorded one, to the bit", all.cycles);
+        let _ = writeln!(text, "{} cycles: every command is the recorded one, bit for bit", all.cycles);
     } else {
         let first = all.first.map_or_else(|| "unknown".to_owned(), seconds);
         let _ = writeln!(
@@ -73,7 +73,7 @@ pub(super) fn text(all: &Compared, head: &Head) -> String {
             .collect();
         let _ = match moved.is_empty() {
             true => {
-                writeln!(text, "The references are the recorded ones, to the bit: the controller differs")
+                writeln!(text, "The references are the recorded ones, bit for bit: the controller differs")
             }
             false => writeln!(text, "The planned motion itself differs for {}", moved.join(", ")),
         };
@@ -123,7 +123,7 @@ pub(super) fn page(all: &Compared, head: &Head) -> Result<String, Error> {
         plots: plots.collect(),
     };
     let verdict = if all.reproduced() {
-        format!("{} cycles: every command is the recorded one, to the bit.", all.cycles)
+        format!("{} cycles: every command is the recorded one, bit for bit.", all.cycles)
     } else {
         format!("The commands differ in {} of {} cycles.", all.different, all.cycles)
     };

@@ -120,8 +120,8 @@ fn an_arm_at_rest_on_its_reference_is_found_at_rest_and_holds_with_the_least_ten
         // (23) for the acceleration that the law asks for, and (22): the muscle that does not help is at its
         // least.
         let mut needed = [0.0];
-        let (v, wanted) = (controller.joints.v.clone(), controller.law.output.clone());
-        controller.body.inverse_dynamics(&v, &wanted, &mut needed).unwrap();
+        let (v, desired) = (controller.joints.v.clone(), controller.law.output.clone());
+        controller.body.inverse_dynamics(&v, &desired, &mut needed).unwrap();
         let desired = controller.desired_tension.clone();
         assert!((torque_of(controller, &desired) - needed[0]).abs() < 1e-9 && needed[0].abs() > 0.05);
         let [least, most] = controller.gains.muscles[0].tension;
@@ -187,7 +187,7 @@ fn rest_begins_near_a_reference_that_stands_and_ends_farther_from_it() {
 #[test]
 fn errors_are_those_of_the_estimates_and_slip_follows_the_anchors_within_its_filter_time() {
     // 9 ms; a longer cycle takes the speed as it is.
-    for (h, share) in [(1e-3, 1.0 / 9.0), (3e-3, 1.0 / 3.0), (0.02, 1.0)] {
+    for (h, fraction) in [(1e-3, 1.0 / 9.0), (3e-3, 1.0 / 3.0), (0.02, 1.0)] {
         let mut controller = Rig::new(CableStateSource::Observer).controller;
         controller.body.evaluate(&[REST]).unwrap();
         controller.joints.q[0] = 0.15;
@@ -197,7 +197,7 @@ fn errors_are_those_of_the_estimates_and_slip_follows_the_anchors_within_its_fil
         for k in 0..2 {
             let arm = controller.body.moment_arms()[k];
             assert!((controller.anchors.error[k] - 0.05 * arm).abs() < 1e-15 && arm.abs() > 0.01);
-            assert!((controller.anchors.slip[k] - share * 0.4 * arm).abs() < 1e-15, "{h}");
+            assert!((controller.anchors.slip[k] - fraction * 0.4 * arm).abs() < 1e-15, "{h}");
         }
         assert_eq!(controller.status(), ArmStatus::Following);
     }
@@ -376,7 +376,7 @@ fn given_tensions_are_followed_at_their_rate_until_the_joints_are_followed_again
             assert!((found - expected[k]).abs() < if cycle < 20 { 0.5 } else { 1e-12 }, "{cycle}: {found}");
         }
     }
-    assert!(rig.speeds().iter().all(|speed| *speed > 1e-3), "both cables are taken up: {:?}", rig.speeds());
+    assert!(rig.speeds().iter().all(|speed| *speed > 1e-3), "both cable are wound in: {:?}", rig.speeds());
     rig.controller.set_tensions(None).unwrap();
     (0..3).for_each(|_| {
         rig.cycle(&at(REST));

@@ -68,8 +68,8 @@ fn a_tension_that_is_missing_while_a_joints_encoder_is_replaced_is_the_encoders_
 #[test]
 fn a_winch_that_lags_its_command_stops_the_arm_in_either_direction_but_not_where_its_cable_is_slack() {
     for speed in [0.05, -0.05] {
-        let lagging = |share: f64, tension: f64| {
-            let motor = |k: u32| 0.5 + share * speed * H * f64::from(k);
+        let lagging = |fraction: f64, tension: f64| {
+            let motor = |k: u32| 0.5 + fraction * speed * H * f64::from(k);
             stops(speed, |k| [motor(k), noisy(tension, k), 0.2])
         };
         // r_v tends to 0.8 v_c t_f = 8 mm and passes 6 mm at t_f ln 4.
@@ -534,7 +534,7 @@ fn residuals_at_their_thresholds_are_not_beyond_them() {
         assert_eq!(detector.status, expected, "{distance}");
     }
     // Tensions at a fifth of the estimate, and at the threshold of 8 N below it.
-    for (estimated, tension) in [(40.0, (1.0 - MISSING_SHARE) * 40.0), (9.0, 1.0)] {
+    for (estimated, tension) in [(40.0, (1.0 - MISSING_FRACTION) * 40.0), (9.0, 1.0)] {
         let mut detector = after(10, quiet);
         see(&mut detector, 10, &Cycle { estimated, tension, ..quiet(10) });
         assert!(detector.missing_for[1].abs() < 1e-18, "{estimated} {tension}");

@@ -53,9 +53,9 @@ pub(super) struct Estimate {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DriftRule {
     /// `s_min`, what else than scatter changes a healthy cable's value.
-    pub(super) least_deviation: f64,
+    pub(super) min_deviation: f64,
     /// `d_min`.
-    pub(super) least_drift: f64,
+    pub(super) min_drift: f64,
     /// `k` and `h`.
     pub(super) cusum: [f64; 2],
     /// Drift of which the forecast speaks.
@@ -72,11 +72,11 @@ pub(super) enum Wear {
     Either,
 }
 
-/// Drift of one quantity of a cable, as a share of its value in the model.
+/// Drift of one quantity of a cable, as a fraction of its value in the model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drift {
     /// Since the beginning, 1; 0 until known.
-    pub share: f64,
+    pub fraction: f64,
     /// Standard error of it, 1; infinite until known.
     pub error: f64,
     /// Whether it is significant.
@@ -89,14 +89,14 @@ pub struct Drift {
 impl Default for Drift {
     /// Unknown.
     fn default() -> Self {
-        Self { share: 0.0, error: f64::INFINITY, found: false, remaining: f64::INFINITY }
+        Self { fraction: 0.0, error: f64::INFINITY, found: false, remaining: f64::INFINITY }
     }
 }
 
 impl Drift {
     /// In standard errors, 1; 0 until known.
     pub(super) fn deviations(&self) -> f64 {
-        self.share / self.error
+        self.fraction / self.error
     }
 
     /// Two independent estimates of one drift, weighted by their variances; the forecast is that of the more
@@ -106,7 +106,7 @@ impl Drift {
         let precision = own + others;
         if precision > 0.0 {
             Self {
-                share: (own * self.share + others * other.share) / precision,
+                fraction: (own * self.fraction + others * other.fraction) / precision,
                 error: 1.0 / libm::sqrt(precision),
                 found: self.found,
                 remaining: if own > others { self.remaining } else { other.remaining },
@@ -122,10 +122,10 @@ const FIRST: f64 = 8.0;
 /// Memory of the recent mean and of the slope, values.
 const RECENT: f64 = 4.0;
 const SLOPE_MEMORY: f64 = 8.0;
-/// Share of the stated deviation that counts.
-const STATED_SHARE: f64 = 0.5;
+/// Fraction of the stated deviation that counts.
+const STATED_FRACTION: f64 = 0.5;
 /// Scatter below which two numbers count as equally precise.
-const LEAST_SCATTER: f64 = 1e-3;
+const MIN_SCATTER: f64 = 1e-3;
 /// Largest step that counts, deviations, and memory of the deviation, values.
 const LARGEST_STEP: f64 = 3.0;
 const SCATTER_MEMORY: f64 = 64.0;
@@ -183,22 +183,22 @@ impl DriftWatch {
         self.recent += (x - self.recent) / RECENT;
         let [grown, fallen] = self.sums.map(|sum| sum > threshold);
         let drift = self.recent - self.mean;
-        self.found |= self.rule.wear != Wear::Fall && grown && drift > self.rule.least_drift;
-        self.found |= self.rule.wear != Wear::Growth && fallen && -drift > self.rule.least_drift;
+        self.found |= self.rule.wear != Wear::Fall && grown && drift > self.rule.min_drift;
+        self.found |= self.rule.wear != Wear::Growth && fallen && -drift > self.rule.min_drift;
     }
 
     fn deviation(&self) -> f64 {
-        self.scatter().max(self.rule.least_deviation)
+        self.scatter().max(self.rule.min_deviation)
     }
 
     /// `max(s_0, s, s_x/2)`.
     fn scatter(&self) -> f64 {
-        libm::sqrt((self.squares / (FIRST - 1.0)).max(self.variance)).max(STATED_SHARE * self.stated)
+        libm::sqrt((self.squares / (FIRST - 1.0)).max(self.variance)).max(STATED_FRACTION * self.stated)
     }
 
     /// The drift over its standard error by scatter alone, 1; 0 until known.
     pub(super) fn significance(&self) -> f64 {
-        let error = self.scatter().max(LEAST_SCATTER) * standard_error();
+        let error = self.scatter().max(MIN_SCATTER) * standard_error();
         if self.count < FIRST { 0.0 } else { (self.recent - self.mean) / error }
     }
 
@@ -206,13 +206,13 @@ impl DriftWatch {
         if self.count < FIRST {
             return Drift::default();
         }
-        let share = self.recent - self.mean;
+        let fraction = self.recent - self.mean;
         let error = self.deviation() * standard_error();
         let [n, t, v, tt, tv] = self.line;
         let spread = n * tt - t * t;
         let slope = if spread > 0.0 { (n * tv - t * v) / spread } else { 0.0 };
-        let toward = slope * share.signum();
-        let left = self.rule.limit - share.abs();
+        let toward = slope * fraction.signum();
+        let left = self.rule.limit - fraction.abs();
         let remaining = if left <= 0.0 {
             0.0
         } else if self.found && toward > 0.0 {
@@ -220,7 +220,7 @@ impl DriftWatch {
         } else {
             f64::INFINITY
         };
-        Drift { share, error, found: self.found, remaining }
+        Drift { fraction, error, found: self.found, remaining }
     }
 }
 
@@ -235,16 +235,15 @@ mod tests {
     }
 
     const RULE: DriftRule = DriftRule {
-        least_deviation: 0.005,
-        least_drift: 0.02,
+        min_deviation: 0.005,
+        min_drift: 0.02,
         cusum: [1.0, 8.0],
         limit: 0.2,
         wear: Wear::Either,
     };
 
     /// As the travel is judged: what scatters more than the rule's least deviation.
-    const PRECISE: DriftRule =
-        DriftRule { least_deviation: 0.0, least_drift: 0.0, cusum: [2.0, 12.0], ..RULE };
+    const PRECISE: DriftRule = DriftRule { min_deviation: 0.0, min_drift: 0.0, cusum: [2.0, 12.0], ..RULE };
 
     #[test]
     fn steady_noise_is_hardly_reported_in_a_thousand_series() {
@@ -305,7 +304,7 @@ mod tests {
             let (worn, _) = found.unwrap();
             assert!(worn < 0.1, "{worn}");
             let drift = watch.drift();
-            assert!((drift.share - 0.19).abs() < 4.0 * drift.error + 0.02, "{drift:?}");
+            assert!((drift.fraction - 0.19).abs() < 4.0 * drift.error + 0.02, "{drift:?}");
             assert!(drift.remaining < 2500.0, "{drift:?}");
         }
     }
@@ -314,7 +313,7 @@ mod tests {
     fn share_error_and_forecast_are_those_of_weighted_sums_over_all_values() {
         let mut random = Random::new(8);
         for case in 0..50 {
-            let rule = DriftRule { least_deviation: 1e-3 * f64::from(case % 3), ..RULE };
+            let rule = DriftRule { min_deviation: 1e-3 * f64::from(case % 3), ..RULE };
             let mut watch = DriftWatch::new(rule);
             let rate = if case % 2 == 0 { 0.004 } else { -0.004 };
             let values: Vec<(f64, f64)> = (0..30)
@@ -337,21 +336,21 @@ mod tests {
             let slope = (n * tv - t * v) / (n * tt - t * t);
             let drift = watch.drift();
             assert!(drift.found, "{drift:?}");
-            assert!((drift.share - (recent - first)).abs() < 1e-12);
-            let remaining = (0.2 - drift.share.abs()) / slope.abs();
+            assert!((drift.fraction - (recent - first)).abs() < 1e-12);
+            let remaining = (0.2 - drift.fraction.abs()) / slope.abs();
             assert!((drift.remaining / remaining - 1.0).abs() < 1e-9, "{} {remaining}", drift.remaining);
             // Of the mean of eight and of a mean with weights 1/4, 3/16, ...: sum of squares 1/7.
             let scatter = drift.error / libm::sqrt(1.0 / 8.0 + 1.0 / 7.0);
-            assert!((drift.deviations() * drift.error / drift.share - 1.0).abs() < 1e-12);
-            let significance = drift.share / (scatter.max(1e-3) * libm::sqrt(1.0 / 8.0 + 1.0 / 7.0));
-            assert!((watch.significance() / significance - 1.0).abs() < 1e-9 || rule.least_deviation > 0.0);
+            assert!((drift.deviations() * drift.error / drift.fraction - 1.0).abs() < 1e-12);
+            let significance = drift.fraction / (scatter.max(1e-3) * libm::sqrt(1.0 / 8.0 + 1.0 / 7.0));
+            assert!((watch.significance() / significance - 1.0).abs() < 1e-9 || rule.min_deviation > 0.0);
         }
     }
 
     #[test]
     fn the_scatter_of_alternating_values_is_that_of_their_differences() {
         let d = 0.01;
-        let mut watch = DriftWatch::new(DriftRule { least_deviation: 0.0, ..RULE });
+        let mut watch = DriftWatch::new(DriftRule { min_deviation: 0.0, ..RULE });
         for k in 0..40 {
             watch.update(exact(if k % 2 == 0 { d } else { -d }), 100.0);
         }
@@ -359,7 +358,7 @@ mod tests {
         let square = d * d * (2.0 - (2.0 - 8.0 / 7.0) * 7.0 / 39.0);
         let error = libm::sqrt(square * (1.0 / 8.0 + 1.0 / 7.0));
         assert!((watch.drift().error / error - 1.0).abs() < 1e-12);
-        assert!((watch.significance() / (watch.drift().share / error) - 1.0).abs() < 1e-12);
+        assert!((watch.significance() / (watch.drift().fraction / error) - 1.0).abs() < 1e-12);
         // A step of a hundred deviations counts as one of three.
         watch.update(exact(100.0 * d), 100.0);
         let larger = square + (9.0 - 1.0) * square / 40.0;
@@ -370,8 +369,8 @@ mod tests {
     #[test]
     fn a_constant_deviation_is_found_when_its_sum_exceeds_the_threshold_and_its_mean_the_least_drift() {
         // z = 3 a window, 2 of it above the allowance: 8 is exceeded by the fifth, not by the fourth.
-        let count = |sign: f64, least_drift: f64| {
-            let mut watch = DriftWatch::new(DriftRule { least_drift, ..RULE });
+        let count = |sign: f64, min_drift: f64| {
+            let mut watch = DriftWatch::new(DriftRule { min_drift, ..RULE });
             (0..8).for_each(|_| watch.update(exact(0.0), 100.0));
             (1..40).find(|_| {
                 // The difference to the value before would add to the scatter.
@@ -398,12 +397,12 @@ mod tests {
             watch.update(Estimate { value: 0.0, deviation: f64::INFINITY }, 100.0);
             let drift = watch.drift();
             assert!(drift.error.is_infinite() && drift.remaining.is_infinite() && !drift.found);
-            assert!(drift.share.abs() < 1e-300 && watch.significance().abs() < 1e-300);
+            assert!(drift.fraction.abs() < 1e-300 && watch.significance().abs() < 1e-300);
         }
         watch.update(exact(0.7), 100.0);
         assert!(watch.drift().error.is_finite());
         // The eighth value is still of the beginning.
-        assert!(watch.drift().share.abs() < 1e-12);
+        assert!(watch.drift().fraction.abs() < 1e-12);
     }
 
     #[test]
@@ -429,20 +428,20 @@ mod tests {
         // Still worn, but coming back.
         (0..6).for_each(|k| back.update(exact(0.15 - 0.005 * f64::from(k)), 100.0));
         let drift = back.drift();
-        assert!(drift.found && drift.share > 0.1 && drift.remaining.is_infinite(), "{drift:?}");
+        assert!(drift.found && drift.fraction > 0.1 && drift.remaining.is_infinite(), "{drift:?}");
     }
 
     #[test]
     fn two_estimates_of_one_drift_are_weighted_by_their_variances() {
-        let one = Drift { share: 0.1, error: 0.01, found: true, remaining: 5.0 };
-        let other = Drift { share: 0.2, error: 0.02, found: false, remaining: 7.0 };
+        let one = Drift { fraction: 0.1, error: 0.01, found: true, remaining: 5.0 };
+        let other = Drift { fraction: 0.2, error: 0.02, found: false, remaining: 7.0 };
         for (joined, found) in [(one.joined(&other), true), (other.joined(&one), false)] {
-            assert!((joined.share - (4.0 * 0.1 + 0.2) / 5.0).abs() < 1e-12);
+            assert!((joined.fraction - (4.0 * 0.1 + 0.2) / 5.0).abs() < 1e-12);
             assert!((joined.error - 0.01 / libm::sqrt(1.25)).abs() < 1e-12);
             assert!((joined.remaining - 5.0).abs() < 1e-12 && joined.found == found);
         }
         let unknown = Drift::default();
         assert_eq!(unknown.joined(&unknown), unknown);
-        assert!((unknown.joined(&one).share - 0.1).abs() < 1e-12);
+        assert!((unknown.joined(&one).fraction - 0.1).abs() < 1e-12);
     }
 }

@@ -41,7 +41,7 @@ pub(super) struct Shown {
     pub(super) significance: f64,
 }
 
-/// Share of the most from which on the frictions of two cables explain the torques alike: a correlation of
+/// Fraction of the most from which on the frictions of two cables explain the torques alike: a correlation of
 /// 0.77.
 const ALIKE: f64 = 0.6;
 /// Significance by which the travel of a cable must show more friction than that of one whose friction
@@ -119,7 +119,7 @@ mod tests {
     /// A drift of so many standard errors, found from eight on.
     fn drift(deviations: f64) -> Drift {
         Drift {
-            share: 0.01 * deviations,
+            fraction: 0.01 * deviations,
             error: 0.01,
             found: deviations.abs() > 8.0,
             remaining: f64::INFINITY,

@@ -15,7 +15,7 @@ use crate::body::cholesky;
 /// | R_k e_q | way of the anchor in addition to the estimated joints': moment arms by measured less estimated coordinates | m |
 /// | i      | tension at the drive that it does not explain yet                     | N    |
 /// | T_in, s | tension at the drive as the observer estimates it, direction of sliding | N, 1 |
-/// | p, g   | position of the anchor; error of the muscle's moment arm as a share of it | m, 1 |
+/// | p, g   | position of the anchor; error of the muscle's moment arm as a fraction of it | m, 1 |
 /// | C, A   | compliance and friction angle of the model                            | m/N, 1 |
 /// | D, T_d | drag of the model and the tension below which it fades                | N s/m, N |
 /// | f, v   | drag that the observer has learned, over the model's; speed of the anchor | 1, m/s |
@@ -80,13 +80,13 @@ pub(super) struct SlidingModel {
 
 /// Samples of each direction that a window needs.
 const ENOUGH: f64 = 40.0;
-/// Share of the samples in which a cable has to slide everywhere: one that slides less only breaks away again
-/// and again, and what it shows depends on how far it comes.
-const LEAST_SLIDING: f64 = 0.15;
+/// Fraction of the samples in which a cable has to slide everywhere: one that slides less only breaks away
+/// again and again, and what it shows depends on how far it comes.
+const MIN_SLIDING: f64 = 0.15;
 /// Standard deviations before a window: of `d_C` and `d_A`, and of `g`.
 const WEAR: f64 = 0.5;
 const MOMENT_ARM: f64 = 0.02;
-/// Standard deviation of a sample as a share of the cable's stretch.
+/// Standard deviation of a sample as a fraction of the cable's stretch.
 const NOISE: f64 = 0.003;
 /// Angle below which the series of `E` is taken.
 const SMALL: f64 = 1e-3;
@@ -135,7 +135,7 @@ impl SlidingFit {
     /// `d_C` and `d_A` of a window of so many samples; none where a direction is missing or the cable hardly
     /// slides.
     pub(super) fn solve(&self, samples: f64) -> Option<[Estimate; 2]> {
-        let slides = self.count.iter().sum::<f64>() >= LEAST_SLIDING * samples;
+        let slides = self.count.iter().sum::<f64>() >= MIN_SLIDING * samples;
         if !slides || self.count.iter().any(|count| *count < ENOUGH) {
             return None;
         }

@@ -16,7 +16,7 @@
 /// | T_out, T_0 | tension at the anchor as the observer estimates it, pretension | N |
 /// | s, A   | direction of sliding, 0 where the cable does not slide everywhere; friction angle of the model | 1 |
 /// | f_k    | force in addition to the model's                      | N      |
-/// | a_k    | friction angle in addition to the model's, as a share of it | 1 |
+/// | a_k    | friction angle in addition to the model's, as a fraction of it | 1 |
 ///
 /// A force that the anchor lacks has one sign, friction that of the motion. Of all changes of all muscles the
 /// true one explains most: with `tau = r_k a`, a wrong one explains

@@ -8,7 +8,7 @@ use crate::transmission::cable::CableLaw;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Slow changes of a cable since the first minutes of operation, as shares of its model's values.
+/// Slow changes of a cable since the first minutes of operation, as fractions of its model's values.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CableHealth {
     /// Of its friction angle.
@@ -83,20 +83,15 @@ const WINDOW: f64 = 60.0;
 /// Speed of an anchor from which on the direction of sliding is certain, m/s.
 const SLIDING_SPEED: f64 = 2e-3;
 /// Friction that falls, of a cable that runs in or of grease that warms, does no harm.
-const FRICTION: DriftRule = DriftRule {
-    least_deviation: 0.003,
-    least_drift: 0.015,
-    cusum: [2.0, 12.0],
-    limit: 0.2,
-    wear: Wear::Growth,
-};
+const FRICTION: DriftRule =
+    DriftRule { min_deviation: 0.003, min_drift: 0.015, cusum: [2.0, 12.0], limit: 0.2, wear: Wear::Growth };
 /// The torques show masses and loads, too.
 const FRICTION_BY_TORQUE: DriftRule =
-    DriftRule { least_deviation: 0.01, least_drift: 0.04, cusum: [1.0, 8.0], ..FRICTION };
+    DriftRule { min_deviation: 0.01, min_drift: 0.04, cusum: [1.0, 8.0], ..FRICTION };
 /// No cable becomes stiffer by wear.
-const STIFFNESS: DriftRule = DriftRule { least_drift: 0.03, wear: Wear::Fall, ..FRICTION };
+const STIFFNESS: DriftRule = DriftRule { min_drift: 0.03, wear: Wear::Fall, ..FRICTION };
 const PRETENSION: DriftRule =
-    DriftRule { least_deviation: 0.02, least_drift: 0.1, cusum: [1.0, 8.0], limit: 0.5, wear: Wear::Either };
+    DriftRule { min_deviation: 0.02, min_drift: 0.1, cusum: [1.0, 8.0], limit: 0.5, wear: Wear::Either };
 
 impl HealthMonitor {
     pub(in crate::control::supervisor) fn new(muscles: usize, joints: usize) -> Self {
@@ -233,12 +228,12 @@ impl Watched {
         self.explained = [0.0; 2];
         if let Some(change) = self.torque.friction() {
             self.friction_by_torque.update(exact(change.value), time);
-            let grown = self.friction_by_torque.drift().share.max(0.0);
+            let grown = self.friction_by_torque.drift().fraction.max(0.0);
             self.explained[0] = grown * grown * change.power;
         }
         if let (Some(change), true) = (self.torque.force(), pretension > 0.0) {
             self.pretension.update(exact(change.value / pretension), time);
-            let lost = (-self.pretension.drift().share).max(0.0) * pretension;
+            let lost = (-self.pretension.drift().fraction).max(0.0) * pretension;
             self.explained[1] = lost * lost * change.power;
         }
         self.discard();
@@ -270,7 +265,7 @@ mod tests {
         assert_eq!(monitor.cables[0].friction.drift(), before);
     }
 
-    /// What changes of the first of two antagonists, as shares.
+    /// What changes of the first of two antagonists, as fractions.
     #[derive(Debug, Clone, Copy, Default)]
     struct Change {
         friction: f64,
@@ -338,7 +333,7 @@ mod tests {
         for health in monitor.health() {
             assert_eq!(health.found(), None);
             for drift in [health.friction, health.stiffness, health.pretension] {
-                assert!(drift.share.abs() < 0.02 && drift.error.is_finite(), "{drift:?}");
+                assert!(drift.fraction.abs() < 0.02 && drift.error.is_finite(), "{drift:?}");
                 assert!(drift.remaining.is_infinite());
             }
         }
@@ -362,9 +357,11 @@ mod tests {
                 1
             );
             match kind {
-                FaultKind::FrictionDrift => assert!((worn.friction.share - 0.1).abs() < 0.01, "{worn:?}"),
-                FaultKind::StiffnessDrift => assert!((worn.stiffness.share + 0.08).abs() < 0.01, "{worn:?}"),
-                _ => assert!((worn.pretension.share + 0.3).abs() < 0.03, "{worn:?}"),
+                FaultKind::FrictionDrift => assert!((worn.friction.fraction - 0.1).abs() < 0.01, "{worn:?}"),
+                FaultKind::StiffnessDrift => {
+                    assert!((worn.stiffness.fraction + 0.08).abs() < 0.01, "{worn:?}")
+                }
+                _ => assert!((worn.pretension.fraction + 0.3).abs() < 0.03, "{worn:?}"),
             }
         }
     }
@@ -493,12 +490,12 @@ mod tests {
         }
         let near = |a: f64, b: f64| (a - b).abs() < 1e-9 * (1.0 + b.abs());
         for (cable, (sliding, torque)) in monitor.cables.iter().zip(&expected) {
-            let [found, wanted] = [cable.sliding, *sliding].map(|fit| fit.solve(400.0).unwrap());
-            assert!(found.iter().zip(&wanted).all(|(a, b)| near(a.value, b.value)), "{found:?} {wanted:?}");
-            let [found, wanted] = [cable.torque, *torque].map(|fit| fit.friction().unwrap());
-            assert!(near(found.value, wanted.value) && near(found.power, wanted.power));
-            let [found, wanted] = [cable.torque, *torque].map(|fit| fit.force().unwrap());
-            assert!(near(found.value, wanted.value) && near(found.power, wanted.power));
+            let [found, desired] = [cable.sliding, *sliding].map(|fit| fit.solve(400.0).unwrap());
+            assert!(found.iter().zip(&desired).all(|(a, b)| near(a.value, b.value)), "{found:?} {desired:?}");
+            let [found, desired] = [cable.torque, *torque].map(|fit| fit.friction().unwrap());
+            assert!(near(found.value, desired.value) && near(found.power, desired.power));
+            let [found, desired] = [cable.torque, *torque].map(|fit| fit.force().unwrap());
+            assert!(near(found.value, desired.value) && near(found.power, desired.power));
         }
     }
 }

@@ -189,7 +189,7 @@ mod tests {
     fn crane() -> (Machine, Vec<CableLaw>, Vec<Vec<f64>>) {
         let mut parts = crate::muscle::tests::robots::chain(false).parts().clone();
         parts.sites[0].position[0] = -0.05;
-        let mut machine = Machine::of(&Robot::new(parts).unwrap()).unwrap();
+        let mut machine = Machine::from_robot(&Robot::new(parts).unwrap()).unwrap();
         machine.muscles.iter_mut().for_each(|muscle| muscle.tension = [Some(1.0), Some(140.0)]);
         let (laws, poses) = (machine.laws(8).unwrap(), machine.poses(40).unwrap());
         (machine, laws, poses)

@@ -1,4 +1,4 @@
-//! With held winches nothing does work on a machine: its energy only falls, and where its tensions balance
+//! With locked winches nothing does work on a machine: its energy only falls, and where its tensions balance
 //! gravity it stands still. Every machine of `models/` and random ones, as designed and as built.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
@@ -39,7 +39,7 @@ struct Run {
     end_speed: f64,
 }
 
-/// Holds the winches of a machine, drawn from a seed, in a random pose; `speed` bounds the initial speeds.
+/// Holds the winches of a machine, sampled from a seed, in a random pose; `speed` bounds the initial speeds.
 fn hold(name: String, machine: &Machine, seed: u64, speed: f64) -> Run {
     let mut random = Random::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
     let specimen = ArmSpecimen::draw(machine, seed).unwrap();
