@@ -78,8 +78,8 @@ impl Conditions {
             Condition::Always => true,
             Condition::Tense => self.tense,
             Condition::ReferenceNear => self.near,
-            Condition::LetDown => self.down && !self.stopped,
-            Condition::LetDownAfterFault => self.down && self.stopped,
+            Condition::Released => self.down && !self.stopped,
+            Condition::ReleasedAfterFault => self.down && self.stopped,
             Condition::Fault => self.fault,
             Condition::StaleCommand => self.stale,
         }

@@ -15,9 +15,9 @@ pub enum Condition {
     /// The reference is near the held pose.
     ReferenceNear,
     /// The tensions are released, or the time for it is over; no fault.
-    LetDown,
+    Released,
     /// The same after a fault.
-    LetDownAfterFault,
+    ReleasedAfterFault,
     /// A fault that does not allow to go on.
     Fault,
     /// The last command is older than its limit.
@@ -32,8 +32,8 @@ impl Condition {
             Self::Always => "at once",
             Self::Tense => "every cable has its tension",
             Self::ReferenceNear => "the reference is near the held pose",
-            Self::LetDown => "released",
-            Self::LetDownAfterFault => "released after a fault",
+            Self::Released => "released",
+            Self::ReleasedAfterFault => "released after a fault",
             Self::Fault => "fault",
             Self::StaleCommand => "stale command",
         }
@@ -80,8 +80,8 @@ pub const TRANSITIONS: [Transition; 18] = [
     row(Mode::Run, DOWN, Condition::Always, Mode::SafeStop),
     row(Mode::Run, &[], Condition::StaleCommand, Mode::Hold),
     row(Mode::Run, &[Request::Hold, Request::Pretension], Condition::Always, Mode::Hold),
-    row(Mode::SafeStop, &[], Condition::LetDownAfterFault, Mode::Fault),
-    row(Mode::SafeStop, &[], Condition::LetDown, Mode::Ready),
+    row(Mode::SafeStop, &[], Condition::ReleasedAfterFault, Mode::Fault),
+    row(Mode::SafeStop, &[], Condition::Released, Mode::Ready),
     row(Mode::Fault, &[Request::Reset], Condition::Always, Mode::Ready),
     row(Mode::Fault, &[Request::TurnOff], Condition::Always, Mode::Off),
 ];

@@ -278,6 +278,22 @@ fn what_is_missing_twice_or_contradictory_is_refused() {
 }
 
 #[test]
+fn a_key_is_read_under_its_former_name_but_not_under_both() {
+    let [now, former] = [
+        ["max_tension_n", "min_tension_n", "backlash_gain"],
+        ["most_tension_n", "least_tension_n", "pre_travel_gain"],
+    ];
+    let text =
+        now.iter().zip(former).fold(EVERY_KEY.to_owned(), |text, (now, former)| text.replace(now, former));
+    assert_eq!(read(&text).unwrap().machine, read(EVERY_KEY).unwrap().machine);
+    let both = EVERY_KEY.replace("max_tension_n = 500.0", "max_tension_n = 500.0\nmost_tension_n = 400.0");
+    let error = read(&both).unwrap_err();
+    assert!(error.problem.contains("`most_tension_n` is the former name of `max_tension_n`"), "{error}");
+    let line = both.lines().position(|line| line.starts_with("most_tension_n")).unwrap() + 1;
+    assert_eq!(error.line, line);
+}
+
+#[test]
 fn a_drive_that_no_muscle_has_is_told() {
     let text = EVERY_KEY.replace("drive = \"by_numbers\"", "drive = \"by_name\"");
     let warnings = read(&text).unwrap().warnings;
