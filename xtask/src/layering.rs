@@ -22,7 +22,8 @@ sinew-runtime: sinew sinew-segment sinew-link sinew-session
 sinew-record: sinew sinew-runtime sinew-session
 sinew-mujoco: sinew
 sinew-gym: sinew
-sinew-cli: sinew sinew-identify sinew-lab sinew-report sinew-segment sinew-link sinew-live sinew-runtime sinew-record \
+sinew-cli: sinew sinew-identify sinew-lab sinew-report sinew-segment sinew-link sinew-live sinew-runtime \
+sinew-record \
  sinew-session sinew-view
 sinew-py: sinew sinew-identify sinew-lab sinew-report sinew-runtime sinew-mujoco sinew-gym
 ";
@@ -45,7 +46,8 @@ machine: error random body drive muscle predictor trajectory transmission
 description: error math drive transmission muscle body predictor trajectory machine
 control: dispatch random error math trajectory drive transmission muscle body predictor machine
 twin: error math random trajectory drive transmission muscle body machine
-lib: dispatch error math metrics random trajectory drive transmission muscle body predictor machine description control twin
+lib: dispatch error math metrics random trajectory drive transmission muscle body predictor machine \
+description control twin
 ";
 
 /// Parts of the standard library that physics has no business with.
@@ -157,7 +159,8 @@ mod tests {
 
     #[test]
     fn dependencies_of_every_kind_are_seen() {
-        let manifest = "[package]\nname = \"sinew\"\n[dependencies]\nsinew-identify.workspace = true\n[dev-dependencies]\n\
+        let manifest = "[package]\nname = \"sinew\"\n[dependencies]\nsinew-identify.workspace = \
+            true\n[dev-dependencies]\n\
                         sinew-lab = { path = \"../sinew-lab\" }";
         assert_eq!(dependencies(manifest), ["sinew-identify", "sinew-lab"]);
         assert!(forbidden(CRATES, "", "sinew-runtime", "sinew-identify").is_some());

@@ -205,7 +205,8 @@ pub(crate) enum Error {
     },
     /// A motion that simulated machines of the design do not track.
     #[error(
-        "{motion}: simulated machines of this design do not track this motion: {reason}; {}--unverified starts it nevertheless",
+        "{motion}: simulated machines of this design do not track this motion: {reason}; {}--unverified \
+            starts it nevertheless",
         if *.slowed { "nor at half and a quarter of its speed; " } else { "a slower motion may help, and " }
     )]
     Untracked {

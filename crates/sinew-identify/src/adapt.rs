@@ -75,8 +75,8 @@ pub fn adapt(
         variants[chosen].2(&logs.counted()).ok_or(Error::NothingFitted { what: "the chosen adaptation" })?;
     let model = calibrate(estimator, &scored[chosen], rmse, &logs, options.seed)?;
     let reason = format!(
-        "{} was chosen: the least geometric mean of the errors of all folds, or the transfer where no other is {:.0} % \
-         better.",
+        "{} was chosen: the least geometric mean of the errors of all folds, or the transfer where no other \
+            is {:.0} % better.",
         scored[chosen].name,
         100.0 * (1.0 - MARGIN)
     );

@@ -166,8 +166,8 @@ pub enum Error {
     },
     /// No column of time, and no sampling rate.
     #[error(
-        "{file}: expected a time column, no name or content has the form of one: name it (--time COL; in Python time=), \
-         or state the sampling rate (--rate HZ; in Python rate_hz=); the columns are {}", list(.columns)
+        "{file}: expected a time column, no name or content has the form of one: name it (--time COL; in \
+            Python time=), or state the sampling rate (--rate HZ; in Python rate_hz=); the columns are {}", list(.columns)
     )]
     NoTime {
         /// The log.
@@ -177,8 +177,9 @@ pub enum Error {
     },
     /// Time whose unit is not stated and cannot be told.
     #[error(
-        "{file}, column `{column}`: expected a unit of time, none is stated and {interval} from sample to sample is unusual \
-         for seconds: state it (--units {column}=ms, or s where it is; in Python units=)"
+        "{file}, column `{column}`: expected a unit of time, none is stated and {interval} from sample to \
+            sample is unusual for seconds: state it (--units {column}=ms, or s where it is; in Python \
+            units=)"
     )]
     UnitOfTime {
         /// The log.
@@ -200,8 +201,8 @@ pub enum Error {
     },
     /// A number of which the decimal mark cannot be told from a thousands separator.
     #[error(
-        "{file}, line {line}, column `{column}`: expected a number, found `{value}`, whose mark separates thousands or \
-         decimals: write numbers without thousands separators and with a decimal point"
+        "{file}, line {line}, column `{column}`: expected a number, found `{value}`, whose mark separates \
+            thousands or decimals: write numbers without thousands separators and with a decimal point"
     )]
     AmbiguousNumber {
         /// The log.
@@ -283,9 +284,9 @@ pub enum Error {
     },
     /// Nothing to predict from.
     #[error(
-        "{file}: expected near-side columns, none was given and no name has the form of one: effort (tensions or \
-         torques), motion (positions or strokes), anchor (far-end displacement) or given (slow quantities); \
-         the columns are {}", list(.columns)
+        "{file}: expected near-side columns, none was given and no name has the form of one: effort \
+            (tensions or torques), motion (positions or strokes), anchor (far-end displacement) or given \
+            (slow quantities); the columns are {}", list(.columns)
     )]
     NoInputs {
         /// The log.
@@ -364,8 +365,8 @@ pub enum Error {
     },
     /// A group that changes where it must not.
     #[error(
-        "{file}, line {line}: the group column `{column}` changes from `{before}` to `{after}` within a trial, \
-         expected one value per trial"
+        "{file}, line {line}: the group column `{column}` changes from `{before}` to `{after}` within a \
+            trial, expected one value per trial"
     )]
     GroupChanges {
         /// The log.

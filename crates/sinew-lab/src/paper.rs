@@ -31,9 +31,14 @@ pub const UNCOMPENSATED_N: [f64; 2] = [88.5, 63.9];
 pub const DISAGREEMENTS: [&str; 5] = [
     "Best passive values: 1.08 N^2, 1.04 N and 0.9998 in the text; 1.02, 1.01 and 0.9997 in Table I.",
     "Worst active values: above 6.5 N^2 and 2.5 N, correlation 0.994 in the text; 4.38, 2.09 and 0.9938 in Table I.",
-    "Average errors of the compensated tensions: 3.87 N (active) and 3.51 N (passive) in the abstract, section 4.1 and the conclusion; the root mean square errors of Table I average 1.70 N and 1.23 N, and a mean magnitude cannot exceed the root mean square of the same errors.",
-    "Errors without compensation: 88.5 N (active) and 63.9 N (passive) in the text. With the pulling end between 40 and 200 N the mean efficiencies of Table II give 71 N and 92 N, the passive muscle losing more: the two numbers appear to be exchanged.",
-    "The standard deviations 3.02 N and 1.53 N of the text's mean errors are the average mean squared errors of Table I.",
+    "Average errors of the compensated tensions: 3.87 N (active) and 3.51 N (passive) in the abstract, \
+        section 4.1 and the conclusion; the root mean square errors of Table I average 1.70 N and 1.23 N, \
+        and a mean magnitude cannot exceed the root mean square of the same errors.",
+    "Errors without compensation: 88.5 N (active) and 63.9 N (passive) in the text. With the pulling end \
+        between 40 and 200 N the mean efficiencies of Table II give 71 N and 92 N, the passive muscle \
+        losing more: the two numbers appear to be exchanged.",
+    "The standard deviations 3.02 N and 1.53 N of the text's mean errors are the average mean squared \
+        errors of Table I.",
 ];
 
 /// Length of the transmission on the bench, m.

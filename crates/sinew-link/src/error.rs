@@ -35,8 +35,8 @@ pub enum Error {
     },
     /// A session ended while the host had not yet said that the machine has taken the client's stop.
     #[error(
-        "{address}: expected the machine to take {request} within {seconds} s, got no acknowledgement; it is stopped if the \
-         request has arrived"
+        "{address}: expected the machine to take {request} within {seconds} s, got no acknowledgement; it is \
+            stopped if the request has arrived"
     )]
     StopNotAcknowledged {
         /// Whose machine.

@@ -32,7 +32,8 @@ impl Beside {
         match address {
             None => Ok(Self {}),
             Some(address) => {
-                let reason = "this program was built without Foxglove's protocol; build it with the feature `foxglove`";
+                let reason = "this program was built without Foxglove's protocol; build it with the \
+                    feature `foxglove`";
                 Err(LiveError::Foxglove { address, reason: reason.to_owned() })
             }
         }

@@ -84,7 +84,8 @@ async fn history(State(shared): State<Arc<Shared>>, headers: HeaderMap) -> Respo
 }
 
 fn unauthorized() -> Response {
-    let words = "The token is missing or wrong: open the address that the program printed, with what stands behind the #.";
+    let words = "The token is missing or wrong: open the address that the program printed, with what \
+        stands behind the #.";
     (StatusCode::UNAUTHORIZED, words).into_response()
 }
 

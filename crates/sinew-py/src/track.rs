@@ -211,8 +211,8 @@ fn verified(
         }
         Verified::Fails(_) if start_nevertheless => Ok((machine.rules, None, joint_errors)),
         Verified::Fails(reason) => Err(Failure::refused(format!(
-            "simulated machines of this design do not track this motion: {reason}; a slower motion may help, and \
-             unverified=True starts it nevertheless"
+            "simulated machines of this design do not track this motion: {reason}; a slower motion may help, \
+                and unverified=True starts it nevertheless"
         ))),
     }
 }

@@ -29,7 +29,8 @@ pub enum Error {
     },
     /// A file that ends before its attachments do.
     #[error(
-        "byte {at}: expected the rest of a recording, got the end of the file: it was cut short before {name}, without which nothing can be shown"
+        "byte {at}: expected the rest of a recording, got the end of the file: it was cut short before \
+            {name}, without which nothing can be shown"
     )]
     CutShort {
         /// Place of the record that is not whole.

@@ -61,16 +61,19 @@ pub fn draw(frames: &[Frame], title: &str, colours: &Colours) -> String {
 fn head(title: &str, c: &Colours) -> String {
     let Colours { card, line, ink, soft, near, far, toward, away, .. } = c;
     format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 1200 740\" role=\"img\" aria-label=\"Tensions of a simulated \
-         cable\" font-family=\"system-ui, sans-serif\" font-size=\"14\"><rect x=\"0.5\" y=\"0.5\" width=\"1199\" height=\"739\" \
-         rx=\"12\" fill=\"{card}\" stroke=\"{line}\" stroke-opacity=\"0.5\"/><text x=\"28\" y=\"40\" font-size=\"18\" \
-         font-weight=\"600\" fill=\"{ink}\">{title}</text><rect x=\"1064\" y=\"22\" width=\"112\" height=\"22\" rx=\"11\" \
-         fill=\"none\" stroke=\"{toward}\"/><text x=\"1120\" y=\"37.5\" font-size=\"13\" text-anchor=\"middle\" \
-         fill=\"{toward}\">simulated data</text><g fill=\"{soft}\"><path d=\"M360 35h26\" stroke=\"{near}\" \
-         stroke-width=\"3\"/><text x=\"393\" y=\"40\">near tension</text><path d=\"M500 35h26\" stroke=\"{far}\" \
-         stroke-width=\"3\"/><text x=\"533\" y=\"40\">far tension</text><rect x=\"635\" y=\"29\" width=\"26\" height=\"12\" \
-         fill=\"{toward}\"/><text x=\"668\" y=\"40\">slides toward the motor</text><rect x=\"855\" y=\"29\" width=\"26\" \
-         height=\"12\" fill=\"{away}\"/><text x=\"888\" y=\"40\">slides away</text></g>"
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 1200 740\" role=\"img\" \
+            aria-label=\"Tensions of a simulated cable\" font-family=\"system-ui, sans-serif\" \
+            font-size=\"14\"><rect x=\"0.5\" y=\"0.5\" width=\"1199\" height=\"739\" rx=\"12\" \
+            fill=\"{card}\" stroke=\"{line}\" stroke-opacity=\"0.5\"/><text x=\"28\" y=\"40\" \
+            font-size=\"18\" font-weight=\"600\" fill=\"{ink}\">{title}</text><rect x=\"1064\" y=\"22\" \
+            width=\"112\" height=\"22\" rx=\"11\" fill=\"none\" stroke=\"{toward}\"/><text x=\"1120\" \
+            y=\"37.5\" font-size=\"13\" text-anchor=\"middle\" fill=\"{toward}\">simulated data</text><g \
+            fill=\"{soft}\"><path d=\"M360 35h26\" stroke=\"{near}\" stroke-width=\"3\"/><text x=\"393\" \
+            y=\"40\">near tension</text><path d=\"M500 35h26\" stroke=\"{far}\" stroke-width=\"3\"/><text \
+            x=\"533\" y=\"40\">far tension</text><rect x=\"635\" y=\"29\" width=\"26\" height=\"12\" \
+            fill=\"{toward}\"/><text x=\"668\" y=\"40\">slides toward the motor</text><rect x=\"855\" \
+            y=\"29\" width=\"26\" height=\"12\" fill=\"{away}\"/><text x=\"888\" y=\"40\">slides \
+            away</text></g>"
     )
 }
 
@@ -90,8 +93,8 @@ impl Svg<'_> {
         let (soft, line) = (self.colours.soft, self.colours.line);
         let _ = write!(
             self.text,
-            "<path d=\"M{left} {top}v{height}h{width}\" fill=\"none\" stroke=\"{line}\"/><g fill=\"{soft}\"><text x=\"{:.0}\" \
-             y=\"{:.0}\">{}</text>",
+            "<path d=\"M{left} {top}v{height}h{width}\" fill=\"none\" stroke=\"{line}\"/><g \
+                fill=\"{soft}\"><text x=\"{:.0}\" y=\"{:.0}\">{}</text>",
             left - 42.0,
             top - 14.0,
             y.1
@@ -134,7 +137,8 @@ impl Svg<'_> {
         }
         let _ = write!(
             self.text,
-            "<path d=\"{data}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2.2\" stroke-linejoin=\"round\"/>"
+            "<path d=\"{data}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2.2\" \
+                stroke-linejoin=\"round\"/>"
         );
     }
 
@@ -178,9 +182,10 @@ impl Svg<'_> {
         let bottom = top + height;
         let _ = write!(
             self.text,
-            "<path d=\"M{left} {top}v{height}h{width}\" fill=\"none\" stroke=\"{line}\"/><g fill=\"{soft}\"><text x=\"28\" \
-             y=\"{}\">position along the cable</text><text x=\"{}\" y=\"{}\" text-anchor=\"end\">drive</text><text x=\"{}\" \
-             y=\"{bottom}\" text-anchor=\"end\">anchor</text>",
+            "<path d=\"M{left} {top}v{height}h{width}\" fill=\"none\" stroke=\"{line}\"/><g \
+                fill=\"{soft}\"><text x=\"28\" y=\"{}\">position along the cable</text><text x=\"{}\" \
+                y=\"{}\" text-anchor=\"end\">drive</text><text x=\"{}\" y=\"{bottom}\" \
+                text-anchor=\"end\">anchor</text>",
             top - 14.0,
             left - 8.0,
             top + 12.0,

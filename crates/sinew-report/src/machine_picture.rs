@@ -29,11 +29,12 @@ pub fn draw(machine: &Machine, colours: &Colours) -> Result<String, Error> {
     let [width, height] = SIZE;
     let name = escaped(&parts.name);
     let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" role=\"img\" \
-         aria-label=\"{name} in its start pose\" font-family=\"system-ui, sans-serif\" font-size=\"13\"><rect x=\"0.5\" y=\"0.5\" \
-         width=\"{}\" height=\"{}\" rx=\"10\" fill=\"{card}\" stroke=\"{line}\" stroke-opacity=\"0.5\"/><text x=\"16\" y=\"27\" \
-         font-size=\"16\" font-weight=\"600\" fill=\"{ink}\">{name}</text><text x=\"16\" y=\"46\" fill=\"{soft}\">{joints}, \
-         {muscles}</text>",
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
+            height=\"{height}\" role=\"img\" aria-label=\"{name} in its start pose\" \
+            font-family=\"system-ui, sans-serif\" font-size=\"13\"><rect x=\"0.5\" y=\"0.5\" width=\"{}\" \
+            height=\"{}\" rx=\"10\" fill=\"{card}\" stroke=\"{line}\" stroke-opacity=\"0.5\"/><text x=\"16\" \
+            y=\"27\" font-size=\"16\" font-weight=\"600\" fill=\"{ink}\">{name}</text><text x=\"16\" \
+            y=\"46\" fill=\"{soft}\">{joints}, {muscles}</text>",
         width - 1.0,
         height - 1.0
     );
@@ -148,8 +149,8 @@ impl View {
         let (x, y) = (16.0, SIZE[1] - 16.0);
         let end = x + length * self.scale;
         format!(
-            "<path d=\"M{x} {:.0}v8M{x} {y:.0}H{end:.1}M{end:.1} {:.0}v8\" fill=\"none\" stroke=\"{colour}\"/><text x=\"{:.1}\" \
-             y=\"{:.0}\" fill=\"{colour}\">{} mm</text>",
+            "<path d=\"M{x} {:.0}v8M{x} {y:.0}H{end:.1}M{end:.1} {:.0}v8\" fill=\"none\" \
+                stroke=\"{colour}\"/><text x=\"{:.1}\" y=\"{:.0}\" fill=\"{colour}\">{} mm</text>",
             y - 4.0,
             y - 4.0,
             end + 8.0,

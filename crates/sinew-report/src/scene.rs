@@ -81,8 +81,8 @@ impl SceneFigure {
 
 /// A machine in its start pose and over the ranges of its joints.
 pub(super) fn machine_figure(scene: &SceneData) -> Result<SceneFigure, Error> {
-    let caption = "The machine as designed: bodies with their shapes, or where the file has none, as bones from joint to \
-                   joint; cables with their wrapping; transparent shapes are wrapping surfaces.";
+    let caption = "The machine as designed: bodies with their shapes, or where the file has none, as bones \
+        from joint to joint; cables with their wrapping; transparent shapes are wrapping surfaces.";
     SceneFigure::new("The machine in its poses, and over the range of each joint", caption, scene, 0, &[])
 }
 

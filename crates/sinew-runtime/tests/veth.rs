@@ -32,8 +32,8 @@ fn fifteen_drives_come_into_operation_over_raw_frames() {
         return;
     }
     let itself = std::env::current_exe().unwrap();
-    let script = "ip link add sinew0 type veth peer name sinew1 && ip link set sinew0 up && ip link set sinew1 up \
-                  && exec \"$0\" --exact fifteen_drives_come_into_operation_over_raw_frames --nocapture";
+    let script = "ip link add sinew0 type veth peer name sinew1 && ip link set sinew0 up && ip link set \
+        sinew1 up && exec \"$0\" --exact fifteen_drives_come_into_operation_over_raw_frames --nocapture";
     let prepared = Command::new("unshare")
         .args(["-Urn", "sh", "-c", "ip link add sinew0 type veth peer name sinew1"])
         .output();

@@ -46,7 +46,8 @@ pub fn inline_view() -> InlineView {
     }
     InlineView {
         scripts: format!(
-            "<script type=\"importmap\">{{\"imports\":{{{map}\n}}}}</script>\n<script type=\"module\">import \"sinew/{ENTRY}\";</script>"
+            "<script type=\"importmap\">{{\"imports\":{{{map}\n}}}}</script>\n<script \
+                type=\"module\">import \"sinew/{ENTRY}\";</script>"
         ),
         licence: include_str!("../assets/vendor/three/LICENSE"),
     }

@@ -76,7 +76,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for ((name, times), worst) in ["sinew", "dynibo 0.5.3"].iter().zip(&mut times).zip(worst) {
         times.sort_by(f64::total_cmp);
         let (least, median) = (times[0], times[ROUNDS / 2]);
-        println!("{name} inverse dynamics, 7 joints: least {least:.0} ns, median {median:.0} ns, from Pinocchio {worst:.1e}");
+        println!("{name} inverse dynamics, 7 joints: least {least:.0} ns, median {median:.0} ns, from \
+            Pinocchio {worst:.1e}");
     }
     Ok(())
 }

@@ -101,6 +101,7 @@ fn main() -> Result<(), Failure> {
     }
     print!("clarabel: {compared} compared, {without} without answer; ");
     print!("cost above clarabel's by at most {above:.1e}, below by at most {below:.1e}; ");
-    println!("torque missed by at most {our_miss:.1e}, clarabel {their_miss:.1e}; tensions apart {apart:.1e}");
+    println!("torque missed by at most {our_miss:.1e}, clarabel {their_miss:.1e}; tensions apart \
+        {apart:.1e}");
     Ok(())
 }

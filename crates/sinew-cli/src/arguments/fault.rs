@@ -105,8 +105,8 @@ impl Component {
                 "no MODE, which only sensors, push, friction, pretension and stiffness have",
             )),
             _ => Err(FaultSyntaxError(
-                "cable, drive, winch, motor-encoder, load-cell, joint-encoder, push, friction, pretension, stiffness or \
-                 cycles before the first `:`",
+                "cable, drive, winch, motor-encoder, load-cell, joint-encoder, push, friction, pretension, \
+                    stiffness or cycles before the first `:`",
             )),
         }
     }
@@ -126,7 +126,8 @@ fn fraction(mode: Option<&str>) -> Result<f64, FaultSyntaxError> {
     })
 }
 
-const SENSOR_MODES: &str = "stuck, lost, nan, jump=X, gain=X, drift=X (per s), saturation=X or noise=X after the name of a sensor's muscle or joint";
+const SENSOR_MODES: &str = "stuck, lost, nan, jump=X, gain=X, drift=X (per s), saturation=X or noise=X \
+    after the name of a sensor's muscle or joint";
 
 fn sensor_failure(mode: Option<&str>) -> Result<SensorFailure, FaultSyntaxError> {
     let sized = |text: &str| {

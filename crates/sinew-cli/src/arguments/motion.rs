@@ -60,7 +60,9 @@ fn fault_help() -> String {
     format!(
         "Inject a fault; may be given again. COMPONENT is cable, drive, winch, motor-encoder or load-cell \
          with the NAME of a muscle, or joint-encoder with that of a joint; sensors have a MODE: stuck, lost, \
-         nan, jump=X, gain=X, drift=X (per s), saturation=X or noise=X (m, N, rad). friction, pretension and stiffness of a muscle wear by MODE per cent over DURATION; \
-         push moves a joint by a torque of MODE Nm; cycles:lost, cycles:late and cycles:stale are of the control cycle. START and DURATION are in s; the run starts with {INITIAL_REST_S} s at rest"
+         nan, jump=X, gain=X, drift=X (per s), saturation=X or noise=X (m, N, rad). friction, pretension \
+         and stiffness of a muscle wear by MODE per cent over DURATION; \
+         push moves a joint by a torque of MODE Nm; cycles:lost, cycles:late and cycles:stale are of the \
+         control cycle. START and DURATION are in s; the run starts with {INITIAL_REST_S} s at rest"
     )
 }

@@ -101,7 +101,8 @@ impl TypedValueParser for PathParser {
         }
         if let Some(joints) = text.strip_prefix(POSE_PREFIX) {
             let pose = pose(joints).map(PathArgument::Pose);
-            let valid = "to-joints:JOINT=VALUE,JOINT=VALUE with each joint once and numbers within -1000 to 1000 rad or m";
+            let valid = "to-joints:JOINT=VALUE,JOINT=VALUE with each joint once and numbers within -1000 \
+                to 1000 rad or m";
             return pose.ok_or_else(|| refuse(&[valid]));
         }
         if let Some(file) = text.strip_prefix(JOINTS_PREFIX) {

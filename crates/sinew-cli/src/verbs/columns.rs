@@ -38,6 +38,7 @@ fn columns(columns: &[ColumnUse]) -> String {
     };
     let rows: Vec<Vec<String>> = columns.iter().map(row).collect();
     table(&["column", "role", "unit", "why"], &rows, 4)
-        + "A role is set by --far, --effort, --motion, --anchor, --given, --time, --trial, --group; --ignore excludes a column.\n\
+        + "A role is set by --far, --effort, --motion, --anchor, --given, --time, --trial, --group; \
+            --ignore excludes a column.\n\
            One of --effort, --motion, --anchor, --given replaces all inputs that were taken by name.\n"
 }

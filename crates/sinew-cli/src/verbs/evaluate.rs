@@ -44,8 +44,8 @@ fn range_note(model: &Model, scores: &Scores) -> String {
         return String::new();
     }
     format!(
-        "\nNote: {} of the samples lie outside the ranges of the training logs (RMSE there {}, inside {}); the expected \
-         error of {} and the 95 % band are for samples inside them.\n",
+        "\nNote: {} of the samples lie outside the ranges of the training logs (RMSE there {}, inside {}); \
+            the expected error of {} and the 95 % band are for samples inside them.\n",
         percent(scores.out_of_range),
         number(scores.rmse_out_of_range),
         number(scores.rmse_in_range),
@@ -87,8 +87,8 @@ pub(crate) fn scores_table(model: &Model, evaluation: &Evaluation) -> String {
     let seen = evaluation.logs.iter().filter(|log| log.in_training).count();
     if seen > 0 {
         text += &format!(
-            "\nNote: {seen} of {} logs have the name of one that the model was fitted to; their errors are not those on \
-             unseen data.\n",
+            "\nNote: {seen} of {} logs have the name of one that the model was fitted to; their errors are \
+                not those on unseen data.\n",
             evaluation.logs.len()
         );
     }
@@ -106,7 +106,10 @@ fn failed_note(model: &Model, evaluation: &Evaluation) -> String {
         let inverted = log.scores.pearson.is_some_and(|pearson| pearson < INVERTED);
         let sign = if inverted { "; it runs against the prediction: look for a swapped sign" } else { "" };
         let (name, ratio) = (one_line(&log.log), number(Some(inside / expected)));
-        Some(format!("Note: {name} is NOT predicted: its error inside the ranges is {ratio} times the expected one{sign}.\n"))
+        Some(format!(
+            "Note: {name} is NOT predicted: its error inside the ranges is {ratio} times the \
+            expected one{sign}.\n"
+        ))
     });
     let notes: String = failed.collect();
     if notes.is_empty() { notes } else { format!("\n{notes}") }

@@ -138,8 +138,8 @@ fn influence_text(report: &IdentificationReport) -> String {
         })
         .collect();
     let mut text =
-        "Leave-one-log-out influence: error on the other logs with it in training, over that without it; its own error over \
-         theirs; in the order of the logs\n\n"
+        "Leave-one-log-out influence: error on the other logs with it in training, over that without it; its \
+            own error over theirs; in the order of the logs\n\n"
             .to_owned();
     text += &table(&["log", "", "influence", "own error"], &rows, 2);
     for row in report.influence.iter().filter(|row| !row.remark.is_empty()) {

@@ -45,13 +45,13 @@ pub(crate) fn run(arguments: &PredictArguments, general: &General) -> Result<Ans
 
 fn summary(far: &str, rows: usize, unknown: usize, outside: usize, fraction: f64) -> String {
     let mut text = format!(
-        "{rows} predictions of `{far}`; the state of the hysteresis is unknown in {unknown}, {outside} lie outside the \
-         range of the training logs\n"
+        "{rows} predictions of `{far}`; the state of the hysteresis is unknown in {unknown}, {outside} lie \
+            outside the range of the training logs\n"
     );
     if fraction > NOTABLE_FRACTION {
         text += &format!(
-            "Warning: {} of the samples lie outside the ranges of the training logs; the expected error and the \
-             95 % band are for samples inside them.\n",
+            "Warning: {} of the samples lie outside the ranges of the training logs; the expected error and \
+                the 95 % band are for samples inside them.\n",
             percent(Some(fraction))
         );
     }

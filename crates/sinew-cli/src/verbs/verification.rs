@@ -6,7 +6,8 @@ use sinew_lab::arm::{Verified, VerifiedTour};
 pub(super) fn tell_slowed(tour: &VerifiedTour, given: f64) {
     if let Some(reason) = &tour.slowed {
         eprintln!(
-            "The tour takes {:.0} s instead of {given:.0} s, in which simulated machines of this design do not track it: {reason}",
+            "The tour takes {:.0} s instead of {given:.0} s, in which simulated machines of this design do \
+                not track it: {reason}",
             tour.trajectory.duration(),
         );
     }
@@ -17,8 +18,8 @@ pub(super) fn warn(verified: &Verified) {
     match verified {
         Verified::Tracks(_) => (),
         Verified::Inaccurate(_, reason) => eprintln!(
-            "warning: simulated machines of this design come to the end of this motion, but inaccurately: {reason}; `sinew machine tune` names \
-             what limits each joint"
+            "warning: simulated machines of this design come to the end of this motion, but inaccurately: \
+                {reason}; `sinew machine tune` names what limits each joint"
         ),
         Verified::Fails(reason) => {
             eprintln!("warning: simulated machines of this design do not track this motion: {reason}");

@@ -15,7 +15,8 @@ fn robot(bench: &Bench, most: f64) {
     };
     let actuator = |name: &String| {
         format!(
-            "\n[[actuator]]\nname = \"motor_{name}\"\nmuscle = \"{name}\"\nkind = \"motor\"\ngear = -1.0\ncontrol_range = [0.0, {most:?}]\n"
+            "\n[[actuator]]\nname = \"motor_{name}\"\nmuscle = \"{name}\"\nkind = \"motor\"\ngear = \
+                -1.0\ncontrol_range = [0.0, {most:?}]\n"
         )
     };
     bench.write("limited.toml", text + &names.iter().map(actuator).collect::<String>());

@@ -189,8 +189,9 @@ fn a_body_that_cannot_run_is_refused_before_a_machine_file_is_written() {
     let bench = Bench::new();
     let body = |joint: &str, mass: &str, coefficient: &str| {
         format!(
-            "<mujoco><worldbody><body name=\"tip\">\n{joint}<inertial pos=\"0 0 -0.02\" {mass}/></body></worldbody>\
-             <tendon><fixed name=\"up\"><joint joint=\"tip\" coef=\"{coefficient}\"/></fixed></tendon></mujoco>"
+            "<mujoco><worldbody><body name=\"tip\">\n{joint}<inertial pos=\"0 0 -0.02\" \
+                {mass}/></body></worldbody><tendon><fixed name=\"up\"><joint joint=\"tip\" \
+                coef=\"{coefficient}\"/></fixed></tendon></mujoco>"
         )
     };
     let hinge = "<joint name=\"tip\" axis=\"0 1 0\" range=\"0 60\"/>";

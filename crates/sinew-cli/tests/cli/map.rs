@@ -55,21 +55,23 @@ fn a_map_has_a_table_a_report_and_every_pose_as_json() {
 /// A mass on a slide between two cables, without gravity where it is 0.
 fn slide(gravity: f64) -> String {
     format!(
-        "<mujoco model=\"slide\"><option gravity=\"0 0 {gravity}\"/><worldbody><site name=\"o1\" pos=\"0 0 .3\"/><site \
-         name=\"o2\" pos=\"0 0 -.3\"/><body name=\"a\"><joint name=\"lift\" type=\"slide\" axis=\"0 0 1\" range=\"-.05 \
-         .05\"/><geom type=\"sphere\" size=\".03\" mass=\".3\"/><site name=\"endpoint\"/></body></worldbody><tendon><spatial \
-         name=\"up\"><site site=\"o1\"/><site site=\"endpoint\"/></spatial><spatial name=\"down\"><site site=\"o2\"/><site \
-         site=\"endpoint\"/></spatial></tendon></mujoco>"
+        "<mujoco model=\"slide\"><option gravity=\"0 0 {gravity}\"/><worldbody><site name=\"o1\" pos=\"0 0 \
+            .3\"/><site name=\"o2\" pos=\"0 0 -.3\"/><body name=\"a\"><joint name=\"lift\" type=\"slide\" \
+            axis=\"0 0 1\" range=\"-.05 .05\"/><geom type=\"sphere\" size=\".03\" mass=\".3\"/><site \
+            name=\"endpoint\"/></body></worldbody><tendon><spatial name=\"up\"><site site=\"o1\"/><site \
+            site=\"endpoint\"/></spatial><spatial name=\"down\"><site site=\"o2\"/><site \
+            site=\"endpoint\"/></spatial></tendon></mujoco>"
     )
 }
 
 /// Two hinges, the second of which follows the first, with cables that are sums of joint angles.
-const COUPLED: &str = "<mujoco model=\"coupled\"><worldbody><body name=\"a\"><joint name=\"base\" axis=\"0 1 0\" range=\"-40 \
-                       40\"/><geom type=\"capsule\" size=\".01\" fromto=\"0 0 0 .1 0 0\" mass=\".1\"/><body name=\"b\" pos=\".1 0 \
-                       0\"><joint name=\"tip\" axis=\"0 1 0\" range=\"-40 40\"/><geom type=\"capsule\" size=\".01\" fromto=\"0 0 0 .1 \
-                       0 0\" mass=\".1\"/></body></body></worldbody><equality><joint joint1=\"tip\" joint2=\"base\" polycoef=\"0 .7 0 0 \
-                       0\"/></equality><tendon><fixed name=\"up\"><joint joint=\"base\" coef=\".02\"/></fixed><fixed \
-                       name=\"down\"><joint joint=\"base\" coef=\"-.02\"/></fixed></tendon></mujoco>";
+const COUPLED: &str = "<mujoco model=\"coupled\"><worldbody><body name=\"a\"><joint name=\"base\" axis=\"0 1 \
+    0\" range=\"-40 40\"/><geom type=\"capsule\" size=\".01\" fromto=\"0 0 0 .1 0 0\" mass=\".1\"/><body \
+    name=\"b\" pos=\".1 0 0\"><joint name=\"tip\" axis=\"0 1 0\" range=\"-40 40\"/><geom type=\"capsule\" \
+    size=\".01\" fromto=\"0 0 0 .1 0 0\" mass=\".1\"/></body></body></worldbody><equality><joint \
+    joint1=\"tip\" joint2=\"base\" polycoef=\"0 .7 0 0 0\"/></equality><tendon><fixed name=\"up\"><joint \
+    joint=\"base\" coef=\".02\"/></fixed><fixed name=\"down\"><joint joint=\"base\" \
+    coef=\"-.02\"/></fixed></tendon></mujoco>";
 
 #[test]
 fn body_files_alone_with_a_slide_a_coupling_or_no_gravity_are_mapped_tuned_and_shown() {

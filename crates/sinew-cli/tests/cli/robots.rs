@@ -117,7 +117,8 @@ fn poses_are_read_in_every_dialect_of_tables() {
         ("tab.csv", "shoulder_flexion\telbow_flexion [rad]\n0.25\t 0.5\n-0.25\t1.5\n".to_owned()),
         (
             "written.csv",
-            "\u{feff}# by hand\r\n\r\n\"elbow_flexion\" , shoulder_flexion\r\n  # first\r\n \"0.5\" ,\t+2.5e-1 \r\n1.5,-.25"
+            "\u{feff}# by hand\r\n\r\n\"elbow_flexion\" , shoulder_flexion\r\n  # first\r\n \"0.5\" \
+                ,\t+2.5e-1 \r\n1.5,-.25"
                 .to_owned(),
         ),
         (
@@ -276,7 +277,8 @@ fn a_fault_is_injected_by_name_and_reported_with_its_time() {
     let bench = Bench::new();
     let short = "track --duration 6 --repeats 1";
     let run = bench.run(&format!(
-        "{short} --fault joint-encoder:elbow_flexion:nan@4+0.005 --fault cable:triceps@6 --report run.html --record run.csv --json"
+        "{short} --fault joint-encoder:elbow_flexion:nan@4+0.005 --fault cable:triceps@6 --report run.html \
+            --record run.csv --json"
     ));
     assert_eq!(run.code, Some(3), "the arm was stopped: {}", run.stderr);
     for words in [

@@ -34,8 +34,9 @@ fn a_run_behind_simulated_devices_ends_as_planned_and_reports_its_bus() {
 fn devices_of_a_simulated_bus_are_those_of_their_files() {
     let bench = Bench::new();
     bench.write("drive.toml", sinew_segment::builtin::DRIVE_TOML);
-    let esi = "<EtherCATInfo><Vendor><Id>#x777</Id></Vendor><Descriptions><Devices><Device>\
-               <Type ProductCode='#x99' RevisionNo='1'>OTHER</Type></Device></Devices></Descriptions></EtherCATInfo>";
+    let esi = "<EtherCATInfo><Vendor><Id>#x777</Id></Vendor><Descriptions><Devices><Device><Type \
+               ProductCode='#x99' \
+               RevisionNo='1'>OTHER</Type></Device></Devices></Descriptions></EtherCATInfo>";
     bench.write("other.xml", esi);
     let run = "run planar_leg --path to-joints:hip=0.4 --duration 2 --hold 0.5 --virtual-time --json";
     let own = bench.succeeds(&format!("{run} --bus segment")).stdout;

@@ -226,9 +226,9 @@ fn the_second_ctrl_c_ends_a_run_at_once_with_its_results() {
 }
 
 /// Two virtual interfaces in a network of their own, in which this test runs again.
-const NETWORK: &str = "ip link set lo up; ip link add sinew0 type veth peer name sinew1 && ip link set sinew0 up \
-                       && ip link set sinew1 up && exec \"$0\" --exact \
-                       stops::drives_of_another_process_are_disabled_whatever_ends_the_run --nocapture";
+const NETWORK: &str = "ip link set lo up; ip link add sinew0 type veth peer name sinew1 && ip link set \
+    sinew0 up && ip link set sinew1 up && exec \"$0\" --exact \
+    stops::drives_of_another_process_are_disabled_whatever_ends_the_run --nocapture";
 /// Set in that network.
 const INSIDE: &str = "SINEW_STOPS_INSIDE";
 
@@ -293,8 +293,8 @@ fn disabled_after(end: End) {
         _ => "",
     };
     let mut run = start(&format!(
-        "run leg.toml --bus ethercat --interface sinew0 --path to-joints:hip=0.4,knee=1.0 --duration 60 --hold 1 \
-         --unverified --record run.mcap --json {more}"
+        "run leg.toml --bus ethercat --interface sinew0 --path to-joints:hip=0.4,knee=1.0 --duration 60 \
+            --hold 1 --unverified --record run.mcap --json {more}"
     ));
     let mut lines = BufReader::new(run.stderr.take().unwrap()).lines().map_while(Result::ok);
     match end {

@@ -30,7 +30,8 @@ fn the_page_shows_what_is_printed() {
 fn a_function_of_ones_own_is_imported_and_texts_are_literals() {
     let bench = Bench::new();
     let text = "folder = 'a\"b\\n'\ntrials = 3\nbackend = \"slurm\"\nsampler = \"nsga2\"\nstorage = \"sqlite:///s.db\"\nminimize = [\"loss\"]\n\
-                [objective.python]\nmodule = \"mine.work\"\nfunction = \"loss\"\n[parameters.gain]\nlow = 0.1\nhigh = 10\nlog = true\n";
+                [objective.python]\nmodule = \"mine.work\"\nfunction = \"loss\"\n[parameters.gain]\nlow = \
+                0.1\nhigh = 10\nlog = true\n";
     bench.write("study.toml", text);
     let printed = bench.run("design study study.toml").stdout;
     for part in [

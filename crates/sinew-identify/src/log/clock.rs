@@ -62,8 +62,9 @@ impl Clock {
                 DefectKind::Clock,
                 &self.column,
                 format!(
-                    "`{0}` advances by {interval} s from sample to sample, in the median: if these are no seconds, every speed \
-                     and time constant of the model is wrong; state its unit with --units {0}=ms",
+                    "`{0}` advances by {interval} s from sample to sample, in the median: if these are no \
+                        seconds, every speed and time constant of the model is wrong; state its unit with \
+                        --units {0}=ms",
                     self.column
                 ),
             ));

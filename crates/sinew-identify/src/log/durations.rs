@@ -29,8 +29,8 @@ pub(super) fn report_durations(dataset: &mut Dataset) {
     for (log, (seconds, samples)) in lengths.into_iter().enumerate() {
         if seconds < SHORTEST_S {
             let sentence = format!(
-                "{seconds:.2} s of data in {samples} samples: too short to show friction in both directions, so that errors \
-                 beyond what it happens to hold are not seen"
+                "{seconds:.2} s of data in {samples} samples: too short to show friction in both directions, \
+                    so that errors beyond what it happens to hold are not seen"
             );
             dataset.logs[log].add(Defect::of_log(DefectKind::Short, "", sentence));
         }
@@ -38,8 +38,9 @@ pub(super) fn report_durations(dataset: &mut Dataset) {
             && !is_simple(own / others)
         {
             let sentence = format!(
-                "`{time}` advances by {:.4} ms from sample to sample, in the other logs by {:.4} ms: if this is another clock \
-                 or unit, speeds and time constants of this log are wrong by a factor of {:.3}",
+                "`{time}` advances by {:.4} ms from sample to sample, in the other logs by {:.4} ms: if this \
+                    is another clock or unit, speeds and time constants of this log are wrong by a factor of \
+                    {:.3}",
                 1e3 * own,
                 1e3 * others,
                 own / others

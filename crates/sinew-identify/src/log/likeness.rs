@@ -44,14 +44,16 @@ pub(super) fn report_likeness(dataset: &mut Dataset) {
         for (log, info) in dataset.logs.iter_mut().enumerate() {
             if copied[log] {
                 info.findings.push(format!(
-                    "`{column}` is nearly a copy of the far side `{far}`: if it was computed from it, as by a filter, a model \
-                     learns nothing of the transmission; leave it with --ignore {column}"
+                    "`{column}` is nearly a copy of the far side `{far}`: if it was computed from it, as by \
+                        a filter, a model learns nothing of the transmission; leave it with --ignore \
+                        {column}"
                 ));
             }
             let odd = together[log].is_some_and(|r| rare * r > CLEAR);
             if input.role == Role::Effort && odd && alike.min(opposite) > 0 {
                 info.findings.push(format!(
-                    "`{far}` and `{column}` rise and fall {} here, unlike in {} other {}: is the sign of one reversed?",
+                    "`{far}` and `{column}` rise and fall {} here, unlike in {} other {}: is the sign of \
+                        one reversed?",
                     if rare < 0.0 { "oppositely" } else { "together" },
                     alike.max(opposite),
                     if alike.max(opposite) == 1 { "log" } else { "logs" },

@@ -227,8 +227,9 @@ fn clipped_at(
     let line = rows[first.sequence][first.start];
     let total: usize = channel.values.iter().map(Vec::len).sum();
     let sentence = format!(
-        "`{}` is clipped at {bound}: {samples} of {total} samples, from line {line} on, stand exactly there while `{}` goes on; \
-         beyond it the model cannot tell what happens, and its errors there do not show",
+        "`{}` is clipped at {bound}: {samples} of {total} samples, from line {line} on, stand exactly there \
+            while `{}` goes on; beyond it the model cannot tell what happens, and its errors there do not \
+            show",
         channel.name, other.name
     );
     Some(Defect { kind: DefectKind::Clipped, column: channel.name.clone(), line: Some(line), sentence })
@@ -284,8 +285,8 @@ fn frozen(
     let (from, to) = (lines[longest.start], lines[longest.end - 1]);
     let seconds = times[longest.sequence][longest.end - 1] - times[longest.sequence][longest.start];
     let sentence = format!(
-        "`{}` is frozen at {} from line {from} to {to} ({seconds:.2} s) while `{}` moves by {:.0} % of its range: a sensor or its \
-         transfer hung, and the model learns a standstill that was none",
+        "`{}` is frozen at {} from line {from} to {to} ({seconds:.2} s) while `{}` moves by {:.0} % of its \
+            range: a sensor or its transfer hung, and the model learns a standstill that was none",
         channel.name,
         values[longest.start],
         other.name,

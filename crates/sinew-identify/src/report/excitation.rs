@@ -89,8 +89,8 @@ fn coarse(logs: &ConditionedLogs, input: usize, range: f64, name: &str) -> Optio
     let (median, log) = (0..logs.data.logs.len()).filter_map(of_log).min()?;
     let info = &logs.data.logs[log];
     Some(format!(
-        "`{name}` of {} reverses every {median} samples, at {:.3} Hz: the rate is too low for the reversals, expected \
-         {FEWEST_OF_STROKE} samples and more in a stroke",
+        "`{name}` of {} reverses every {median} samples, at {:.3} Hz: the rate is too low for the reversals, \
+            expected {FEWEST_OF_STROKE} samples and more in a stroke",
         info.name,
         info.interval_s.recip()
     ))

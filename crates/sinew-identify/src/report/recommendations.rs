@@ -27,7 +27,8 @@ pub(super) fn warnings(
     let Some(chosen) = report.candidates.iter().find(|c| c.chosen) else { return warnings };
     if chosen.coverage95 < MIN_COVERAGE {
         warnings.push(format!(
-            "Only {:.0} % of the unseen samples lie inside the 95 % band: it is too narrow for some conditions.",
+            "Only {:.0} % of the unseen samples lie inside the 95 % band: it is too narrow for some \
+                conditions.",
             100.0 * chosen.coverage95
         ));
     }
@@ -45,14 +46,14 @@ pub(super) fn warnings(
     }
     if !report.inputs.iter().any(|i| matches!(i.role, Role::Motion | Role::Anchor)) {
         warnings.push(
-            "No position was given: the direction of sliding comes from the tension alone, which is right only \
-             while the far end stands still or moves little."
+            "No position was given: the direction of sliding comes from the tension alone, which is right \
+                only while the far end stands still or moves little."
                 .to_owned(),
         );
     }
     warnings.push(
-        "The near side does not show a change of specimen: after a change of tool, cable or sheath the band is not \
-         valid until the model has been adapted to a short log with the far side measured."
+        "The near side does not show a change of specimen: after a change of tool, cable or sheath the band \
+            is not valid until the model has been adapted to a short log with the far side measured."
             .to_owned(),
     );
     warnings

@@ -212,8 +212,8 @@ pub(crate) fn report_contradiction(logs: &mut ConditionedLogs, (i, j): (usize, u
             explained.map_or_else(String::new, |e| format!(" (either {}, or the reverse there)", e.words()));
         let remedy = if count == 2 { "a third log" } else { "a fourth log" };
         let sentence = format!(
-            "contradicts {name}: a model of one does not predict the other{what}; {count} logs cannot say which is wrong, and the \
-             model is a mean of both; {remedy} decides, or leave one out"
+            "contradicts {name}: a model of one does not predict the other{what}; {count} logs cannot say \
+                which is wrong, and the model is a mean of both; {remedy} decides, or leave one out"
         );
         logs.data.logs[k].add(Defect::of_log(DefectKind::Contradiction, "", sentence));
     }
@@ -250,8 +250,9 @@ pub(crate) fn report_shift(logs: &mut ConditionedLogs) {
         let beside = if column == far { "the near side".to_owned() } else { format!("`{far}`") };
         for info in &mut logs.data.logs {
             let sentence = format!(
-                "`{column}` comes {ms:.0} ms {way} than {beside} moves: shifted back, it is predicted with less than half of the \
-                 error; two clocks or a filter, and the model takes the delay for friction"
+                "`{column}` comes {ms:.0} ms {way} than {beside} moves: shifted back, it is predicted with \
+                    less than half of the error; two clocks or a filter, and the model takes the delay for \
+                    friction"
             );
             info.add(Defect::of_log(DefectKind::Shifted, &column, sentence));
         }

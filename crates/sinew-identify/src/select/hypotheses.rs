@@ -298,8 +298,8 @@ impl Explanation {
     pub(crate) fn defect(&self) -> Defect {
         let kind = if matches!(self.fault, Fault::Shift(_)) { DefectKind::Shifted } else { DefectKind::Gain };
         let sentence = format!(
-            "{}, in the whole log: corrected, its error by a model of the others falls to {:.0} %; as it is, the model is a mean \
-             of two transmissions",
+            "{}, in the whole log: corrected, its error by a model of the others falls to {:.0} %; as it is, \
+                the model is a mean of two transmissions",
             self.words(),
             100.0 * self.error_after / self.error_before
         );

@@ -179,8 +179,8 @@ fn settle_three(
                 })
                 .collect();
             new[odd].remark = format!(
-                "The two other logs predict each other, and it {ratio:.1} times worse: the odd one of three. It was left out; find out \
-                 what was different that day, or keep it with --keep."
+                "The two other logs predict each other, and it {ratio:.1} times worse: the odd one of three. \
+                    It was left out; find out what was different that day, or keep it with --keep."
             );
             explain_row(&logs, odd, &sound, &mut new[odd]);
             if rows.is_empty() {
@@ -225,8 +225,8 @@ fn remark_kept(judged: Judgement, reason: &str) -> String {
 
 fn described(Judgement { influence, deviation, .. }: Judgement) -> String {
     format!(
-        "With it in training the other logs are predicted {:.2} times worse, and it is itself predicted {:.1} times worse than \
-         they are (limits {:.2} and {:.1})",
+        "With it in training the other logs are predicted {:.2} times worse, and it is itself predicted \
+            {:.1} times worse than they are (limits {:.2} and {:.1})",
         influence.exp(),
         deviation.exp(),
         MIN_INFLUENCE.exp(),

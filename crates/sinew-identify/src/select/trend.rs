@@ -62,8 +62,9 @@ pub(crate) fn report_trend(logs: &mut ConditionedLogs) {
     let (Some(first), Some(last)) = (order.first(), order.last()) else { return };
     let far = logs.data.roles.far.clone().unwrap_or_default();
     let sentence = format!(
-        "the hysteresis of `{far}` {way} by {:.0} % a log, from {} to {}: the next will be beyond all of them, and its error \
-         larger than expected; find the cause, or identify from the latest logs and adapt",
+        "the hysteresis of `{far}` {way} by {:.0} % a log, from {} to {}: the next will be beyond all of \
+            them, and its error larger than expected; find the cause, or identify from the latest logs and \
+            adapt",
         percent.abs(),
         logs.data.logs[*first].name,
         logs.data.logs[*last].name

@@ -74,8 +74,8 @@ fn long_the_expected_error_is_within_a_fifth_of_the_fresh_one_in_the_median() {
         let ratio = |fraction: f64| at(fraction, |score| score.0);
         let inside = |fraction: f64| 100.0 * at(fraction, |score| score.1);
         eprintln!(
-            "{family:?}: expected over fresh error, median {:.2}, 10 % {:.2}, 90 % {:.2}; inside the band, median \
-             {:.1} %, 10 % {:.1} %, 90 % {:.1} %",
+            "{family:?}: expected over fresh error, median {:.2}, 10 % {:.2}, 90 % {:.2}; inside the band, \
+                median {:.1} %, 10 % {:.1} %, 90 % {:.1} %",
             ratio(0.5),
             ratio(0.1),
             ratio(0.9),

@@ -254,9 +254,9 @@ impl Outcome {
             delays.get(index).map_or(f64::NAN, |delay| 1e3 * delay)
         };
         eprintln!(
-            "{name}: {} faults, {} stopped; {} not, of which {} above {BRIDGED} of a completed run's bound, {} above \
-             the bound and not reported; {} named, {} wrongly; first report after {:.0} ms in the median, {:.0} at \
-             the 95th percentile, {:.0} at most; {} false alarms",
+            "{name}: {} faults, {} stopped; {} not, of which {} above {BRIDGED} of a completed run's bound, \
+                {} above the bound and not reported; {} named, {} wrongly; first report after {:.0} ms in \
+                the median, {:.0} at the 95th percentile, {:.0} at most; {} false alarms",
             self.cases.len(),
             self.count(|case| case.stopped),
             self.count(|case| !case.stopped),

@@ -63,7 +63,8 @@ fn campaign(seeds: &[u64]) -> Vec<Outcome> {
     let ran: Vec<Outcome> = results.into_iter().flatten().collect();
     let count = |f: fn(&Outcome) -> bool| ran.iter().filter(|run| f(run)).count();
     eprintln!(
-        "{sampled} machines, {} refused before the start, {} ran for {:.2} h: {} stopped, {} lost, {} with an incident",
+        "{sampled} machines, {} refused before the start, {} ran for {:.2} h: {} stopped, {} lost, {} with \
+            an incident",
         sampled - ran.len(),
         ran.len(),
         ran.iter().map(|run| run.seconds).sum::<f64>() / 3600.0,

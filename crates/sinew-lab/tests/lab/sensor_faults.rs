@@ -67,8 +67,8 @@ fn campaign(name: &str, first: u64, seeds: u64, count: usize) -> (Vec<LieCase>, 
 /// Table of a campaign in Markdown.
 fn table(cases: &[LieCase]) -> String {
     let mut text = String::from(
-        "| sensor | runs | found | harmless | named rightly of the found | above the bound without a report | stopped wrongly | \
-         largest error, of the bound |\n|---|---|---|---|---|---|---|---|\n",
+        "| sensor | runs | found | harmless | named rightly of the found | above the bound without a report \
+            | stopped wrongly | largest error, of the bound |\n|---|---|---|---|---|---|---|---|\n",
     );
     for lie in Lie::ALL {
         let of: Vec<&LieCase> = cases.iter().filter(|case| case.lie == lie).collect();

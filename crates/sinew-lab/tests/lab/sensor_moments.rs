@@ -132,7 +132,8 @@ fn cases(name: &'static str, seed: u64, count: usize) -> Vec<Case> {
 
 fn table(cases: &[Case]) -> String {
     let mut text = String::from(
-        "| when | runs | reported | first named rightly | largest tension, of its limit | largest joint speed, of that of the motion |\n\
+        "| when | runs | reported | first named rightly | largest tension, of its limit | largest joint \
+            speed, of that of the motion |\n\
          |---|---|---|---|---|---|\n",
     );
     for moment in Moment::ALL {

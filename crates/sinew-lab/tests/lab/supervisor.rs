@@ -39,7 +39,8 @@ fn table(cases: &[Case]) -> String {
     cases.iter().for_each(|case| by_kind.entry(case.injection).or_default().push(case));
     let mut text = String::from(
         "| fault | runs | found | named rightly | first report, ms: median | most | safe stop, ms: most | \
-         joint speed after it, rad/s: most | tension over its limit: most | recovered |\n|---|---|---|---|---|---|---|---|---|---|\n",
+         joint speed after it, rad/s: most | tension over its limit: most | recovered \
+         |\n|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for (injection, cases) in by_kind {
         let mut reports: Vec<f64> =

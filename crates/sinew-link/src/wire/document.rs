@@ -111,7 +111,8 @@ pub fn tables() -> String {
             codes.iter().map(|Code { number, name }| format!("{number} {name}")).collect();
         let _ = writeln!(text, "| `{name}` | {} |", codes.join(", "));
     }
-    text += "\n### Rejections, in the order of the checks\n\n| `last_rejection` | name | the packet |\n|---|---|---|\n";
+    text += "\n### Rejections, in the order of the checks\n\n| `last_rejection` | name | the packet \
+        |\n|---|---|---|\n";
     for reason in Rejection::ALL {
         let _ = writeln!(text, "| {} | `{}` | {} |", reason.number(), reason.name(), reason.about());
     }

@@ -36,7 +36,8 @@ packet! {
         machine: [u8; 32], "1", "Name of the machine, UTF-8, filled up with zeros.";
         joints: u16, "1", "Independent joints, 0 to 64.";
         muscles: u16, "1", "Muscles, 0 to 128.";
-        features: u32, "1", "Bits: 0 lock-step, 1 joints, 2 muscle lengths, 3 tensions, 4 end point (accepted set-points).";
+        features: u32, "1", "Bits: 0 lock-step, 1 joints, 2 muscle lengths, 3 tensions, 4 end point \
+            (accepted set-points).";
         period_ns: u64, "ns", "Of the control cycle.";
         state_period_ns: u64, "ns", "Of the State packets.";
         playout_delay_ns: u64, "ns", "From the time stamp of a set-point to its effect.";
@@ -81,18 +82,23 @@ packet! {
         mode: u8, "1", "Operating mode.";
         request: u8, "1", "Newest mode request that was taken.";
         setpoint: u8, "1", "Kind of the set-points that are followed; 0: none.";
-        flags: u8, "1", "Bits: 0 waits for `advance_to_ns`, 1 commands have timed out, 2 set-points are limited, 3 a reading is missing and shown as last read. What has never been known is not a number.";
+        flags: u8, "1", "Bits: 0 waits for `advance_to_ns`, 1 commands have timed out, 2 set-points are \
+            limited, 3 a reading is missing and shown as last read. What has never been known is not a number.";
         fault: u16, "1", "Code of the fault, see the list of faults; 0: none.";
         fault_index: u16, "1", "Index of the joint or muscle that the code counts; else 0.";
         queued: u16, "1", "Points that wait for their time.";
-        last_rejection: u8, "1", "Reason for which the content of a packet of this session was last rejected; 0: none. It stays.";
+        last_rejection: u8, "1", "Reason for which the content of a packet of this session was last \
+            rejected; 0: none. It stays.";
         joint_size: u16, "bytes", "Of the record of a joint; whoever knows fewer numbers skips the rest.";
         muscle_size: u16, "bytes", "Of the record of a muscle, alike.";
         padding: [u8; 1], "1", "Zero.";
-        accepted: u64, "1", "Packets of this session that have arrived, each counted once: with its tag, unseen and in order of time, whatever its content.";
-        lost: u64, "1", "Packets of this session that have not arrived: the newest sequence number less `accepted`.";
+        accepted: u64, "1", "Packets of this session that have arrived, each counted once: with its tag, \
+            unseen and in order of time, whatever its content.";
+        lost: u64, "1", "Packets of this session that have not arrived: the newest sequence number less \
+            `accepted`.";
         rejected: u64, "1", "Packets from anyone rejected since the host's start.";
-        late: u64, "1", "Points dropped because their time had passed or 256 were waiting, since the host's start.";
+        late: u64, "1", "Points dropped because their time had passed or 256 were waiting, since the \
+            host's start.";
         end_point: [f64; 3], "m", "End point in the world; zeros where the machine has none.";
         joints: u16, "1", "Joints of the machine.";
         muscles: u16, "1", "Muscles of the machine.";

@@ -12,8 +12,8 @@ pub(crate) struct Written {
     pub(crate) start: f64,
 }
 
-const KEYS: &str = "free, sheath, pulley, friction, viscous_s_per_m, efficiency, drag_n_s_per_m, drag_fade_n, pretension_n, \
-                    compliance_per_n, sheath_compliance_per_n, start_n";
+const KEYS: &str = "free, sheath, pulley, friction, viscous_s_per_m, efficiency, drag_n_s_per_m, \
+    drag_fade_n, pretension_n, compliance_per_n, sheath_compliance_per_n, start_n";
 
 impl Written {
     /// From the pairs of an entry; segments of the path in their order. Friction and compliance have no

@@ -73,7 +73,8 @@ impl Sheath {
         let largest = friction * bend * (1.0 + rise) + loss;
         if largest > LARGEST_ANGLE {
             return Err(format!(
-                "the friction angle mu bend (1 + rise) - ln efficiency is {largest:.1}, expected at most {LARGEST_ANGLE}"
+                "the friction angle mu bend (1 + rise) - ln efficiency is {largest:.1}, expected at most \
+                    {LARGEST_ANGLE}"
             ));
         }
         Ok(law)

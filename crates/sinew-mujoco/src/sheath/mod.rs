@@ -98,7 +98,8 @@ impl Plugin for Sheaths {
             let name = || model.tendon_name(tendon);
             if model.tendon_frictionloss.get(tendon).is_none_or(|loss| *loss <= 0.0) {
                 return Err(format!(
-                    "tendon {}: frictionloss must be above zero, 1e-9 for example, so that its friction constraint exists",
+                    "tendon {}: frictionloss must be above zero, 1e-9 for example, so that its friction \
+                        constraint exists",
                     name()
                 ));
             }
@@ -107,8 +108,8 @@ impl Plugin for Sheaths {
             {
                 if model.forcelimited.get(actuator).is_some_and(|limited| *limited != 0) {
                     return Err(format!(
-                        "tendon {}: its actuator number {actuator} must have forcelimited=\"false\"; the plugin applies its \
-                         forcerange before friction",
+                        "tendon {}: its actuator number {actuator} must have forcelimited=\"false\"; the \
+                            plugin applies its forcerange before friction",
                         name()
                     ));
                 }

@@ -96,8 +96,9 @@ fn uncompensated(results: &BenchResults) -> String {
     let deviation = |k: usize, other: usize| (ours[k] / reported[other] - 1.0).abs();
     let (straight, exchanged) = (deviation(0, 0).max(deviation(1, 1)), deviation(0, 1).max(deviation(1, 0)));
     let mut text = format!(
-        "Without compensation, while the pulling end varies between 40 and 200 N, the mean difference between the \
-         tensions of the two ends is {} N (active) and {} N (passive); the paper reports {} and {} N.",
+        "Without compensation, while the pulling end varies between 40 and 200 N, the mean difference \
+            between the tensions of the two ends is {} N (active) and {} N (passive); the paper reports {} \
+            and {} N.",
         fixed(ours[0], 1),
         fixed(ours[1], 1),
         fixed(reported[0], 1),
@@ -105,8 +106,8 @@ fn uncompensated(results: &BenchResults) -> String {
     );
     if exchanged < straight {
         text += &format!(
-            " Exchanged, the paper’s numbers are within {} % of these. Its own Table II supports that: the pulling end \
-             at 40 to 200 N, its mean efficiencies give {} N (active) and {} N (passive).",
+            " Exchanged, the paper’s numbers are within {} % of these. Its own Table II supports that: the \
+                pulling end at 40 to 200 N, its mean efficiencies give {} N (active) and {} N (passive).",
             fixed(100.0 * exchanged, 0),
             fixed(120.0 * (1.0 - mean(&paper::EFFICIENCY[0])), 0),
             fixed(120.0 * (1.0 - 1.0 / mean(&paper::EFFICIENCY[1])), 0)

@@ -164,27 +164,30 @@ fn table1_notes(results: &BenchResults) -> Vec<String> {
     if let Some((found, estimate)) = found {
         let reported = paper::RMSE_N.iter().flatten().copied().fold(f64::NAN, f64::max);
         notes.push(format!(
-            "The paper’s network, re-implemented, has errors up to {} N here and up to {} N on the paper’s hardware. It \
-             maps the present tension and speed to the friction loss. On the simulated cable the loss also depends on the \
-             slip front, so that one input belongs to several losses: over whole cycles its estimate of the far tension \
-             deviates by up to {} N rms. It commands a drive tension, which does not act on the far end while the near \
-             end sticks. The paper states neither how training and test data were separated nor the bandwidth of its \
-             tension loop; what part of the difference is due to these is not known.",
+            "The paper’s network, re-implemented, has errors up to {} N here and up to {} N on the paper’s \
+                hardware. It maps the present tension and speed to the friction loss. On the simulated cable \
+                the loss also depends on the slip front, so that one input belongs to several losses: over \
+                whole cycles its estimate of the far tension deviates by up to {} N rms. It commands a drive \
+                tension, which does not act on the far end while the near end sticks. The paper states \
+                neither how training and test data were separated nor the bandwidth of its tension loop; \
+                what part of the difference is due to these is not known.",
             fixed(found, 1),
             fixed(reported, 2),
             fixed(estimate, 1)
         ));
     }
     notes.push(format!(
-        "The observer reads the motor’s encoder, the load cell at the drive and the encoder of the joint; it needs no \
-         tension sensor at the far end. In the rows without the joint’s encoder the reference of the motion stands in its \
-         place; the load deviates from it by up to {} mm on this bench, a joint of a robot by more.",
+        "The observer reads the motor’s encoder, the load cell at the drive and the encoder of the joint; it \
+            needs no tension sensor at the far end. In the rows without the joint’s encoder the reference of \
+            the motion stands in its place; the load deviates from it by up to {} mm on this bench, a joint \
+            of a robot by more.",
         fixed(1e3 * results.without_joint_encoder.largest_anchor_error_m, 2)
     ));
     notes.push(
-        "True cable state: control by the plant’s own law with its true stretch, drag and far tension. It knows more than \
-         any compensation; what remains is the lag of the winch. With the law and the true stretch alone it would be no \
-         bound: the plant’s creep and warming are not part of its law, while an identified law absorbs a part of them."
+        "True cable state: control by the plant’s own law with its true stretch, drag and far tension. It \
+            knows more than any compensation; what remains is the lag of the winch. With the law and the \
+            true stretch alone it would be no bound: the plant’s creep and warming are not part of its law, \
+            while an identified law absorbs a part of them."
             .to_owned(),
     );
     notes
@@ -193,8 +196,8 @@ fn table1_notes(results: &BenchResults) -> Vec<String> {
 /// What Table I (c) measures, and where control by the true state is not the least.
 fn cycle_notes(results: &BenchResults) -> Vec<String> {
     let mut notes = vec![
-        "After a reversal the winch must first take up the elongation of the cable, which no compensation avoids. \
-         Recovery: time until the far tension stays within 5 N of its reference for 0.2 s."
+        "After a reversal the winch must first take up the elongation of the cable, which no compensation \
+            avoids. Recovery: time until the far tension stays within 5 N of its reference for 0.2 s."
             .to_owned(),
     ];
     let of = |variant| results.table1_cycles.get(&variant).map(sides);
@@ -206,8 +209,9 @@ fn cycle_notes(results: &BenchResults) -> Vec<String> {
     });
     if above >= 0.005 {
         notes.push(format!(
-            "Control by the true cable state begins every stroke without the correction of its law, which needs the whole \
-             cable to slide: over whole cycles it exceeds the observer by up to {} N and is no bound there.",
+            "Control by the true cable state begins every stroke without the correction of its law, which \
+                needs the whole cable to slide: over whole cycles it exceeds the observer by up to {} N and \
+                is no bound there.",
             fixed(above, 2)
         ));
     }

@@ -27,10 +27,10 @@ pub(super) fn verdict(results: &BenchResults) -> String {
     let met = found.iter().zip(TARGETS_N).all(|(error, target)| *error <= target);
     let [paper_active, paper_passive] = paper_mean_rmse().map(|error| fixed(error, 2));
     format!(
-        "With the observer, which reads the joint’s encoder and no far-end tension, the tracking error of the far \
-         tension in steady strokes is at most {active} (active) and {passive} (passive) rms at every speed; with the \
-         reference of the motion in place of that encoder {} and {} N. The paper reports \
-         {paper_active} and {paper_passive} N on average over the speeds.{}",
+        "With the observer, which reads the joint’s encoder and no far-end tension, the tracking error of \
+            the far tension in steady strokes is at most {active} (active) and {passive} (passive) rms at \
+            every speed; with the reference of the motion in place of that encoder {} and {} N. The paper \
+            reports {paper_active} and {paper_passive} N on average over the speeds.{}",
         fixed(without[0], 2),
         fixed(without[1], 2),
         if met { "" } else { " The target of this project is not met." }
@@ -41,8 +41,8 @@ pub(super) fn arm_verdict(part: &ArmPart) -> String {
     let Some(numbers) = part.tracking.get(&CompensationVariant::Observer) else { return String::new() };
     let error = &numbers.end_point_error_m;
     format!(
-        " The end point of the arm tracks its path with an error of <strong class=\"figure\">{} mm</strong> mean and {} mm \
-         max; the paper reports {} and {} mm.",
+        " The end point of the arm tracks its path with an error of <strong class=\"figure\">{} mm</strong> \
+            mean and {} mm max; the paper reports {} and {} mm.",
         fixed(1e3 * error.mean, 2),
         fixed(1e3 * error.max, 1),
         fixed(paper::END_POINT_ERROR_MM[0], 1),

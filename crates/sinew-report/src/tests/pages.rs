@@ -240,7 +240,8 @@ fn pages_of_robots_and_runs_ask_for_nothing_and_are_the_same_each_time() {
 fn a_run_names_what_its_largest_errors_consist_of() {
     let page = track_page(true, "hamstrings");
     for words in [
-        "3.00 mm at 7.50 s: knee is off by 4.00 mrad, which alone makes 2.50 mm along the error, 0.12 s after it reversed.",
+        "3.00 mm at 7.50 s: knee is off by 4.00 mrad, which alone makes 2.50 mm along the error, 0.12 s \
+            after it reversed.",
         "zero offsets of the encoders account for 0.40 mm",
         "hardware",
         "difference",

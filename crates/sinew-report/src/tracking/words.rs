@@ -123,8 +123,8 @@ fn after_reversals(view: &TrackView<'_>) -> Option<String> {
     let fraction =
         |of: &[(f64, f64)]| of.iter().filter(|(_, t)| follows(*t)).count() as f64 / of.len() as f64;
     Some(format!(
-        "Of the largest tenth of all errors {} lie within {AFTER_REVERSAL_S} s after the reversal of a joint; of the time of \
-         the motion these are {}.",
+        "Of the largest tenth of all errors {} lie within {AFTER_REVERSAL_S} s after the reversal of a \
+            joint; of the time of the motion these are {}.",
         percent(fraction(&sorted[..tenth])),
         percent(fraction(&sorted))
     ))
@@ -137,8 +137,8 @@ pub(super) fn remarks(view: &TrackView<'_>) -> Vec<String> {
     let unseen = numbers.unseen_error_m;
     let [mean, max] = [(unseen.mean, 2), (unseen.max, 1)].map(|(m, digits)| fixed(1e3 * m, digits));
     remarks.push(format!(
-        "Mean error by the encoders’ zero offsets alone: {mean} mm (max {max}); it cannot be observed without a \
-         sensor at the end point."
+        "Mean error by the encoders’ zero offsets alone: {mean} mm (max {max}); it cannot be observed \
+            without a sensor at the end point."
     ));
     let repeats = &numbers.end_point_error_per_repeat_m;
     if repeats.len() > 1 {
@@ -150,8 +150,8 @@ pub(super) fn remarks(view: &TrackView<'_>) -> Vec<String> {
         let [mean, max] = [(e.mean, 2), (e.max, 2)].map(|(m, digits)| fixed(1e3 * m, digits));
         let [ripple, unseen] = [hold.tension_ripple_n, 1e3 * hold.unseen_error_m].map(|x| fixed(x, 2));
         remarks.push(format!(
-            "Mean error while holding: {mean} mm (max {max}), by the encoders’ zero offsets alone: {unseen} mm. \
-             Tension ripple while holding: {ripple} N rms."
+            "Mean error while holding: {mean} mm (max {max}), by the encoders’ zero offsets alone: {unseen} \
+                mm. Tension ripple while holding: {ripple} N rms."
         ));
     }
     remarks

@@ -397,7 +397,8 @@ fn a_stop_of_the_c_client_outlives_it() {
 #include \"sinew_link.h\"
 int main(int count, char **arguments) {
     static sinew_link robot;
-    if (count < 3 || sinew_link_open(&robot, \"127.0.0.1\", (unsigned)atoi(arguments[1]), NULL, 5.0)) return 1;
+    if (count < 3 || sinew_link_open(&robot, \"127.0.0.1\", (unsigned)atoi(arguments[1]), NULL, 5.0)) \
+    return 1;
     uint64_t goal = 0, lock_step = atoi(arguments[2]) == 1, end = sinew_now() + 30000000000u;
     while (robot.state.mode != SINEW_RUN && sinew_now() < end) {
         goal += 20000000u;
@@ -406,7 +407,8 @@ int main(int count, char **arguments) {
             if (sinew_link_receive(&robot, 0.1) && (!lock_step || robot.state.machine_time_ns >= goal)) break;
         }
     }
-    sinew_link_command(&robot, SINEW_ASK_SAFE_STOP, SINEW_NONE, NULL, NULL, 0, 0, lock_step * (goal + 1500000000u));
+    sinew_link_command(&robot, SINEW_ASK_SAFE_STOP, SINEW_NONE, NULL, NULL, 0, 0, lock_step * (goal + \
+    1500000000u));
     puts(sinew_link_close(&robot) ? \"not acknowledged\" : \"acknowledged\");
     return 0;
 }

@@ -40,9 +40,11 @@ fn texts_are_uploaded_in_one_message_where_they_fit() {
 
 /// A device with small mailboxes and a long writable text.
 fn narrow() -> sinew_segment::DeviceDescription {
-    let text = builtin::LOAD_CELL_TOML
-        .replace("length = 128", "length = 32")
-        .replace("[[pdo]]", "[[object]]\nindex = 0x9000\nname = \"Note\"\ntype = \"text\"\nbits = 800\naccess = \"rw\"\n\n[[pdo]]");
+    let text = builtin::LOAD_CELL_TOML.replace("length = 128", "length = 32").replace(
+        "[[pdo]]",
+        "[[object]]\nindex = 0x9000\nname = \"Note\"\ntype = \"text\"\nbits = \
+            800\naccess = \"rw\"\n\n[[pdo]]",
+    );
     sinew_segment::DeviceDescription::from_toml("narrow.toml", &text).unwrap()
 }
 

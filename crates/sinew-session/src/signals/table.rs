@@ -135,7 +135,8 @@ signals! {
     #[doc = "of the controller: 0 following, 1 holding, 2 degraded, 3 stopped"]
     Status("status", "1", Cycle, State, ONE, every, "status") =
         |cycle, out| put(out, status_code(cycle.command.arm.status, cycle.command.fault)[0]);
-    #[doc = "its fault: 1000 times the code ([link.md](link.md#faults)) plus the index of its muscle or joint; 0 without one"]
+    #[doc = "its fault: 1000 times the code ([link.md](link.md#faults)) plus the index of its muscle or \
+        joint; 0 without one"]
     Fault("fault", "1", Cycle, State, ONE, every, "fault") =
         |cycle, out| put(out, status_code(cycle.command.arm.status, cycle.command.fault)[1]);
     #[doc = "of the supervisor: 0 off, 1 ready, 2 pretension, 3 hold, 4 run, 5 safe stop, 6 fault"]
@@ -144,7 +145,8 @@ signals! {
     #[doc = "its fault, as `fault`"]
     ModeFault("mode_fault", "1", Cycle, State, ONE, every, "fault of the mode") =
         |cycle, out| put(out, cycle.command.fault.map_or(0.0, fault_code));
-    #[doc = "0 none, 1 lost, 2 devices missing, 3 device not ready, 4 drive, by injection 5 late (ns), 6 without a new command (its age, us)"]
+    #[doc = "0 none, 1 lost, 2 devices missing, 3 device not ready, 4 drive, by injection 5 late (ns), 6 \
+        without a new command (its age, us)"]
     BusFault("bus_fault", "1", Cycle, State, ONE, every, "fault of the bus") =
         |cycle, out| put(out, bus_code(cycle.exchange.fault)[0]);
     #[doc = "numbers of the bus fault"]

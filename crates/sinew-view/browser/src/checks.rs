@@ -115,11 +115,14 @@ async fn positions(page: &Browser, server: Option<&Server>) -> Outcome<()> {
         // The frame that stands: what it shows, and how far each shape lies from its body's pose.
         let found = page.value(
             "const v = sinew.view, now = v.now; let worst = 0;
-             for (const { mesh, parts } of v.bodies.looks.get('body')) parts.forEach(({ shape, local }, k) => {
-               const b = 7 * shape.body, [x, y, z] = [12, 13, 14].map((i) => local.elements[i]), p = now.body_pose;
+             for (const { mesh, parts } of v.bodies.looks.get('body')) parts.forEach(({ shape, local }, k) \
+             => {
+               const b = 7 * shape.body, [x, y, z] = [12, 13, 14].map((i) => local.elements[i]), p = \
+               now.body_pose;
                const [w, a, c, d] = [p[b + 3], p[b + 4], p[b + 5], p[b + 6]];
                const t = [c * z - d * y, d * x - a * z, a * y - c * x].map((v) => 2 * v);
-               const at = [x + w * t[0] + c * t[2] - d * t[1], y + w * t[1] + d * t[0] - a * t[2], z + w * t[2] + a * t[1] - c * t[0]];
+               const at = [x + w * t[0] + c * t[2] - d * t[1], y + w * t[1] + d * t[0] - a * t[2], z + w * \
+               t[2] + a * t[1] - c * t[0]];
                const drawn = mesh.instanceMatrix.array.slice(16 * k + 12, 16 * k + 15);
                worst = Math.max(worst, ...at.map((v, i) => Math.abs(p[b + i] + v - drawn[i])));
              });
@@ -179,7 +182,8 @@ async fn dragged(page: &Browser, requested: &Requested) -> Outcome<()> {
     rest(800).await;
     settled(page).await?;
     let at = page.value(
-        "const v = sinew.view, p = v.surroundings.handle.position.clone().project(v.stage.camera), b = v.stage.canvas.getBoundingClientRect();
+        "const v = sinew.view, p = v.surroundings.handle.position.clone().project(v.stage.camera), b = \
+            v.stage.canvas.getBoundingClientRect();
          return [b.left + (0.5 + 0.5 * p.x) * b.width, b.top + (0.5 - 0.5 * p.y) * b.height];",
     ).await?;
     let from = [0, 1].map(|k| at[k].as_f64().unwrap_or(0.0));
@@ -220,8 +224,10 @@ async fn stopped(page: &Browser, requested: &Requested) -> Outcome<()> {
 /// The tabulator reaches every control; letters select and change.
 async fn keyboard(page: &Browser) -> Outcome<()> {
     page.value("document.activeElement.blur(); window.scrollTo(0, 0)").await?;
-    let all = "[...document.querySelectorAll('a[href], button, input, select, canvas[tabindex]')].filter((e) => !e.disabled && e.checkVisibility())";
-    let count = page.number(&format!("window.reached = new Set(); document.addEventListener('focusin', (e) => reached.add(e.target)); return {all}.length")).await?;
+    let all = "[...document.querySelectorAll('a[href], button, input, select, \
+        canvas[tabindex]')].filter((e) => !e.disabled && e.checkVisibility())";
+    let count = page.number(&format!("window.reached = new Set(); document.addEventListener('focusin', (e) \
+        => reached.add(e.target)); return {all}.length")).await?;
     for _ in 0..(count as usize + 10) {
         key(page, TAB).await?;
     }
@@ -280,8 +286,11 @@ pub(crate) async fn accessible(page: &Browser, requested: &Requested, state: &st
     let script = std::fs::read_to_string(axe).map_err(|e| format!("{}: {e}", axe.display()))?;
     page.value(&script).await?;
     let found = page.later(
-        "const done = arguments[0]; axe.run({ runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'] }).then((r) =>
-           done({ passes: r.passes.length, violations: r.violations.map((v) => `${v.id}: ${v.nodes.slice(0, 3).map((n) => n.html.slice(0, 90) + ' ' + n.any.map((a) => a.message).join(' ')).join(' | ')}`) }), (e) => done({ violations: [String(e)] }))",
+        "const done = arguments[0]; axe.run({ runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', \
+            'wcag22aa'] }).then((r) =>
+           done({ passes: r.passes.length, violations: r.violations.map((v) => `${v.id}: \
+           ${v.nodes.slice(0, 3).map((n) => n.html.slice(0, 90) + ' ' + n.any.map((a) => a.message).join(' \
+           ')).join(' | ')}`) }), (e) => done({ violations: [String(e)] }))",
     ).await?;
     let broken: Vec<String> =
         found["violations"].as_array().into_iter().flatten().map(Value::to_string).collect();
@@ -296,7 +305,8 @@ async fn phone(page: &Browser, requested: &Requested) -> Outcome<()> {
     page.picture(&requested.out, "phone").await?;
     let narrow = page.value(
         "const s = document.querySelector('#stop').getBoundingClientRect();
-         return { wide: document.documentElement.scrollWidth, stop: [s.left, s.top, s.right, s.bottom], ready: sinew.ready };",
+         return { wide: document.documentElement.scrollWidth, stop: [s.left, s.top, s.right, s.bottom], \
+         ready: sinew.ready };",
     ).await?;
     let edge = |k: usize| narrow["stop"][k].as_f64().unwrap_or(f64::NAN);
     let inside = edge(0) >= 0.0 && edge(1) >= 0.0 && edge(2) <= 390.0 && edge(3) <= 844.0;

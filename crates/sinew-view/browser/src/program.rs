@@ -91,7 +91,8 @@ async fn simulated(page: &Browser, program: &Path, folder: &Path, requested: &Re
         page.until("the machine runs", "sinew.mode === 'run'").await?;
         let took = page.later(
             "const done = arguments[0], s = sinew.session, before = s.time;
-             const seen = () => { if (s.mode === 'safe_stop') { s.removeEventListener('state', seen); done(s.time - before); } };
+             const seen = () => { if (s.mode === 'safe_stop') { s.removeEventListener('state', seen); \
+             done(s.time - before); } };
              s.addEventListener('state', seen); document.querySelector('#stop').click();",
         ).await?;
         longest = longest.max(took.as_f64().ok_or("no time of the stop")?);
@@ -103,7 +104,9 @@ async fn simulated(page: &Browser, program: &Path, folder: &Path, requested: &Re
     }
     let counts = page.later(&format!(
         "const done = arguments[0], counts = Array({VIEWERS}).fill(0);
-         const sockets = counts.map((_, k) => {{ const s = new WebSocket(location.href.replace('http', 'ws').split('#')[0] + 'stream', ['sinew.live.1']); s.onmessage = () => {{ counts[k] += 1; }}; return s; }});
+         const sockets = counts.map((_, k) => {{ const s = new WebSocket(location.href.replace('http', \
+         'ws').split('#')[0] + 'stream', ['sinew.live.1']); s.onmessage = () => {{ counts[k] += 1; }}; \
+         return s; }});
          setTimeout(() => {{ sockets.forEach((s) => s.close()); done(counts); }}, 3000);",
     )).await?;
     let least = counts.as_array().into_iter().flatten().filter_map(Value::as_u64).min().unwrap_or(0);
@@ -133,11 +136,14 @@ async fn meshed(page: &Browser, program: &Path, folder: &Path, requested: &Reque
     open(page, &served).await?;
     rest(1500).await;
     let found = page.value(
-        "const drawn = sinew.view.bodies.looks.get('body').filter(({ parts }) => parts[0].shape.kind === 'mesh');
-         const { mesh, parts: [{ local }] } = drawn[0], { geometry } = mesh, at = geometry.getAttribute('position');
+        "const drawn = sinew.view.bodies.looks.get('body').filter(({ parts }) => parts[0].shape.kind === \
+            'mesh');
+         const { mesh, parts: [{ local }] } = drawn[0], { geometry } = mesh, at = \
+         geometry.getAttribute('position');
          geometry.computeBoundingBox();
          const { min, max } = geometry.boundingBox.clone().applyMatrix4(local);
-         return { drawn: drawn.length, corners: at.count, box: [...min.toArray(), ...max.toArray()], seen: mesh.visible };",
+         return { drawn: drawn.length, corners: at.count, box: [...min.toArray(), ...max.toArray()], seen: \
+         mesh.visible };",
     ).await?;
     let box_m = [0.0, 0.0, -0.3, 0.05, 0.05, 0.0];
     let fits = box_m
@@ -156,12 +162,16 @@ async fn meshed(page: &Browser, program: &Path, folder: &Path, requested: &Reque
 /// What is seen is saved as a table and as a picture.
 async fn exported(page: &Browser) -> Outcome<()> {
     page.value(
-        "window.saved = []; const make = URL.createObjectURL; URL.createObjectURL = (blob) => { saved.push(blob); return make(blob); };
-         for (const kind of ['CSV', 'PNG']) document.querySelector(`[aria-label='Save what is shown as ${kind}']`).click();",
+        "window.saved = []; const make = URL.createObjectURL; URL.createObjectURL = (blob) => { \
+            saved.push(blob); return make(blob); };
+         for (const kind of ['CSV', 'PNG']) document.querySelector(`[aria-label='Save what is shown as \
+         ${kind}']`).click();",
     ).await?;
     page.until("both files are made", "saved.length === 2").await?;
     let found = page.later(
-        "const done = arguments[0]; Promise.all([saved[0].text(), saved[1].arrayBuffer()]).then(([csv, png]) => done({ rows: csv.trim().split('\\n').map((row) => row.split(',').length), head: csv.slice(0, 6), png: png.byteLength }))",
+        "const done = arguments[0]; Promise.all([saved[0].text(), saved[1].arrayBuffer()]).then(([csv, \
+            png]) => done({ rows: csv.trim().split('\\n').map((row) => row.split(',').length), head: \
+            csv.slice(0, 6), png: png.byteLength }))",
     ).await?;
     let columns: Vec<u64> =
         found["rows"].as_array().into_iter().flatten().filter_map(Value::as_u64).collect();
@@ -192,7 +202,8 @@ async fn recorded(page: &Browser, program: &Path, folder: &Path, requested: &Req
     page.value("document.activeElement.blur()").await?;
     key(page, ' ').await?;
     page.until("the space bar pauses it", "sinew.session.flag('paused')").await?;
-    page.value("const s = document.querySelector('#replay input'); s.value = 5; s.dispatchEvent(new Event('input')); s.dispatchEvent(new Event('change'))").await?;
+    page.value("const s = document.querySelector('#replay input'); s.value = 5; s.dispatchEvent(new \
+        Event('input')); s.dispatchEvent(new Event('change'))").await?;
     page.until("the scrubber goes to a time", "Math.abs(sinew.session.time - 5) < 1e-9").await?;
     page.until(
         "signals before it are there",
@@ -207,21 +218,24 @@ async fn recorded(page: &Browser, program: &Path, folder: &Path, requested: &Req
     rest(1500).await;
     page.picture(&requested.out, "recording").await?;
     key(page, '[').await?;
-    page.until("an event before it is gone to", "sinew.session.time < 5 && sinew.scene.events.some((e) => Math.abs(e.time_s - sinew.session.time) < 1e-6)").await?;
+    page.until("an event before it is gone to", "sinew.session.time < 5 && sinew.scene.events.some((e) => \
+        Math.abs(e.time_s - sinew.session.time) < 1e-6)").await?;
     key(page, '.').await?;
     page.until(
         "one cycle is stepped",
         "sinew.scene.events.some((e) => Math.abs(e.time_s + 0.001 - sinew.session.time) < 1e-6)",
     )
     .await?;
-    page.value("const s = [...document.querySelectorAll('#replay select')].at(-1); s.value = ''; s.dispatchEvent(new Event('change'))").await?;
+    page.value("const s = [...document.querySelectorAll('#replay select')].at(-1); s.value = ''; \
+        s.dispatchEvent(new Event('change'))").await?;
     page.until(
         "the other recording is taken away",
         "sinew.scene.compare === null && !sinew.state.body_pose_2",
     )
     .await?;
     println!(
-        "recording: played, paused, gone to by hand and by events ({faults:.0} faults), stepped, with another one over it"
+        "recording: played, paused, gone to by hand and by events ({faults:.0} faults), stepped, with \
+            another one over it"
     );
     quiet(page, "of a recording").await?;
     page.go("about:blank").await

@@ -86,7 +86,8 @@ fn answer(mut stream: TcpStream, shared: &Shared) -> Option<()> {
             format!("Sec-WebSocket-Protocol: {}\r\n", all.split(',').next().unwrap_or_default().trim())
         });
         let reply = format!(
-            "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n{protocol}\r\n"
+            "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: \
+                Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n{protocol}\r\n"
         );
         stream.write_all(reply.as_bytes()).ok()?;
         return watch(stream, shared);
@@ -104,7 +105,8 @@ fn answer(mut stream: TcpStream, shared: &Shared) -> Option<()> {
     };
     let status = if body.is_empty() { "404 Not Found" } else { "200 OK" };
     let head = format!(
-        "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nContent-Security-Policy: default-src 'self'\r\nConnection: close\r\n\r\n",
+        "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nContent-Security-Policy: \
+            default-src 'self'\r\nConnection: close\r\n\r\n",
         body.len()
     );
     stream.write_all(head.as_bytes()).ok()?;

@@ -232,8 +232,8 @@ impl Machine {
     }
 }
 
-const SOME_MUSCLE: &str = "at least one: a tendon of an MJCF file, a [[muscle]] of a TOML file or, for NAME.urdf, of \
-                          NAME.muscles.toml";
+const SOME_MUSCLE: &str = "at least one: a tendon of an MJCF file, a [[muscle]] of a TOML file or, for \
+    NAME.urdf, of NAME.muscles.toml";
 const SOME_JOINT: &str = "at least one hinge or slide that follows no other";
 
 impl Machine {

@@ -110,13 +110,15 @@ impl fmt::Display for Infeasibility {
             Violation::JointRange { joint, position, range: [low, high], unit } => {
                 write!(
                     f,
-                    "joint `{joint}` must be within {low:.5} and {high:.5} {unit}, but the reference is {position:.5} {unit}"
+                    "joint `{joint}` must be within {low:.5} and {high:.5} {unit}, but the reference is \
+                        {position:.5} {unit}"
                 )
             }
             Violation::JointSpeed { joint, speed, most, unit } => {
                 write!(
                     f,
-                    "joint `{joint}` may move at most {most:.3} {unit}/s, but the reference moves {speed:.3} {unit}/s"
+                    "joint `{joint}` may move at most {most:.3} {unit}/s, but the reference moves \
+                        {speed:.3} {unit}/s"
                 )
             }
             Violation::CableSpeed { muscle, speed, most } => {
@@ -128,7 +130,8 @@ impl fmt::Display for Infeasibility {
             Violation::CableAcceleration { muscle, acceleration, most } => {
                 write!(
                     f,
-                    "the winch of `{muscle}` accelerates by at most {most:.3} m/s^2, but the reference needs {acceleration:.3}"
+                    "the winch of `{muscle}` accelerates by at most {most:.3} m/s^2, but the reference \
+                        needs {acceleration:.3}"
                 )
             }
             Violation::Torque { joint, needed, missing, unit, muscle } => {
@@ -155,8 +158,9 @@ impl fmt::Display for Infeasibility {
             Violation::Unstable { joint, muscle, rate, most, period } => {
                 write!(
                     f,
-                    "with locked winches the machine leaves the pose by itself, mostly `{joint}`, at a rate of {rate:.0} 1/s, \
-                     and its controller holds at most {most:.0} 1/s at a period of {} ms: ",
+                    "with locked winches the machine leaves the pose by itself, mostly `{joint}`, at a rate \
+                        of {rate:.0} 1/s, and its controller holds at most {most:.0} 1/s at a period of {} \
+                        ms: ",
                     1e3 * period
                 )?;
                 match muscle {

@@ -101,7 +101,10 @@ fn summary(answers: &[Solved]) -> String {
     let unsolved = answers.iter().enumerate().filter(|(_, answer)| answer.status == "not_converged");
     let unsolved = unsolved.map(|(k, answer)| {
         let (muscles, joints) = (answer.tension_n.len(), answer.residual_nm.len());
-        format!("problem {k}, {muscles} muscles x {joints} joints, is not solved: too large or too ill-conditioned\n")
+        format!(
+            "problem {k}, {muscles} muscles x {joints} joints, is not solved: too large or too \
+            ill-conditioned\n"
+        )
     });
     table(&head, &rows, 2) + &unsolved.collect::<String>()
 }

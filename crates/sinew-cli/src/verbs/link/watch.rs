@@ -123,7 +123,8 @@ fn text(session: &ClientSession) -> String {
         .collect();
     let [x, y, z] = state.end_point.map(|x| 1e3 * x);
     format!(
-        "{}: {} at {:.3} s, end point {x:.1} {y:.1} {z:.1} mm\n{}{}round trip {:.1} us, lost {} commands and {} states, {} rejected{}\n",
+        "{}: {} at {:.3} s, end point {x:.1} {y:.1} {z:.1} mm\n{}{}round trip {:.1} us, lost {} commands \
+            and {} states, {} rejected{}\n",
         session.machine(),
         state.mode.name(),
         state.machine_time_ns as f64 * 1e-9,

@@ -113,16 +113,20 @@ impl LockedWinches {
             let frequency = number(Some(self.eigenvalue_per_s2.sqrt()));
             let sampled = if all_held { "sampled" } else { "held" };
             return format!(
-                "{tensions} it stays in every {sampled} pose; the softest motion, mostly of `{}`, has {frequency} rad/s",
+                "{tensions} it stays in every {sampled} pose; the softest motion, mostly of `{}`, has \
+                    {frequency} rad/s",
                 self.joint
             );
         }
-        let cause = self.muscle.as_ref().map_or("gravity outweighs the stiffness of the cables".to_owned(), |muscle| {
-            format!(
-                "the moment arm of `{muscle}` grows as it shortens; guide the cable closer to the joint, or make it \
-                 shorter or stiffer"
-            )
-        });
+        let cause = self.muscle.as_ref().map_or(
+            "gravity outweighs the stiffness of the cables".to_owned(),
+            |muscle| {
+                format!(
+                    "the moment arm of `{muscle}` grows as it shortens; guide the cable closer to the joint, \
+                    or make it shorter or stiffer"
+                )
+            },
+        );
         let rate = number(Some(self.unstable_rate_per_s));
         let slow = self.unstable_rate_per_s <= machine.rules.bandwidth;
         let slow = if slow { ", below the bandwidth of the joints" } else { "" };
@@ -146,8 +150,8 @@ fn too_weak(machine: &Machine, unheld: &[UnheldPose], poses: &[Vec<f64>]) -> Opt
         format!("{} of {} sampled poses", unheld.len(), poses.len())
     };
     Some(format!(
-        "muscles too weak to hold {count}: in the pose {} `{}` lacks {missing} of {needed} {unit}; the limits are those of \
-         the drives and of `control_range` (anchor N from, to)",
+        "muscles too weak to hold {count}: in the pose {} `{}` lacks {missing} of {needed} {unit}; the \
+            limits are those of the drives and of `control_range` (anchor N from, to)",
         in_words(machine, &poses[worst.index]),
         joint.name
     ))
@@ -167,8 +171,8 @@ fn lost_wrap(machine: &Machine, clearance: &Clearance, pose: Option<&Vec<f64>>) 
         );
     }
     format!(
-        "{beside} is {} mm clear of the surface `{}`{moving}, and an attachment tolerance of {} mm moves it by up to \
-         {} mm: a machine built within it may lose the wrap",
+        "{beside} is {} mm clear of the surface `{}`{moving}, and an attachment tolerance of {} mm moves it \
+            by up to {} mm: a machine built within it may lose the wrap",
         millimetres(clearance.least),
         wrap.name,
         millimetres(machine.attachment_tolerance()),

@@ -79,7 +79,8 @@ fn head(choice: &Choice) -> String {
     let name: String = parts.name.chars().filter(|c| !c.is_control()).collect();
     format!(
         "# A machine on cables: {name}, {} joints, {} muscles; written by `sinew machine new`.\n\
-         # SI units, in the names of keys. Everything but the body has a default; `sinew machine show FILE` prints\n\
+         # SI units, in the names of keys. Everything but the body has a default; `sinew machine show \
+         FILE` prints\n\
          # them all. Lines behind a `#` show defaults.\n\n",
         choice.machine.encoders.len(),
         parts.tendons.len()
@@ -121,7 +122,8 @@ fn joints(out: &mut String, choice: &Choice) {
     let parts = choice.machine.robot.parts();
     let kinds = choice.machine.robot.independent_joints().into_iter().map(|joint| parts.joints[joint].kind);
     let kinds: Vec<JointKind> = kinds.collect();
-    *out += "\n# Encoders of the joints: 14 bits, 10 um on slides; `none = true` for none.\n# [every_joint_encoder]\n";
+    *out += "\n# Encoders of the joints: 14 bits, 10 um on slides; `none = true` for none.\n# \
+        [every_joint_encoder]\n";
     if kinds.contains(&JointKind::Hinge) {
         *out += "# counts_per_turn = 16384\n";
     }
@@ -139,7 +141,8 @@ fn every_transmission(out: &mut String, choice: &Choice) {
         *out += "# Of the muscles whose sheath the body does not describe: assumed.\n";
         *out += "sheath_length_m = 0.5\nsheath_bend_rad = 1.57\n";
     }
-    *out += "# Change of the bend with joints that a sheath passes, rad per rad or m, from the start on: joint = slope.\n";
+    *out += "# Change of the bend with joints that a sheath passes, rad per rad or m, from the start on: \
+        joint = slope.\n";
     *out += "# bend_by_joint = {}\n";
     let Some(band) = choice.thin else {
         *out += "# The bench's cable; friction and compliance decide most.\n";
@@ -151,8 +154,10 @@ fn every_transmission(out: &mut String, choice: &Choice) {
     let _ = writeln!(out, "tension_limits_n = [{least:?}, {most:?}]");
     let _ = write!(
         out,
-        "\n# With the default cable of 3 mm a joint has a dead band of {band:.2} rad: steel rope of 0.5 mm instead; all\n\
-         # numbers assumed.\n[every_transmission.cable]\nfriction = {:?}\nefficiency = {:?}\ndrag_n_s_per_m = {:?}\n\
+        "\n# With the default cable of 3 mm a joint has a dead band of {band:.2} rad: steel rope of 0.5 mm \
+            instead; all\n\
+         # numbers assumed.\n[every_transmission.cable]\nfriction = {:?}\nefficiency = \
+         {:?}\ndrag_n_s_per_m = {:?}\n\
          drag_fade_n = {:?}\npretension_n = {:?}\ncompliance_per_n = {:?}\n",
         cable.friction, cable.efficiency, cable.drag, cable.drag_fade, cable.pretension, cable.compliance
     );
@@ -204,7 +209,8 @@ fn drive(out: &mut String, choice: &Choice, drive: &ChosenDrive, motion: &Sizing
             let [least, most] = ThinRope::DRIVE;
             let _ = writeln!(
                 out,
-                "winch = {{ radius_m = {:?}, lead_m = {:?}, cable_diameter_m = {:?}, turns_per_layer = {:?}, layers = {} }}",
+                "winch = {{ radius_m = {:?}, lead_m = {:?}, cable_diameter_m = {:?}, turns_per_layer = \
+                    {:?}, layers = {} }}",
                 winch.radius, winch.lead, winch.cable_diameter, winch.turns_per_layer, winch.layers
             );
             let _ = writeln!(out, "max_tension_n = {most:?}\nleast_tension_n = {least:?}");

@@ -133,9 +133,10 @@ fn text(view: &MapView<'_>) -> String {
     );
     let rows: Vec<Vec<String>> = quantities(view).iter().map(row).collect();
     text += &table(&["", "unit", "poses", "min", "median", "max", "limited by", "in poses"], &rows, 2);
-    text += "\nPayload: what is lifted slowly, held whichever way the cables slid before, and lowered slowly. Poses: \
-             in which there is such a number; elsewhere the muscles do not hold the machine itself. Force and \
-             speed: in the direction in which they are least. Stiffness: while the winches stand. Heat: not in this table.\n";
+    text += "\nPayload: what is lifted slowly, held whichever way the cables slid before, and lowered \
+        slowly. Poses: in which there is such a number; elsewhere the muscles do not hold the machine \
+        itself. Force and speed: in the direction in which they are least. Stiffness: while the winches \
+        stand. Heat: not in this table.\n";
     text += &payload_text(&view.payload);
     text
 }

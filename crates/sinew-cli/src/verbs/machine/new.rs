@@ -153,7 +153,8 @@ fn report(choice: &Choice, out: &Path, json: bool, written: Vec<Written>) -> Res
         let joint = &choice.machine.robot.parts().joints[joint];
         let (name, unit) = (one_line(&joint.name), joint.kind.torque_unit());
         text += &format!(
-            "\nIn {} of the motion no tensions give the torque, whatever the drives; most is missing at {name}: {} {unit}\n",
+            "\nIn {} of the motion no tensions give the torque, whatever the drives; most is missing at \
+                {name}: {} {unit}\n",
             percent(Some(unreachable_fraction)),
             number(Some(missing))
         );

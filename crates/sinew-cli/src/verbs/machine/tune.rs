@@ -267,7 +267,8 @@ fn text(tuned: &Tuned) -> String {
         "delay, ms",
     ];
     text += &table(&header, &muscles, 1);
-    text += "\nWhat limits each joint; changes: half more winch speed, half the compliance, bend or encoder count\n";
+    text += "\nWhat limits each joint; changes: half more winch speed, half the compliance, bend or \
+        encoder count\n";
     for joint in &tuned.joints {
         text += &format!("  {}: {}\n", one_line(&joint.name), one_line(&joint.limited_by));
     }

@@ -115,7 +115,8 @@ impl Recording {
                 let mut text = String::new();
                 if recorded.dropped > 0 {
                     text = format!(
-                        "Recording: {} of {} cycles are missing, because the file could not be written fast enough\n",
+                        "Recording: {} of {} cycles are missing, because the file could not be written \
+                            fast enough\n",
                         recorded.dropped,
                         recorded.cycles + recorded.dropped
                     );

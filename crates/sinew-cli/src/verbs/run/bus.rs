@@ -30,7 +30,8 @@ pub(super) fn text(statistics: &BusStatistics, bus: BusArgument, machine: &Machi
     let Some((cycle, fault)) = first else { return String::new() };
     format!(
         "Bus: of {exchanges} exchanges {lost} lost, {missing} without all devices, {not_ready} with a \
-         device that was not ready, {drive} with a drive in fault, {late} late or without a new command by injection; the first in cycle {cycle}: {}\n",
+         device that was not ready, {drive} with a drive in fault, {late} late or without a new command by \
+         injection; the first in cycle {cycle}: {}\n",
         described(*fault, bus, machine)
     )
 }
@@ -40,9 +41,9 @@ pub(super) fn clocks_text(clocks: Option<ClockReport>) -> String {
     let Some(clocks) = clocks else { return String::new() };
     let ClockReport { synchronized, drift_ppm, phase_rms_us, phase_max_us, device_difference_ns } = clocks;
     format!(
-        "Distributed clocks: {synchronized} drives with SYNC0; the devices' time runs {:.1} ppm {} than this computer's; cycle in \
-         phase within {phase_rms_us:.1} us rms (max {phase_max_us:.1}); devices among each other within \
-         {device_difference_ns} ns\n",
+        "Distributed clocks: {synchronized} drives with SYNC0; the devices' time runs {:.1} ppm {} than this \
+            computer's; cycle in phase within {phase_rms_us:.1} us rms (max {phase_max_us:.1}); devices \
+            among each other within {device_difference_ns} ns\n",
         drift_ppm.abs(),
         if drift_ppm < 0.0 { "slower" } else { "faster" },
     )

@@ -84,7 +84,8 @@ impl<'a> Door<'a> {
             self.table().map(|file| ("--record", file)).or(report.as_ref().map(|file| ("--report", file)));
         if let Some((flag, file)) = judged {
             if !self.is_simulated() {
-                let expected = "a simulated machine, whose true state it compares with; else --record FILE.mcap and `sinew log`";
+                let expected = "a simulated machine, whose true state it compares with; else --record \
+                    FILE.mcap and `sinew log`";
                 return refuse(flag, shown(file), expected);
             }
             if self.is_linked() {

@@ -112,7 +112,8 @@ pub(crate) fn summary_text(tracking: &BTreeMap<CompensationVariant, TrackingNumb
         let [mean, max, offsets] = [e.mean, e.max, hold.unseen_error_m].map(|m| number(Some(1e3 * m)));
         if e.mean.is_finite() {
             text += &format!(
-                "Mean error while holding: {mean} mm (max {max}), by the encoders' zero offsets alone: {offsets} mm\n"
+                "Mean error while holding: {mean} mm (max {max}), by the encoders' zero offsets alone: \
+                    {offsets} mm\n"
             );
         }
         text += &format!("Tension ripple while holding: {} N rms\n", number(Some(hold.tension_ripple_n)));

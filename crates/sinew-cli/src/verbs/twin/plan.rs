@@ -28,8 +28,8 @@ pub(super) fn run(arguments: &TwinPlanArguments, general: &General) -> Result<An
         }))?
     } else {
         Content::Text(format!(
-            "{duration_s:.1} s, {reversals} reversals, strokes of {} to {} m at {} speeds; the anchor is held. Record it on \
-             two days and more, with both ends measured.\n",
+            "{duration_s:.1} s, {reversals} reversals, strokes of {} to {} m at {} speeds; the anchor is \
+                held. Record it on two days and more, with both ends measured.\n",
             number(Some(0.1 * arguments.stroke)),
             number(Some(arguments.stroke)),
             arguments.speeds.len()

@@ -174,7 +174,8 @@ fn transmission(draw: &mut Draw, thin: bool, radius: f64) -> String {
     );
     if !thin {
         return every
-            + "[[drive]]\nname = \"small\"\nmotor = \"class_22mm_20w\"\nreducer = \"class_22mm\"\nratio = 84\n\
+            + "[[drive]]\nname = \"small\"\nmotor = \"class_22mm_20w\"\nreducer = \"class_22mm\"\nratio = \
+                84\n\
                winch = \"drum_10mm\"\n";
     }
     let drum = f64::max(0.004, 0.6 * radius);
@@ -187,7 +188,8 @@ fn transmission(draw: &mut Draw, thin: bool, radius: f64) -> String {
              [every_transmission.cable]\nfriction = {friction}\nefficiency = 0.98\ndrag_n_s_per_m = 4.0\n\
              drag_fade_n = 0.5\npretension_n = 1.0\ncompliance_per_n = {compliance}\n\
              [[drive]]\nname = \"small\"\nmotor = \"class_22mm_20w\"\nreducer = \"class_22mm\"\nratio = 29\n\
-             winch = {{ radius_m = {drum}, lead_m = 6e-4, cable_diameter_m = 5e-4, turns_per_layer = 10.0, layers = 1 }}\n\
+             winch = {{ radius_m = {drum}, lead_m = 6e-4, cable_diameter_m = 5e-4, turns_per_layer = 10.0, \
+             layers = 1 }}\n\
              max_tension_n = 60.0\nleast_tension_n = 0.3\n"
         )
 }

@@ -178,9 +178,12 @@ impl<'d> Reader<'d, '_> {
         let most =
             law.map_err(|error| self.layers.first().unwrap_or(table).out_of_domain(error))?.largest(&ranges);
         match largest {
-            Some((_, entry)) if most > SheathBend::LARGEST || !most.is_finite() => Err(entry.refuse(&format!(
-                "a number with which the sheath bends by at most 4 pi over the joints' ranges, not by {most:.3} rad"
-            ))),
+            Some((_, entry)) if most > SheathBend::LARGEST || !most.is_finite() => {
+                Err(entry.refuse(&format!(
+                    "a number with which the sheath bends by at most 4 pi over the joints' ranges, not by \
+                    {most:.3} rad"
+                )))
+            }
             _ => Ok(slopes),
         }
     }

@@ -160,8 +160,8 @@ fn weigh(
         Some(at) if !from_geoms => (explicit(import, at)?, at),
         _ if from_geoms => {
             if let Some(mesh) = unknown {
-                let problem = "is a mesh that carries inertia, which is not computed from meshes: expected an \
-                               <inertial> in its body, or mass=\"0\" here";
+                let problem = "is a mesh that carries inertia, which is not computed from meshes: expected \
+                    an <inertial> in its body, or mass=\"0\" here";
                 return Err(import.tree.error(mesh, "", problem));
             }
             (inertia::total(solids), element)

@@ -20,7 +20,8 @@ pub fn to_mjcf(parts: &Parts) -> String {
     let mut out = String::new();
     let _ = write!(
         out,
-        "<mujoco model=\"{}\">\n  <compiler angle=\"radian\" autolimits=\"true\" balanceinertia=\"false\"/>\n",
+        "<mujoco model=\"{}\">\n  <compiler angle=\"radian\" autolimits=\"true\" \
+            balanceinertia=\"false\"/>\n",
         escape(&parts.name)
     );
     let _ = writeln!(out, "  <option gravity=\"{}\"/>", numbers(&parts.gravity));
@@ -142,7 +143,8 @@ fn contents(out: &mut String, parts: &Parts, body: usize, depth: usize) {
         };
         let _ = writeln!(
             out,
-            "{indent}<geom name=\"{}\" type=\"{kind}\" size=\"{size}\" mass=\"0\" contype=\"0\" conaffinity=\"0\"{}/>",
+            "{indent}<geom name=\"{}\" type=\"{kind}\" size=\"{size}\" mass=\"0\" contype=\"0\" \
+                conaffinity=\"0\"{}/>",
             escape(&wrap.name),
             place(&wrap.position, &wrap.orientation)
         );

@@ -100,8 +100,8 @@ pub(in crate::description) fn possible(tensor: [f64; 6]) -> Result<(), String> {
     let [a, b, c] = moments;
     if 2.0 * a.max(b).max(c) > (a + b + c) + 1e-14 + 1e-9 * largest {
         return Err(format!(
-            "has principal moments of inertia {moments:?}: expected none above the sum of the others, which no body \
-             of matter has (in MJCF `balanceinertia` evens them out)"
+            "has principal moments of inertia {moments:?}: expected none above the sum of the others, which \
+                no body of matter has (in MJCF `balanceinertia` evens them out)"
         ));
     }
     Ok(())

@@ -101,8 +101,8 @@ impl ArmSpecimen {
         let found = Characteristics::new(model, &laws, &tensions, poses, 0.0)?;
         if found.stuck_mode * step / MAX_STEP_ANGLE > MAX_SUBSTEPS as f64 {
             let (kind, field) = ("joint", "the inertia that it moves");
-            let expected = "larger for its cables, whose oscillation needs more than 100 steps per millisecond: heavier \
-                            links, an armature, softer cables or smaller moment arms";
+            let expected = "larger for its cables, whose oscillation needs more than 100 steps per \
+                millisecond: heavier links, an armature, softer cables or smaller moment arms";
             let joint = stiffest_joint(model.moment_arms(), &laws, &found);
             return Err(Error::Part { kind, index: self.robot.independent_joints()[joint], field, expected });
         }

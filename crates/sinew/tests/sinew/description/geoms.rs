@@ -52,7 +52,8 @@ fn shapes_survive_mjcf_and_toml_and_add_no_mass() {
 
 #[test]
 fn a_capsule_between_two_points_is_the_one_of_mjcf() {
-    let toml = "name = \"leg\"\n[[body]]\nname = \"thigh\"\nparent = \"world\"\nmass_kg = 1.0\ninertia_kg_m2 = [1, 1, 1]\n\
+    let toml = "name = \"leg\"\n[[body]]\nname = \"thigh\"\nparent = \"world\"\nmass_kg = \
+        1.0\ninertia_kg_m2 = [1, 1, 1]\n\
                 [[geom]]\nbody = \"thigh\"\nkind = \"capsule\"\nsize_m = [0.05]\nends_m = [0, 0, -0.4, 0, 0, 0]\n";
     let found = from_toml("leg.toml", toml).unwrap().parts.geoms;
     assert_eq!(found, parts(LEG).geoms[..1]);

@@ -70,7 +70,8 @@ fn the_arm_has_seven_joints_and_fifteen_muscles_with_sheaths() {
 
 #[test]
 fn an_own_orientation_replaces_another_form_of_its_class() {
-    let text = "<mujoco><default><site euler=\"90 0 0\"/></default><worldbody><site quat=\"1 0 0 0\"/></worldbody></mujoco>";
+    let text = "<mujoco><default><site euler=\"90 0 0\"/></default><worldbody><site quat=\"1 0 0 \
+        0\"/></worldbody></mujoco>";
     assert_eq!(
         parts(text).sites[0].orientation.map(f64::to_bits),
         [1.0_f64, 0.0, 0.0, 0.0].map(f64::to_bits)
@@ -86,7 +87,8 @@ fn an_include_stands_for_what_is_in_the_file() {
 #[test]
 fn what_is_passed_over_is_said_once_with_its_line() {
     let text = world(
-        "<body><inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"1 1 1\"/>\n<geom type=\"mesh\" mesh=\"a\"/>\n<geom type=\"mesh\" mesh=\"b\"/></body>",
+        "<body><inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"1 1 1\"/>\n<geom type=\"mesh\" \
+            mesh=\"a\"/>\n<geom type=\"mesh\" mesh=\"b\"/></body>",
     );
     let warnings = mjcf(&text).unwrap().warnings;
     assert_eq!(warnings.len(), 1);
@@ -132,7 +134,8 @@ fn bad_toml_is_refused_with_its_line() {
         ("[[body]]\nname = \"b\"\nmass_kg = nan", 3, "finite"),
         ("\n[[joint]]\nname = \"j\"\nbody = \"b\"\nkind = \"hinge\"", 4, "body is \"b\""),
         (
-            "\n[[body]]\nname = \"b\"\n[[joint]]\nname = \"j\"\nbody = \"b\"\nkind = \"hinge\"\naxis = [1, 0, 0]\nrange_m = [0, 1]",
+            "\n[[body]]\nname = \"b\"\n[[joint]]\nname = \"j\"\nbody = \"b\"\nkind = \"hinge\"\naxis = [1, \
+                0, 0]\nrange_m = [0, 1]",
             9,
             "unit",
         ),
@@ -240,7 +243,8 @@ fn what_is_no_robot_is_refused_with_file_and_line() {
 
 #[test]
 fn a_misspelt_attribute_of_a_urdf_is_refused() {
-    let text = "<robot name=\"r\">\n<link name=\"a\"/>\n<link name=\"b\"/>\n<joint name=\"j\" type=\"revolute\">\n\
+    let text = "<robot name=\"r\">\n<link name=\"a\"/>\n<link name=\"b\"/>\n<joint name=\"j\" \
+        type=\"revolute\">\n\
                 <parent link=\"a\"/><child link=\"b\"/>\n<limit lowr=\"-1\" upper=\"1\"/></joint></robot>";
     let error = from_urdf("a.urdf", text, None).unwrap_err().to_string();
     assert!(error.starts_with("a.urdf:6: <limit> `lowr`: is no attribute of it"), "{error}");
@@ -248,12 +252,16 @@ fn a_misspelt_attribute_of_a_urdf_is_refused() {
 
 /// What an actuator's law of force says, in every way that MJCF has of saying it.
 const LAWS: &str = "<mujoco>
-<default><general dynprm=\"0.017\"/><default class=\"strong\"><muscle force=\"812.3\" scale=\"150\"/></default></default>
-<worldbody><site name=\"a\"/><body><joint name=\"j\"/><geom size=\"1\"/><site name=\"b\" pos=\"1 0 0\"/></body></worldbody>
+<default><general dynprm=\"0.017\"/><default class=\"strong\"><muscle force=\"812.3\" \
+scale=\"150\"/></default></default>
+<worldbody><site name=\"a\"/><body><joint name=\"j\"/><geom size=\"1\"/><site name=\"b\" pos=\"1 0 \
+0\"/></body></worldbody>
 <tendon><spatial name=\"t\"><site site=\"a\"/><site site=\"b\"/></spatial></tendon>
 <actuator>
-<muscle tendon=\"t\" class=\"strong\" timeconst=\"0.0123 0.0456\" range=\"0.7 1.1\" lengthrange=\"0.1 0.9000000000000001\" lmax=\"1.7\"/>
-<general tendon=\"t\" gear=\"-0.1 0 0 0 0 0\" gaintype=\"affine\" gainprm=\"0.1 -3e-300 7\" biastype=\"affine\" biasprm=\"0.30000000000000004\" dyntype=\"filter\"/>
+<muscle tendon=\"t\" class=\"strong\" timeconst=\"0.0123 0.0456\" range=\"0.7 1.1\" lengthrange=\"0.1 \
+0.9000000000000001\" lmax=\"1.7\"/>
+<general tendon=\"t\" gear=\"-0.1 0 0 0 0 0\" gaintype=\"affine\" gainprm=\"0.1 -3e-300 7\" \
+biastype=\"affine\" biasprm=\"0.30000000000000004\" dyntype=\"filter\"/>
 <position tendon=\"t\" kp=\"31.4\" kv=\"0.7\" ctrlrange=\"-1 2\" forcerange=\"-7 0\"/>
 <damper tendon=\"t\" kv=\"2\" ctrlrange=\"0 1\"/>
 </actuator></mujoco>";
@@ -281,7 +289,8 @@ fn laws_of_force_survive_every_format_to_the_letter() {
 #[test]
 fn copies_stand_where_mujoco_puts_them() {
     // MuJoCo 4.0: names and places of three bodies a twelfth of a turn from each other.
-    let copies = "<replicate count=\"3\" sep=\"-\" offset=\".2 0 .1\" euler=\"0 0 30\"><body name=\"r\" pos=\".1 0 0\">\
+    let copies = "<replicate count=\"3\" sep=\"-\" offset=\".2 0 .1\" euler=\"0 0 30\"><body name=\"r\" \
+        pos=\".1 0 0\">\
         <geom size=\"1\"/><replicate count=\"10\"><site name=\"s\"/></replicate></body></replicate>";
     let robot = parts(&world(copies));
     let names: Vec<&str> = robot.bodies.iter().map(|body| body.name.as_str()).collect();
@@ -385,7 +394,8 @@ fn what_changes_the_dynamics_and_is_not_read_is_said() {
 
 #[test]
 fn elements_that_urdf_does_not_know_are_warned_of_once() {
-    let text = "<robot name=\"r\">\n<link name=\"a\"><inerta/></link>\n<link name=\"b\"><inerta/><visual><x/></visual></link>\n\
+    let text = "<robot name=\"r\">\n<link name=\"a\"><inerta/></link>\n<link \
+        name=\"b\"><inerta/><visual><x/></visual></link>\n\
         <joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/><dynamic/></joint></robot>";
     let told: Vec<String> =
         from_urdf("r.urdf", text, None).unwrap().warnings.iter().map(ToString::to_string).collect();
@@ -405,7 +415,8 @@ fn a_bad_field_of_a_toml_is_named_by_its_own_line() {
         from_toml("r.toml", &format!("{joint}armature_kg = 1\nstiffness_nm_per_rad = 1\n")).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "r.toml:9: [[joint]] `j`: stiffness_nm_per_rad: its unit does not fit a slide: expected stiffness_n_per_m"
+        "r.toml:9: [[joint]] `j`: stiffness_nm_per_rad: its unit does not fit a slide: expected \
+            stiffness_n_per_m"
     );
     let coupling = "[[coupling]]\nfollower = \"j\"\nleader = \"k\"\ncoefficients = [0, 1, 0, 0, 0]\n";
     assert_eq!(from_toml("r.toml", &format!("{joint}{coupling}")).unwrap_err().line, 10);

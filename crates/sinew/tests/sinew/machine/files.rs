@@ -198,7 +198,8 @@ fn an_identified_model_gives_its_cable_and_a_table_changes_it() {
 
 #[test]
 fn a_muscles_own_table_precedes_its_body_which_precedes_the_table_for_all() {
-    let text = "body = \"leg.urdf\"\nmuscles = \"leg.muscles.toml\"\n[every_transmission]\nsheath_length_m = 0.3\n\
+    let text = "body = \"leg.urdf\"\nmuscles = \"leg.muscles.toml\"\n[every_transmission]\nsheath_length_m \
+        = 0.3\n\
                 sheath_bend_rad = 1.0\ncable = { friction = 0.1 }\n";
     let muscles = with_files(text).unwrap().machine.muscles;
     assert_eq!((muscles[0].sheath, muscles[1].sheath), (0.3, 0.9));
@@ -259,8 +260,10 @@ fn a_body_that_no_machine_can_have_is_refused_with_its_joint_and_the_remedy() {
     let remedy = told.contains("mass") && told.contains("armature");
     assert!(told.starts_with("leg.xml:2:") && told.contains("`knee`") && remedy, "{told}");
     // A follower that is out of its range wherever its leader is.
-    let follower = "<body name=\"foot\" pos=\"0 0 -0.4\">\n<joint name=\"ankle\" axis=\"0 1 0\" range=\"10 20\"/>\
-                    <inertial pos=\"0 0 -0.1\" mass=\"1\" diaginertia=\"0.01 0.01 0.001\"/></body></body></worldbody>\
+    let follower = "<body name=\"foot\" pos=\"0 0 -0.4\">\n<joint name=\"ankle\" axis=\"0 1 0\" range=\"10 \
+        20\"/>\
+                    <inertial pos=\"0 0 -0.1\" mass=\"1\" diaginertia=\"0.01 0.01 \
+                    0.001\"/></body></body></worldbody>\
                     <equality><joint joint1=\"ankle\" joint2=\"knee\" polycoef=\"0 -1 0 0 0\"/></equality>";
     let coupled = LEG.replace("</body></worldbody>", follower).replace("0.7\"", "0.7 -0.7\"");
     let told = refused_body(&coupled);

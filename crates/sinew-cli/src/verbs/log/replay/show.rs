@@ -52,8 +52,8 @@ pub(super) fn text(all: &Compared, head: &Head) -> String {
         let first = all.first.map_or_else(|| "unknown".to_owned(), seconds);
         let _ = writeln!(
             text,
-            "{} cycles: the commands differ in {}, from {first} on; differences within the recording's resolution of \
-             {COMMAND} count as 0 below",
+            "{} cycles: the commands differ in {}, from {first} on; differences within the recording's \
+                resolution of {COMMAND} count as 0 below",
             all.cycles, all.different
         );
         let rows: Vec<Vec<String>> = head
