@@ -75,8 +75,8 @@ pub fn adapt(
         variants[chosen].2(&logs.counted()).ok_or(Error::NothingFitted { what: "the chosen adaptation" })?;
     let model = calibrate(estimator, &scored[chosen], rmse, &logs, options.seed)?;
     let reason = format!(
-        "{} was chosen: the least geometric mean of the errors of all folds, or the transfer where no other \
-            is {:.0} % better.",
+        "{} was chosen: the smallest root mean square error over all folds, or the transfer where no \
+            other is {:.0} % better.",
         scored[chosen].name,
         100.0 * (1.0 - MARGIN)
     );
@@ -93,10 +93,10 @@ pub fn adapt(
     Ok(Identification { model, report })
 }
 
-/// The variant with the smallest error over all folds but `without`; the transfer unless another is clearly
-/// better.
+/// The variant with the smallest root mean square error over all folds but `without`, because the few folds of
+/// a calibration are unequal and a lucky one must not decide; the transfer unless another is clearly better.
 fn choose(scored: &[ScoredCandidate], without: Option<usize>) -> Option<usize> {
-    let score = |k: usize| scored[k].score(without);
+    let score = |k: usize| scored[k].root_mean_square(without);
     let best =
         (0..scored.len()).filter(|&k| score(k).is_finite()).min_by(|&a, &b| score(a).total_cmp(&score(b)))?;
     let transfer = scored.iter().position(|t| t.name == "transfer").filter(|&k| score(k).is_finite());
@@ -233,4 +233,33 @@ fn fresh(old: &Estimator, runs: &[&Run], seed: u64) -> Option<Estimator> {
         learner,
     };
     fit_networks(law, &recipe, runs, seed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::select::cross_validation::{CrossValidation, FoldScore};
+
+    fn scored(name: &str, errors: [f64; 3]) -> ScoredCandidate {
+        let fold =
+            |(fold, rmse): (usize, f64)| FoldScore { fold, samples: 1.0, rmse, ..FoldScore::default() };
+        let outcome = Ok(CrossValidation {
+            outputs: vec![],
+            folds: errors.into_iter().enumerate().map(fold).collect(),
+            band_factors: vec![],
+            comparison: Default::default(),
+            rmse_in_sample: 0.0,
+            laws: vec![],
+        });
+        ScoredCandidate { name: name.into(), description: String::new(), outcome }
+    }
+
+    #[test]
+    fn one_lucky_fold_does_not_choose_a_variant_that_is_bad_on_the_others() {
+        let variants = [scored("transfer", [4.0, 4.0, 4.0]), scored("fresh", [0.1, 9.0, 9.0])];
+        assert!(variants[1].score(None) < variants[0].score(None), "its geometric mean is smaller");
+        assert_eq!(choose(&variants, None), Some(0));
+        let better = [scored("transfer", [4.0, 4.0, 4.0]), scored("fresh", [3.0, 3.5, 3.5])];
+        assert_eq!(choose(&better, None), Some(1));
+    }
 }

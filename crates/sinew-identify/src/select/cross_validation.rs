@@ -55,6 +55,13 @@ impl CrossValidation {
         let logarithms: Vec<f64> = folds.map(|(_, fold)| fold.rmse.max(1e-300).ln()).collect();
         (logarithms.iter().sum::<f64>() / logarithms.len() as f64).exp()
     }
+
+    /// Root mean square of the RMSEs of all folds but `without`: one good fold cannot make up for bad ones.
+    fn root_mean_square(&self, without: Option<usize>) -> f64 {
+        let folds = self.folds.iter().enumerate().filter(|(place, _)| Some(*place) != without);
+        let squares: Vec<f64> = folds.map(|(_, fold)| fold.rmse * fold.rmse).collect();
+        (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+    }
 }
 
 /// A candidate with its cross-validation.
@@ -72,6 +79,12 @@ impl ScoredCandidate {
     /// Its errors; `None` where it could not be fitted.
     pub(crate) fn validation(&self) -> Option<&CrossValidation> {
         self.outcome.as_ref().ok()
+    }
+
+    /// [`CrossValidation::root_mean_square`]; infinite where it could not be fitted, or no fold is left.
+    pub(crate) fn root_mean_square(&self, without: Option<usize>) -> f64 {
+        let error = self.validation().map_or(f64::INFINITY, |v| v.root_mean_square(without));
+        if error.is_nan() { f64::INFINITY } else { error }
     }
 
     /// [`CrossValidation::score`]; infinite where it could not be fitted, or no fold is left.

@@ -44,7 +44,7 @@ fn the_documented_codes_of_faults_are_those_of_link_recording_and_page() {
 
 #[test]
 fn every_fault_and_every_limit_is_documented() {
-    let text = page("supervisor.md").1;
+    let text = page("supervisor.md").1 + &page("faults.md").1 + &page("health.md").1;
     for kind in FaultKind::ALL {
         assert!(text.contains(&format!("`{}`", kind.name())), "{}", kind.name());
     }
