@@ -120,7 +120,7 @@ pub(crate) enum Error {
     UnknownPart {
         /// The flag.
         flag: &'static str,
-        /// As given.
+        /// The value as given.
         value: String,
         /// Muscle or joint.
         kind: &'static str,
@@ -130,7 +130,7 @@ pub(crate) enum Error {
     /// A fault that begins when the run is over.
     #[error("--fault {value}: expected a start before the end of the run, which is at {end_s:.3} s")]
     LateFault {
-        /// As given.
+        /// The value as given.
         value: String,
         /// End of the run with its rests, s.
         end_s: f64,
@@ -182,7 +182,7 @@ pub(crate) enum Error {
     Argument {
         /// The flag.
         flag: &'static str,
-        /// As given.
+        /// The value as given.
         value: String,
         /// What would do.
         expected: &'static str,
@@ -198,7 +198,7 @@ pub(crate) enum Error {
     /// A payload with which a robot cannot track its path.
     #[error("--payload {payload} kg: {infeasibility}")]
     Overloaded {
-        /// As given.
+        /// The payload as given, kg.
         payload: f64,
         /// When and why.
         infeasibility: Box<sinew::trajectory::Infeasibility>,

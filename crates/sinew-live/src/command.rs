@@ -22,7 +22,7 @@ pub enum Command {
         point: [f64; 3],
         /// N, in the world.
         force: [f64; 3],
-        /// s.
+        /// How long it lasts, s.
         duration: f64,
     },
     /// A mass at the end point, kg; the simulation begins anew.

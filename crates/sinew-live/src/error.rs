@@ -6,7 +6,7 @@ pub enum LiveError {
     /// The address cannot be listened on.
     #[error("cannot listen on {address}: {source}")]
     Address {
-        /// As given.
+        /// The address as given.
         address: SocketAddr,
         /// Of the system.
         source: std::io::Error,
@@ -14,7 +14,7 @@ pub enum LiveError {
     /// Foxglove's protocol cannot be served.
     #[error("--foxglove {address}: {reason}")]
     Foxglove {
-        /// As given.
+        /// The address as given.
         address: SocketAddr,
         /// Why.
         reason: String,
@@ -28,7 +28,7 @@ pub enum LiveError {
     /// A recording that cannot be laid over another.
     #[error("{name}: {reason}")]
     Overlay {
-        /// As given.
+        /// The name as given.
         name: String,
         /// What is wrong with it.
         reason: String,

@@ -19,7 +19,7 @@ const EXTENT_POSES: usize = 60;
 /// An event of a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Event {
-    /// s.
+    /// Time of the event, s.
     pub(crate) time: f64,
     /// `fault`, `state` or `repeat`.
     pub(crate) kind: &'static str,
@@ -29,7 +29,7 @@ pub(crate) struct Event {
 /// A recording as the page shows it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Recorded<'a> {
-    /// s.
+    /// How long it lasts, s.
     pub(crate) duration: f64,
     pub(crate) events: &'a [Event],
     /// Names of recordings that can be laid over it.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 /// Signals at one time; NaN where they are not known.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Signals {
-    /// s.
+    /// Time of the frame, s.
     pub(crate) time: f64,
     pub(crate) frame: Frame,
 }

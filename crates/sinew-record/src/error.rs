@@ -51,7 +51,7 @@ pub enum Error {
     Version {
         /// Newest that is read.
         expected: u32,
-        /// As written.
+        /// The number that was found.
         got: u32,
     },
     /// A value outside the domain of the physics, or a machine of other dimensions.

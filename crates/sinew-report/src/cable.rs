@@ -7,13 +7,13 @@ use std::fmt::Write;
 
 /// The cable at one time.
 pub struct Frame {
-    /// s.
+    /// Time since the start, s.
     pub time: f64,
     /// Of the winch, m.
     pub motor: f64,
-    /// N.
+    /// Tension at the drive, N.
     pub tension_in: f64,
-    /// N.
+    /// Tension at the anchor, N.
     pub tension_out: f64,
     /// Along the cable, N, drive end first.
     pub profile: Vec<f64>,

@@ -27,7 +27,7 @@ pub(super) struct BodyPoints {
     /// Whether no joint moves it.
     pub(super) fixed: bool,
     pub(super) points: Vec<[f64; 3]>,
-    /// m.
+    /// Radius by which the hull is widened, m.
     pub(super) radius: f64,
 }
 

@@ -23,14 +23,14 @@ pub struct HeldFor {
     pub each: Vec<Option<f64>>,
 }
 
-/// kg.
+/// Payloads over the poses.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Spread {
-    /// Worst pose.
+    /// Of the worst pose, kg.
     pub min_kg: f64,
-    /// Median pose.
+    /// Of the median pose, kg.
     pub median_kg: f64,
-    /// Best pose.
+    /// Of the best pose, kg.
     pub max_kg: f64,
 }
 

@@ -33,7 +33,7 @@ pub struct Group {
     pub lead: String,
     /// Names of the two lines of every plot; an empty one for a single line.
     pub legend: [String; 2],
-    /// s.
+    /// Time of the frame, s.
     pub time: Vec<f64>,
     /// One picture each.
     pub plots: Vec<Signals>,

@@ -39,7 +39,7 @@ pub struct Tuned {
 /// millisecond.
 #[derive(Debug, Serialize)]
 pub struct TunedPeriod {
-    /// s.
+    /// Control period, s.
     pub period_s: f64,
     /// From a measurement to the middle of the command that answers it, s.
     pub dead_time_s: f64,

@@ -111,7 +111,7 @@ pub enum BusFault {
     },
     /// Of a simulation: the cycle counts as begun this late.
     Late {
-        /// ns.
+        /// By how much, ns.
         by_ns: u32,
     },
     /// Of a simulation: the last command counts as this old.

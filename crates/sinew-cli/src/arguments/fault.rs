@@ -6,7 +6,7 @@ use std::str::FromStr;
 /// A fault to inject, not yet resolved to a muscle or joint of a robot.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct FaultArgument {
-    /// As written.
+    /// What was written, for errors.
     pub(crate) text: String,
     pub(crate) component: Component,
     /// Name of the muscle or joint; of the failure for `cycles`.

@@ -26,7 +26,7 @@ const MUSCLES: &str = "muscles";
 /// A machine as written.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct MachineSource {
-    /// As given.
+    /// Path of the file as given.
     pub(crate) path: PathBuf,
     /// Of all its files, [`MAIN`] first.
     pub(crate) texts: Vec<SourceText>,

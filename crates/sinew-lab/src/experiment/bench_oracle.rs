@@ -23,7 +23,7 @@ const CORRECTION_TIME: f64 = 0.3;
 pub(super) struct Oracle {
     controller: StretchController,
     law: CableLaw,
-    /// m.
+    /// Constant error of the stretch, m.
     bias: f64,
     /// Direction in which the whole cable slid last.
     direction: f64,
@@ -32,9 +32,9 @@ pub(super) struct Oracle {
 /// What the plant is in.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TrueState {
-    /// m.
+    /// Stretch of the cable, m.
     pub(super) stretch: f64,
-    /// N.
+    /// Tension at the anchor, N.
     pub(super) tension_out: f64,
     /// As a multiple of the law's.
     pub(super) drag_factor: f64,

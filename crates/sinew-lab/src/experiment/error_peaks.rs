@@ -16,7 +16,7 @@ pub struct ErrorPeak {
     /// Distance of the end point from its reference, m. For a machine without an end point: the largest joint
     /// error as a fraction of the joint's range, 1; a joint without limits counts as 0.
     pub size: f64,
-    /// s.
+    /// Time of the peak, s.
     pub time: f64,
     /// Reference of the end point, the true one, and where it is if every encoder reads its reference, m; NaN
     /// without one.

@@ -28,7 +28,7 @@ pub struct FaultInterval {
 /// A mode and when it began.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModeChange {
-    /// s.
+    /// Time of the cycle, s.
     pub time: f64,
     /// The mode.
     pub mode: Mode,
@@ -39,7 +39,7 @@ pub struct ModeChange {
 /// Far tension above the pretension below which a cable is slack, N, at most; of a small machine the fraction
 /// [`SLACK_FRACTION`] of what its minimum tension leaves.
 const SLACK_TENSION: f64 = 1.0;
-/// 1.
+/// See [`SLACK_TENSION`], 1.
 const SLACK_FRACTION: f64 = 0.2;
 
 /// Far tension below which a cable is slack, N, from its least desired tension and its pretension, N.

@@ -6,9 +6,9 @@ use crate::paper::{self, LENGTH_M, SPEEDS};
 /// One sample of figures 9 and 10.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
-    /// N.
+    /// Tension at the drive, N.
     pub near: f64,
-    /// N.
+    /// Tension at the anchor, N.
     pub far: f64,
     /// mm.
     pub stretch: f64,

@@ -36,7 +36,7 @@ const SETTLE_S: f64 = 3.0;
 /// One sample of a figure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TraceRow {
-    /// s.
+    /// Time since the start, s.
     pub time: f64,
     /// Desired far tension, N.
     pub desired: f64,

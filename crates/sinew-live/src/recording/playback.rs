@@ -52,7 +52,7 @@ pub struct Playback {
     layout: Layout,
     revision: u32,
     sequence: u64,
-    /// s.
+    /// Time that is shown, s.
     time: f64,
     speed: f64,
     paused: bool,

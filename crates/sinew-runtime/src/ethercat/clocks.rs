@@ -36,7 +36,7 @@ const MAX_DRIFT: f64 = 1e-3;
 /// Clocks of the devices on the wire; none where no device has one.
 #[derive(Debug, Clone)]
 pub(super) struct Clocks {
-    /// ns.
+    /// Control period, ns.
     period: f64,
     /// Devices with a clock, by their position; the first is the reference.
     devices: Vec<usize>,

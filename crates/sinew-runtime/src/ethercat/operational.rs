@@ -31,7 +31,7 @@ pub struct EthercatBus<'a, L: Link> {
     clocks: Option<Clocks>,
     /// Whether drives may have torque.
     in_operation: bool,
-    /// ns.
+    /// Control period, ns.
     period: u64,
     /// When the cycle began, ns.
     begin: u64,

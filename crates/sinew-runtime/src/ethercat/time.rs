@@ -6,7 +6,7 @@ use core::task::Waker;
 use embassy_time_driver::{Driver, TICK_HZ};
 
 thread_local! {
-    /// ns.
+    /// Time of the thread, ns.
     static NOW: Cell<u64> = const { Cell::new(0) };
 }
 

@@ -36,7 +36,7 @@ pub struct CatalogueMotor {
     pub source: String,
     /// Numbers without a source.
     pub assumed: Vec<String>,
-    /// kg.
+    /// Mass of the part, kg.
     pub mass: f64,
     /// No-load current, A.
     pub no_load_current: f64,
@@ -55,7 +55,7 @@ pub struct CatalogueReducer {
     pub assumed: Vec<String>,
     /// Turns of the motor per turn of the winch, each >= 1.
     pub ratios: Vec<f64>,
-    /// kg.
+    /// Mass of the part, kg.
     pub mass: f64,
     /// At the motor's shaft, kg m^2.
     pub inertia: f64,
@@ -72,17 +72,17 @@ pub struct CatalogueReducer {
 /// A [`Reducer`] without its ratio.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReducerLosses {
-    /// 1.
+    /// Efficiency, in (0, 1].
     pub efficiency: f64,
-    /// Nm at the motor.
+    /// Coulomb friction, Nm at the motor.
     pub friction: f64,
-    /// Nm s/rad at the motor.
+    /// Viscous friction, Nm s/rad at the motor.
     pub viscous: f64,
-    /// rad at the winch.
+    /// Backlash, rad at the winch.
     pub backlash: f64,
-    /// 1.
+    /// Amplitude of the ripple of friction, over the loss, 1.
     pub ripple: f64,
-    /// 1/turn of the motor.
+    /// Periods of the ripple per turn of the motor, 1.
     pub ripple_per_turn: f64,
 }
 

@@ -26,9 +26,9 @@ pub enum DriveCommand {
     Velocity(f64),
     /// Tension at the outlet, with feed-forward of the cable speed.
     Tension {
-        /// N.
+        /// Tension at the outlet, N.
         tension: f64,
-        /// m/s.
+        /// Speed of the cable, m/s.
         feed: f64,
     },
 }

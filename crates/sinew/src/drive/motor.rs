@@ -37,13 +37,13 @@ pub struct Motor {
     pub inductance: f64,
     /// kg m^2.
     pub inertia: f64,
-    /// V.
+    /// Supply voltage, V.
     pub voltage: f64,
-    /// A.
+    /// Current that it holds continuously, A.
     pub continuous_current: f64,
-    /// A.
+    /// Current that its amplifier gives for a short time, A.
     pub peak_current: f64,
-    /// rad/s.
+    /// Highest speed of the shaft, rad/s.
     pub top_speed: f64,
     /// K/W.
     pub winding_to_housing: f64,

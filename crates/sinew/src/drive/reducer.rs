@@ -28,19 +28,19 @@ use crate::error::{Error, non_negative, positive, within};
 /// Textbook; `ratio` 53 of `yuan2023`, the rest assumed for reducers of this size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reducer {
-    /// 1.
+    /// Turns of the motor per turn of the winch, 1.
     pub ratio: f64,
-    /// 1.
+    /// Efficiency, in (0, 1].
     pub efficiency: f64,
-    /// Nm at the motor.
+    /// Coulomb friction, Nm at the motor.
     pub friction: f64,
-    /// Nm s/rad at the motor.
+    /// Viscous friction, Nm s/rad at the motor.
     pub viscous: f64,
-    /// rad at the winch.
+    /// Backlash, rad at the winch.
     pub backlash: f64,
-    /// 1.
+    /// Amplitude of the ripple of friction, over the loss, 1.
     pub ripple: f64,
-    /// 1/turn of the motor.
+    /// Periods of the ripple per turn of the motor, 1.
     pub ripple_per_turn: f64,
 }
 
@@ -109,9 +109,9 @@ impl Reducer {
 pub struct Shaft {
     /// Of the rotor, kg m^2.
     pub inertia: f64,
-    /// rad/s.
+    /// Speed of the shaft, rad/s.
     pub speed: f64,
-    /// rad.
+    /// Angle of the shaft, rad.
     pub angle: f64,
 }
 

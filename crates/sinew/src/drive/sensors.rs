@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 pub struct Encoder {
     /// Counts per turn, after quadrature.
     pub counts: f64,
-    /// rad.
+    /// Angle at which it reads zero, rad.
     #[serde(rename = "zero_rad")]
     pub zero: f64,
 }
@@ -112,7 +112,7 @@ impl JointEncoder {
 pub struct LoadCell {
     /// N measured per N applied.
     pub gain: f64,
-    /// N.
+    /// Reading without a load, N.
     #[serde(rename = "offset_n")]
     pub offset: f64,
     /// Standard deviation, N.
@@ -121,7 +121,7 @@ pub struct LoadCell {
     /// N per count; 0 for none.
     #[serde(rename = "resolution_n")]
     pub resolution: f64,
-    /// N.
+    /// Largest reading, N.
     #[serde(rename = "range_n")]
     pub range: f64,
 }

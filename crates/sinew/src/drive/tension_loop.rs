@@ -26,7 +26,7 @@
 pub struct TensionLoop {
     /// m/(N s).
     pub gain: f64,
-    /// s.
+    /// Time constant of the integral, s.
     pub reset_time: f64,
     /// m/N.
     pub compliance: f64,

@@ -22,11 +22,11 @@ use crate::error::{Error, non_negative, positive, within};
 /// the 24 V motor is too slow to move the cable at 0.12 m/s while it stretches by 60 mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Winch {
-    /// m.
+    /// Radius of the drum, m.
     pub radius: f64,
     /// m per turn.
     pub lead: f64,
-    /// m.
+    /// Diameter of the cable, m.
     pub cable_diameter: f64,
     /// Turns.
     pub turns_per_layer: f64,
@@ -116,7 +116,7 @@ pub(super) struct Drum {
     arms: [f64; 8],
     /// Cable below each layer, m.
     below: [f64; 8],
-    /// rad.
+    /// Angle of one full layer, rad.
     per_layer: f64,
     layers_per_radian: f64,
     last: u8,

@@ -34,9 +34,9 @@ pub enum Violation {
     CableSpeed {
         /// Its name.
         muscle: String,
-        /// m/s.
+        /// Speed of the cable, m/s.
         speed: f64,
-        /// m/s.
+        /// Highest speed that its drive reaches, m/s.
         most: f64,
     },
     /// A cable above the acceleration limit of its winch.
@@ -81,7 +81,7 @@ pub enum Violation {
         rate: f64,
         /// 1/s, at the period of its control cycle.
         most: f64,
-        /// s.
+        /// Control period, s.
         period: f64,
     },
     /// A winding above the temperature that it may reach.

@@ -8,19 +8,19 @@ use std::fmt::Write as _;
 /// An axis with its sensors.
 #[derive(Debug, Clone)]
 pub(crate) struct AxisRig {
-    /// kg.
+    /// Moving mass, kg.
     pub(crate) mass: f64,
     /// N s/m.
     pub(crate) damping: f64,
-    /// N.
+    /// Coulomb friction, N.
     pub(crate) coulomb: f64,
     /// Static over Coulomb friction.
     pub(crate) stribeck: f64,
-    /// N/m.
+    /// Stiffness of the spring, N/m.
     pub(crate) stiffness: f64,
     /// Amplitude and period of a ripple of the drive's force, N and m.
     pub(crate) ripple: [f64; 2],
-    /// Hz.
+    /// Sampling rate, Hz.
     pub(crate) sampling: f64,
     /// Step of the encoder, m.
     pub(crate) encoder: f64,

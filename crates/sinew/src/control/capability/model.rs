@@ -13,7 +13,7 @@ use alloc::vec::Vec;
 /// The end point of a machine in a pose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EndPointJacobian {
-    /// m.
+    /// Position in the world, m.
     pub position: [f64; 3],
     /// Its Jacobian in the task's axes, `[3 x joints]`, row by row; rows of axes outside the task are zero.
     pub rows: Vec<f64>,

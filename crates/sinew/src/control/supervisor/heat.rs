@@ -16,7 +16,7 @@ pub(super) struct WindingHeat {
     time: f64,
 }
 
-/// s.
+/// Interval at which temperatures are stepped, s.
 const INTERVAL: f64 = 0.1;
 /// Speed below which a winch stands, m/s.
 const STANDING: f64 = 1e-4;

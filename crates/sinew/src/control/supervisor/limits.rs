@@ -124,9 +124,9 @@ impl Limits {
 const SLACK_FRACTION: f64 = 0.5;
 /// Metres of a slide for a radian of a hinge.
 const SLIDE: f64 = 0.25;
-/// m.
+/// Smallest limit of slack, m.
 const MIN_SLACK: f64 = 1e-3;
-/// m/s.
+/// Smallest limit of a speed, m/s.
 const MIN_SPEED: f64 = 1e-4;
 
 #[cfg(test)]

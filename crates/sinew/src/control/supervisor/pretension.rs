@@ -57,7 +57,7 @@ pub(super) struct Pretension {
     pub(super) tense: bool,
 }
 
-/// s.
+/// Time constant with which a tension follows its target, s.
 const TIME_CONSTANT: f64 = 0.1;
 /// How long a load cell may be silent, s: without it the tension of its cable is unknown.
 const SILENCE: f64 = 0.1;

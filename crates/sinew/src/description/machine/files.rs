@@ -6,7 +6,7 @@ use alloc::string::{String, ToString};
 /// A file that another one names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FileReference<'a> {
-    /// As written.
+    /// Path as the machine file has it.
     pub path: &'a str,
     /// The file that the path is relative to: none for the machine file, else the body's, as the machine file
     /// names it.

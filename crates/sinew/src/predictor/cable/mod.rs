@@ -3,14 +3,14 @@
 //!
 //! Control and identification use it; the plant does not.
 
-mod many;
+mod batch;
 mod model;
 mod observer_state;
-mod one;
 mod sequence_observer;
+mod single;
 
-pub use many::CableObservers;
+pub use batch::CableObservers;
 pub use model::{CableColumns, CableModel, CableSample, ObservedCable};
 pub use observer_state::CableEstimate;
-pub use one::CableObserver;
 pub(super) use sequence_observer::SequenceObserver;
+pub use single::CableObserver;

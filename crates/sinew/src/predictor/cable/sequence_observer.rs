@@ -2,7 +2,7 @@
 
 use super::model::{CableColumns, ObservedCable};
 use super::observer_state::CableEstimate;
-use super::one::CableObserver;
+use super::single::CableObserver;
 
 /// An observer with the columns of the inputs that it takes.
 #[derive(Debug, Clone)]

@@ -44,6 +44,7 @@
 
 #[cfg(test)]
 mod bare;
+mod batch;
 mod creep;
 mod dispatch;
 mod elementary;
@@ -51,22 +52,21 @@ mod ends;
 mod lane;
 mod lane_group;
 mod law;
-mod many;
-mod one;
 mod parameters;
 mod path;
 mod repair;
+mod single;
 mod steady;
 mod step;
 mod travel;
 mod weakening;
 
+pub use batch::CableBatch;
 pub use ends::{EndMotion, EndTensions};
 pub use law::CableLaw;
-pub use many::CableBatch;
-pub use one::Cable;
 pub use parameters::CableParameters;
 pub use path::{CablePath, Segment};
+pub use single::Cable;
 pub(crate) use steady::BothDirections;
 pub use steady::SteadySliding;
 pub use weakening::{Weakening, WeakeningForm};

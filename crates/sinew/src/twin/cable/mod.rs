@@ -13,14 +13,14 @@
 //! [`CablePlant::set_wrap`] sets a wrap that changes with a joint, [`CablePlants::set_sheath_bend`] such a
 //! bend. A [`Specimen`] holds parameters and effects of one cable; [`Specimen::draw`] draws them from a seed.
 
+mod batch;
 mod effects;
-mod many;
-mod one;
+mod single;
 mod specimen;
 mod wear;
 
+pub use batch::CablePlants;
 pub use effects::{BraidCreep, Breakage, DragHeat, Effects, SheathCompliance, SlowFriction, UnevenCurvature};
-pub use many::CablePlants;
-pub use one::{CablePlant, Resolution};
+pub use single::{CablePlant, Resolution};
 pub use specimen::Specimen;
 pub use wear::{Broken, CableReading};

@@ -14,7 +14,7 @@ use sinew::twin::arm::{ArmSpecimen, ArmTwin};
 use sinew::twin::cable::Specimen;
 use std::sync::OnceLock;
 
-/// s.
+/// Control period, s.
 pub(crate) const H: f64 = 1e-3;
 /// Nothing unusual.
 pub(crate) const FINE: ExchangeStatus =

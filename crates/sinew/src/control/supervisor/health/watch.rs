@@ -78,7 +78,7 @@ struct Watched {
     explained: [f64; 2],
 }
 
-/// s.
+/// Motion over which one number is fitted, s.
 const WINDOW: f64 = 60.0;
 /// Speed of an anchor from which on the direction of sliding is certain, m/s.
 const SLIDING_SPEED: f64 = 2e-3;

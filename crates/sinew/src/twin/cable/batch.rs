@@ -1,6 +1,6 @@
 //! The cables of a robot, in SIMD lanes of eight.
 
-use super::one::Resolution;
+use super::single::Resolution;
 use super::specimen::Specimen;
 use super::wear::{CableReading, Wear};
 use crate::Error;
