@@ -93,8 +93,9 @@ pub fn adapt(
     Ok(Identification { model, report })
 }
 
-/// The variant with the smallest root mean square error over all folds but `without`, because the few folds of
-/// a calibration are unequal and a lucky one must not decide; the transfer unless another is clearly better.
+/// The variant with the smallest root mean square error over all folds but `without`, because the few folds
+/// of a calibration are unequal and a lucky one must not decide; the transfer unless another is clearly
+/// better.
 fn choose(scored: &[ScoredCandidate], without: Option<usize>) -> Option<usize> {
     let score = |k: usize| scored[k].root_mean_square(without);
     let best =
