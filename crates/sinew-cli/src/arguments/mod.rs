@@ -118,11 +118,21 @@ pub(crate) enum Verb {
     Log(LogArguments),
     Twin(TwinArguments),
     Reproduce(ReproduceArguments),
+    Doctor(DoctorArguments),
     #[command(hide = true)]
     Completions(CompletionsArguments),
     #[command(hide = true)]
     Man(ManArguments),
 }
+
+/// Say what this computer has of what the verbs may need, and what helps where it is missing.
+///
+/// Real-time scheduling, rights for raw Ethernet frames, a browser, the Python package, MuJoCo and a C
+/// compiler are tried, and nothing is changed.
+///
+/// Example: sinew doctor
+#[derive(Debug, Args)]
+pub(crate) struct DoctorArguments {}
 
 /// Print a completion script for a shell.
 ///

@@ -4,12 +4,13 @@ use super::Arguments;
 use clap::{Command, CommandFactory};
 
 /// The groups of `--help`.
-const GROUPS: [(&str, &[&str]); 5] = [
+const GROUPS: [(&str, &[&str]); 6] = [
     ("Identify a transmission", &["identify", "evaluate", "predict", "adapt", "demo"]),
     ("Describe and design a machine", &["machine", "design"]),
     ("Run it", &["track", "run", "live", "link", "ethercat"]),
     ("Look at what happened", &["log"]),
     ("Simulate a cable, reproduce the paper", &["twin", "reproduce"]),
+    ("This computer", &["doctor"]),
 ];
 
 /// Earlier spellings and the present ones.

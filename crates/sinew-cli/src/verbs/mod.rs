@@ -6,6 +6,7 @@ pub(crate) mod completions;
 pub(crate) mod demo;
 pub(crate) mod design;
 mod device_files;
+pub(crate) mod doctor;
 pub(crate) mod ethercat;
 pub(crate) mod evaluate;
 pub(crate) mod identify;

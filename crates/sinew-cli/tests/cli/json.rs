@@ -139,6 +139,7 @@ fn documents_about_benches_cables_and_drives_have_the_documented_keys_and_units(
     let drive = "design drive --speed 0.14 --acceleration 3 --stroke 0.3 --tension";
     checked(&bench, "design drive", &format!("{drive} 250"), 0);
     checked(&bench, "design drive", &format!("{drive} 25000"), 3);
+    checked(&bench, "doctor", "doctor", 0);
     checked(&bench, "completions", "completions bash", 0);
     checked(&bench, "man", "man", 0);
     checked(&bench, "man", "man --out man", 0);
