@@ -62,7 +62,7 @@ mod travel;
 mod weakening;
 
 pub use ends::{EndMotion, EndTensions};
-pub use law::CableLaw;
+pub use law::{CableLaw, NodeLaw};
 pub use many::CableBatch;
 pub use one::Cable;
 pub use parameters::CableParameters;

@@ -1,0 +1,35 @@
+//! Identified models for programs that are not written in Rust: C99 sources and functional mock-up units.
+//!
+//! Every export gives the bits of [`Predictor`](sinew::predictor::Predictor): the generator evaluates `exp` and
+//! `log` of the parameters, writes the constants as hexadecimal literals, and the generated code contains
+//! additions, multiplications, divisions, comparisons and square roots alone.
+//!
+//! ```text
+//! Model ──> c::files ──> NAME.h, NAME.c, example.c, CMakeLists.txt, simulink/, arduino/
+//! ```
+//!
+//! Nothing here touches the file system but [`write()`](write::write), which leaves all files or none.
+
+pub mod c;
+mod error;
+mod name;
+pub mod write;
+
+pub use error::ExportError;
+pub use name::Name;
+
+/// A file of an export.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ExportedFile {
+    /// Path below the export's folder, with `/` between its parts.
+    pub path: String,
+    /// Content.
+    pub bytes: Vec<u8>,
+}
+
+impl ExportedFile {
+    /// A file of text.
+    pub(crate) fn text(path: impl Into<String>, text: String) -> Self {
+        Self { path: path.into(), bytes: text.into_bytes() }
+    }
+}
