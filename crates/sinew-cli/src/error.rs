@@ -23,6 +23,9 @@ pub(crate) enum Error {
     /// Between a log and a model.
     #[error("{error}{hint}", error = .0, hint = flag_hint(.0))]
     Identify(#[from] IdentifyError),
+    /// What cannot be exported.
+    #[error(transparent)]
+    Export(#[from] sinew_export::ExportError),
     /// An experiment in simulation.
     #[error(transparent)]
     Experiment(#[from] sinew_lab::Error),

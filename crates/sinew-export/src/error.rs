@@ -1,6 +1,5 @@
 //! What cannot be exported.
 
-use std::io;
 use std::path::PathBuf;
 
 /// Why an export was refused; nothing was written.
@@ -17,12 +16,15 @@ pub enum ExportError {
         /// What would do.
         expected: &'static str,
     },
-    /// A place that cannot be written.
-    #[error("{}: {source}", file.display())]
-    Unwritable {
-        /// The file or folder.
-        file: PathBuf,
-        /// Why.
-        source: io::Error,
+    /// A C compiler that does not compile the sources of a unit.
+    #[error("{}: {reason}", compiler.display())]
+    Compiler {
+        /// The program.
+        compiler: PathBuf,
+        /// What it said.
+        reason: String,
     },
+    /// An archive that cannot be made.
+    #[error("archive: {0}")]
+    Archive(String),
 }

@@ -6,14 +6,15 @@
 //!
 //! ```text
 //! Model ──> c::files ──> NAME.h, NAME.c, example.c, CMakeLists.txt, simulink/, arduino/
+//!       └─> fmu::file ─> NAME.fmu: modelDescription.xml, sources/, binaries/
 //! ```
 //!
-//! Nothing here touches the file system but [`write()`](write::write), which leaves all files or none.
+//! Exports are files in memory; only [`fmu::compile`] calls a compiler, in a temporary folder.
 
 pub mod c;
 mod error;
+pub mod fmu;
 mod name;
-pub mod write;
 
 pub use error::ExportError;
 pub use name::Name;

@@ -27,7 +27,9 @@ impl Name {
         let word = |c: char| c.is_ascii_alphanumeric() || c == '_';
         let starts = name.starts_with(|c: char| c.is_ascii_alphabetic());
         if !starts || !name.chars().all(word) || name.contains("__") || name.len() > LONGEST {
-            return refuse("a C identifier: a letter, then letters, digits and single underscores, at most 40");
+            return refuse(
+                "a C identifier: a letter, then letters, digits and single underscores, at most 40",
+            );
         }
         if TAKEN.contains(&name.to_ascii_lowercase().as_str()) {
             return refuse("a name that is no header of the C library and none of the export's other files");

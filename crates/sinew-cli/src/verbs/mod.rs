@@ -8,6 +8,7 @@ pub(crate) mod design;
 mod device_files;
 pub(crate) mod ethercat;
 pub(crate) mod evaluate;
+pub(crate) mod export;
 pub(crate) mod identify;
 pub(crate) mod link;
 pub(crate) mod live;

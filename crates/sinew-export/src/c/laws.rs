@@ -52,7 +52,8 @@ fn fill_cell(filling: &mut Filling, cell: &ClampCell, n: &str) {
     filling.when("cell", true);
     filling.when("elastic", !cell.elastic.is_empty());
     filling.set("branch_count", cell.branches.len());
-    let branches = |of: fn(&sinew::transmission::Branch) -> f64| cell.branches.iter().map(of).collect::<Vec<_>>();
+    let branches =
+        |of: fn(&sinew::transmission::Branch) -> f64| cell.branches.iter().map(of).collect::<Vec<_>>();
     let tables = array(&format!("{n}_width"), &branches(|b| b.width))
         + &array(&format!("{n}_weight"), &branches(|b| b.share))
         + &scalar(&format!("{n}_start"), cell.start);
@@ -64,7 +65,8 @@ fn fill_cell(filling: &mut Filling, cell: &ClampCell, n: &str) {
             BasisTerm::Signal(i) => format!("s->signals[{i}]"),
             BasisTerm::Product(i, j) => format!("(s->signals[{i}] * s->signals[{j}])"),
         };
-        bounds += &format!("    low += {} * {value};\n    high += {} * {value};\n", double(*low), double(*high));
+        bounds +=
+            &format!("    low += {} * {value};\n    high += {} * {value};\n", double(*low), double(*high));
     }
     filling.set("cell_bounds", bounds);
     let moves = cell.elastic.iter().zip(&cell.kappa).map(|(i, kappa)| {
@@ -95,7 +97,8 @@ fn fill_cable(filling: &mut Filling, cable: &ObservedCable, n: &str) -> Result<(
     let state = if weakening.is_some() { "s->".to_owned() } else { format!("{n}_") };
     filling.set("tanh_half", format!("{state}tanh_half"));
     filling.set("half_angle", format!("{state}half_angle"));
-    filling.set("sweep_state", if weakening.is_some() { format!("const {n}_state *s,") } else { String::new() });
+    filling
+        .set("sweep_state", if weakening.is_some() { format!("const {n}_state *s,") } else { String::new() });
     filling.set("sweep_argument", if weakening.is_some() { "s," } else { "" });
     let drag = format!("{n}_drag[i]");
     filling.set("drag", if adaptation { format!("{drag} * s->law_drag_factor") } else { drag });
@@ -148,7 +151,8 @@ fn fill_axis_force(filling: &mut Filling, axis: &AxisForce, n: &str) {
     filling.set("slip_count", axis.slips.len());
     let mut tables = scalar(&format!("{n}_tau_s"), axis.tau_s);
     if !axis.slips.is_empty() {
-        let slips = |of: fn(&sinew::predictor::AxisSlip) -> f64| axis.slips.iter().map(of).collect::<Vec<_>>();
+        let slips =
+            |of: fn(&sinew::predictor::AxisSlip) -> f64| axis.slips.iter().map(of).collect::<Vec<_>>();
         tables += &array(&format!("{n}_slip_distance"), &slips(|slip| slip.distance));
         tables += &array(&format!("{n}_slip_force"), &slips(|slip| slip.force));
     }
@@ -169,14 +173,16 @@ fn fill_axis_force(filling: &mut Filling, axis: &AxisForce, n: &str) {
     let positioned = axis.position.is_some();
     filling.set("travel", if positioned { "position - s->axis_position" } else { "velocity * dt_s" });
     filling.set("axis_position", if positioned { "position" } else { "0.0" });
-    let passed = axis.gains.iter().map(|(i, gain)| format!("    passed += {} * s->signals[{i}];\n", double(*gain)));
+    let passed =
+        axis.gains.iter().map(|(i, gain)| format!("    passed += {} * s->signals[{i}];\n", double(*gain)));
     filling.set("axis_passed", passed.collect::<String>());
     let [position, velocity, acceleration] = if axis.velocity.is_some() {
         ["s->axis_position", "velocity", "s->axis_rate"]
     } else {
         ["s->axis_value", "s->axis_rate", "s->axis_second_rate"]
     };
-    let spring = if positioned { format!("{} * {position}", double(axis.stiffness)) } else { "0.0".to_owned() };
+    let spring =
+        if positioned { format!("{} * {position}", double(axis.stiffness)) } else { "0.0".to_owned() };
     let sum = format!(
         "{} * {acceleration} + {} * {velocity} + {spring} + dry + passed + {}",
         double(axis.mass),

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 /// A number as a literal that gives the same bits: decimal where it is a small whole number, else hexadecimal.
-pub(super) fn double(x: f64) -> String {
+pub(crate) fn double(x: f64) -> String {
     if x.fract() == 0.0 && x.abs() < 1e6 {
         return format!("{x:.1}");
     }
@@ -35,7 +35,8 @@ pub(super) fn array(name: &str, values: &[f64]) -> String {
 
 /// An array of rows of eight, one row a line.
 pub(super) fn rows(kind: &str, name: &str, rows: &[Vec<String>]) -> String {
-    let lines: Vec<String> = rows.iter().map(|row| format!("{{{}}}", wrapped(row, "     ").trim_start())).collect();
+    let lines: Vec<String> =
+        rows.iter().map(|row| format!("{{{}}}", wrapped(row, "     ").trim_start())).collect();
     format!("static const {kind} {name}[{}][8] = {{\n    {}\n}};\n", rows.len(), lines.join(",\n    "))
 }
 

@@ -10,6 +10,10 @@ mod networks;
 mod source;
 mod template;
 
+pub(crate) use literal::double;
+pub(crate) use source::checksum;
+pub(crate) use template::Filling;
+
 use crate::{ExportError, ExportedFile, Name};
 use sinew::predictor::Model;
 

@@ -40,7 +40,8 @@ fn helpers(filling: &mut Filling, body: &str, name: &Name) {
     filling.when("smaller", saturate || calls("smaller"));
     filling.when("sign", calls("with_sign_of"));
     filling.when("log", calls("log"));
-    filling.when("bits", calls("log") || body.contains(&format!("{}_double ", name.as_str())) || calls("exp"));
+    filling
+        .when("bits", calls("log") || body.contains(&format!("{}_double ", name.as_str())) || calls("exp"));
 }
 
 /// Where the model comes from, as lines of a comment.
@@ -80,10 +81,8 @@ fn limits(model: &Model, name: &Name) -> String {
     let (n, upper) = (name.as_str(), name.upper());
     let column = |what: &str, of: fn(&InputLimits) -> f64| {
         let list: Vec<f64> = model.guards.iter().map(of).collect();
-        literal::array(&format!("{n}_{what}"), &list).replace(
-            &format!("{n}_{what}[{}]", list.len()),
-            &format!("{n}_{what}[{upper}_INPUTS]"),
-        )
+        literal::array(&format!("{n}_{what}"), &list)
+            .replace(&format!("{n}_{what}[{}]", list.len()), &format!("{n}_{what}[{upper}_INPUTS]"))
     };
     column("jump", |l| l.jump)
         + &column("lowest", |l| l.low)
@@ -140,7 +139,8 @@ fn has_networks(model: &Model) -> bool {
 fn features(filling: &mut Filling, model: &Model, name: &Name) {
     let law = &model.estimator.law;
     let (count, used) = (law.features.len(), has_networks(model));
-    let stateful = |feature: &Feature| matches!(feature, Feature::Stop { .. } | Feature::LowPassDifference { .. });
+    let stateful =
+        |feature: &Feature| matches!(feature, Feature::Stop { .. } | Feature::LowPassDifference { .. });
     let filtered = |feature: &Feature| matches!(feature, Feature::LowPassDifference { .. });
     filling.set("feature_count", count);
     filling.set("feature_argument", if count > 0 { "const double *features," } else { "" });

@@ -23,26 +23,26 @@ const TEMPLATES: [(&str, &str); 6] = [
 
 /// What fills a template.
 #[derive(Debug, Default)]
-pub(super) struct Filling {
+pub(crate) struct Filling {
     words: BTreeSet<&'static str>,
     texts: BTreeMap<&'static str, String>,
 }
 
 impl Filling {
     /// Sets a word where `holds`.
-    pub(super) fn when(&mut self, word: &'static str, holds: bool) {
+    pub(crate) fn when(&mut self, word: &'static str, holds: bool) {
         if holds {
             self.words.insert(word);
         }
     }
 
     /// Fills a place; lines end in a line break, texts within a line do not.
-    pub(super) fn set(&mut self, word: &'static str, text: impl ToString) {
+    pub(crate) fn set(&mut self, word: &'static str, text: impl ToString) {
         self.texts.insert(word, text.to_string());
     }
 
     /// The template with its places filled and `@` replaced by the name.
-    pub(super) fn render(&self, template: &str, name: &Name) -> String {
+    pub(crate) fn render(&self, template: &str, name: &Name) -> String {
         let mut out = String::new();
         // Whether the lines of every open `if` stand.
         let mut open: Vec<bool> = Vec::new();

@@ -81,7 +81,9 @@ fn compare(model: &Model, rows: &[Row], modes: &[[&str; 3]], label: &str) {
             let got = run(folder.path(), &bytes(rows), &[]);
             let got: Vec<[u64; 4]> = got
                 .chunks_exact(32)
-                .map(|row| std::array::from_fn(|k| u64::from_ne_bytes(row[8 * k..8 * k + 8].try_into().unwrap())))
+                .map(|row| {
+                    std::array::from_fn(|k| u64::from_ne_bytes(row[8 * k..8 * k + 8].try_into().unwrap()))
+                })
                 .collect();
             assert_eq!(got.len(), expected.len(), "{label}");
             let mut pairs = got.iter().zip(&expected).enumerate();

@@ -53,7 +53,8 @@ fn often(random: &mut ChaCha8Rng) -> bool {
 }
 
 pub(crate) fn model(kind: Kind, random: &mut ChaCha8Rng) -> Model {
-    let mut law = MemoryLaw { signals: signals(random), cell: None, cable: None, axis: None, features: vec![] };
+    let mut law =
+        MemoryLaw { signals: signals(random), cell: None, cable: None, axis: None, features: vec![] };
     let (mut ensemble, mut perceptron) = (None, None);
     match kind {
         Kind::Cell | Kind::HybridCell => law.cell = Some(cell(random, law.signals.len())),
@@ -116,7 +117,12 @@ pub(crate) fn model(kind: Kind, random: &mut ChaCha8Rng) -> Model {
 
 fn guards() -> Vec<InputLimits> {
     let of = |jump, low, high, typical| InputLimits { jump, low, high, typical };
-    vec![of(60.0, 0.0, 250.0, 80.0), of(60.0, -5.0, 200.0, 40.0), of(0.02, -0.3, 0.3, 0.0), of(0.06, -0.3, 0.3, 0.0)]
+    vec![
+        of(60.0, 0.0, 250.0, 80.0),
+        of(60.0, -5.0, 200.0, 40.0),
+        of(0.02, -0.3, 0.3, 0.0),
+        of(0.06, -0.3, 0.3, 0.0),
+    ]
 }
 
 /// The first is the first input, the last two are motor and anchor.
@@ -146,7 +152,10 @@ fn cell(random: &mut ChaCha8Rng, signals: usize) -> ClampCell {
         high: basis.iter().map(|_| between(random, 0.3, 1.4)).collect(),
         kappa: elastic.iter().map(|_| between(random, -0.5, 1.0)).collect(),
         branches: (0..branches)
-            .map(|k| Branch { width: if k == 0 { 1.0 } else { between(random, 0.1, 1.0) }, share: 1.0 / branches as f64 })
+            .map(|k| Branch {
+                width: if k == 0 { 1.0 } else { between(random, 0.1, 1.0) },
+                share: 1.0 / branches as f64,
+            })
             .collect(),
         basis,
         elastic,
@@ -211,7 +220,11 @@ fn plain_network(random: &mut ChaCha8Rng, inputs: usize) -> Perceptron {
 fn cable(random: &mut ChaCha8Rng) -> ObservedCable {
     let mut segments = vec![
         Segment::Free { length: between(random, 0.05, 0.3) },
-        Segment::Sheath { length: between(random, 0.3, 1.2), bend: between(random, 0.5, 5.0), curvature: vec![] },
+        Segment::Sheath {
+            length: between(random, 0.3, 1.2),
+            bend: between(random, 0.5, 5.0),
+            curvature: vec![],
+        },
     ];
     if often(random) {
         segments.push(Segment::Pulley { wrap: between(random, 0.1, 2.0) });
