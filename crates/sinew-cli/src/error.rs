@@ -355,6 +355,7 @@ impl Error {
             | Self::Report(_)
             | Self::Json(_)
             | Self::Csv(_)
+            | Self::Export(sinew_export::ExportError::Compiler { .. })
             | Self::NoSimulatedLog => Self::SYSTEM,
             Self::Recording { source, .. } if source.is_of_the_system() => Self::SYSTEM,
             Self::Unreadable { source, .. } | Self::Identify(IdentifyError::Unreadable { source, .. }) => {

@@ -13,15 +13,15 @@ pub(crate) fn run(arguments: &ExportArguments, general: &General) -> Result<Answ
     if arguments.inverse {
         return Err(Error::Argument {
             flag: "--inverse",
-            value: String::new(),
+            value: "given".to_owned(),
             expected: "a predictor: inverses are not exported yet",
         });
     }
     let name = name(arguments)?;
     let model = read_model(&arguments.model)?;
+    let mut folders = vec![Folder::open(&arguments.out)?];
     let (files, note) = files(&model, &name, arguments.to)?;
     let places: Vec<PathBuf> = files.iter().map(|file| arguments.out.join(&file.path)).collect();
-    let mut folders = vec![Folder::open(&arguments.out)?];
     for parent in places.iter().filter_map(|place| place.parent()).filter(|parent| *parent != arguments.out) {
         folders.push(Folder::open(parent)?);
     }

@@ -8,7 +8,7 @@ use sinew::predictor::Model;
 const EXAMPLE: &str = include_str!("templates/example.c");
 
 /// `example.c`.
-pub(super) fn files(model: &Model, name: &Name) -> Vec<ExportedFile> {
+pub(super) fn file(model: &Model, name: &Name) -> ExportedFile {
     let mut filling = Filling::default();
     let time = model.time.as_deref().unwrap_or_default();
     let ends = |suffixes: &[&str]| suffixes.iter().any(|suffix| time.to_lowercase().ends_with(suffix));
@@ -25,5 +25,5 @@ pub(super) fn files(model: &Model, name: &Name) -> Vec<ExportedFile> {
     let table = format!("static const char *const columns[COLUMNS] = {{\n{}\n}};\n", list.join(",\n"));
     filling.set("columns", table);
     filling.set("time_scale", scale);
-    vec![ExportedFile::text("example.c", filling.render(EXAMPLE, name))]
+    ExportedFile::text("example.c", filling.render(EXAMPLE, name))
 }

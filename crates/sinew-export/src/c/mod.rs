@@ -4,6 +4,7 @@
 //! bit of both over random models and samples.
 
 mod example;
+mod integrations;
 mod laws;
 mod literal;
 mod networks;
@@ -35,6 +36,7 @@ pub fn library(model: &Model, name: &Name) -> Result<[ExportedFile; 2], ExportEr
 /// As [`Model::validate`].
 pub fn files(model: &Model, name: &Name) -> Result<Vec<ExportedFile>, ExportError> {
     let mut files = Vec::from(library(model, name)?);
-    files.extend(example::files(model, name));
+    files.push(example::file(model, name));
+    files.extend(integrations::files(model, name));
     Ok(files)
 }

@@ -58,7 +58,7 @@ static int @_condition(@_state *s, double time_s, const double *inputs)
 void @_init(@_state *state)
 {
     static const @_state zero;
-//%if init_index
+//%if weakening
     int i;
 //%end
     *state = zero;

@@ -50,9 +50,9 @@ static double @_profile(@_state *s, double tension, double fraction)
 /* Starts the cable with the tension at the drive. */
 static void @_settle(@_state *s, double tension)
 {
-    double fraction = @_start;
     int i;
 //%if zero_stretch
+    double fraction = 0.0;
     const double stretch = @_zero_stretch + s->motor - s->anchor;
     double low = -1.0, high = 1.0;
     for (i = 0; i < 30; i++) {
@@ -63,6 +63,8 @@ static void @_settle(@_state *s, double tension)
             high = fraction;
         }
     }
+//%else
+    const double fraction = @_start;
 //%end
     (void)@_profile(s, tension, fraction);
 //%if weakening
