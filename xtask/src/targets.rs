@@ -11,8 +11,8 @@ const TARGET: &str = "thumbv7em-none-eabihf";
 /// Crates that are known to build without an operating system.
 const PORTABLE: [&str; 6] = ["libm", "ruint", "serde", "serde_core", "sinew", "thiserror"];
 
-/// Holds the dependencies of `sinew` without its default features against the portable ones; compiles it where
-/// the target is installed.
+/// Holds the dependencies of `sinew` without its default features against the portable ones; compiles it
+/// where the target is installed.
 pub(crate) fn check(root: &Path) -> Result<(), String> {
     let mut tree = cargo(root, &["tree", "--package", "sinew", "--no-default-features", "--target", TARGET]);
     // Macros run on the host.

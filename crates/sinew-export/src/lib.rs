@@ -1,8 +1,8 @@
 //! Identified models for programs that are not written in Rust: C99 sources and functional mock-up units.
 //!
-//! Every export gives the bits of [`Predictor`](sinew::predictor::Predictor): the generator evaluates `exp` and
-//! `log` of the parameters, writes the constants as hexadecimal literals, and the generated code contains
-//! additions, multiplications, divisions, comparisons and square roots alone.
+//! Every export gives the bits of [`Predictor`](sinew::predictor::Predictor): the generator evaluates `exp`
+//! and `log` of the parameters, writes the constants as hexadecimal literals, and the generated code
+//! contains additions, multiplications, divisions, comparisons and square roots alone.
 //!
 //! ```text
 //! Model ──> c::files ──> NAME.h, NAME.c, example.c, CMakeLists.txt, simulink/, arduino/

@@ -19,9 +19,8 @@ pub struct Name(String);
 impl Name {
     /// A checked name.
     ///
-    /// # Errors
-    /// [`ExportError::Name`] for what is no identifier of at most 40 letters, digits and single underscores, and
-    /// for names of the C library's headers and of the export's own files.
+    /// # Errors [`ExportError::Name`] for what is no identifier of at most 40 letters, digits and single
+    /// underscores, and for names of the C library's headers and of the export's own files.
     pub fn new(name: &str) -> Result<Self, ExportError> {
         let refuse = |expected| Err(ExportError::Name { name: name.to_owned(), expected });
         let word = |c: char| c.is_ascii_alphanumeric() || c == '_';

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 
 /// Export a model for programs that are not this one: C sources, or a functional mock-up unit.
 ///
-/// `c` writes NAME.h and NAME.c (C99, no allocation, no library but sqrt), example.c (reads a CSV log and prints
-/// what `sinew predict` writes), CMakeLists.txt, a wrapper for Simulink and a sketch for Arduino. `fmu` and `fmu2`
-/// write NAME.fmu for co-simulation by FMI 3.0 and 2.0, with sources and, where a C compiler is there, a binary
-/// for this platform. Every number is that of `sinew predict`, bit by bit. docs/export.md shows where a model can
-/// be used.
+/// `c` writes NAME.h and NAME.c (C99, no allocation, no library but sqrt), example.c (reads a CSV log and
+/// prints what `sinew predict` writes), CMakeLists.txt, a wrapper for Simulink and a sketch for Arduino.
+/// `fmu` and `fmu2` write NAME.fmu for co-simulation by FMI 3.0 and 2.0, with sources and, where a C
+/// compiler is there, a binary for this platform. Every number is that of `sinew predict`, bit by bit.
+/// docs/export.md shows where a model can be used.
 ///
 /// Example: sinew export out/sheath/model.json --to c --out sheath_c
 #[derive(Debug, Args)]

@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-/// A number as a literal that gives the same bits: decimal where it is a small whole number, else hexadecimal.
+/// A number as a literal that gives the same bits: decimal where it is a small whole number, else
+/// hexadecimal.
 pub(crate) fn double(x: f64) -> String {
     if x.fract() == 0.0 && x.abs() < 1e6 {
         return format!("{x:.1}");

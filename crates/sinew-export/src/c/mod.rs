@@ -1,7 +1,7 @@
 //! A model as C99: one header, one source, an example and what other tools need beside them.
 //!
-//! The templates hold the laws once more, in C; that they stay those of the library is a test that compares every
-//! bit of both over random models and samples.
+//! The templates hold the laws once more, in C; that they stay those of the library is a test that compares
+//! every bit of both over random models and samples.
 
 mod example;
 mod integrations;

@@ -35,19 +35,22 @@ pub(super) fn model_description(model: &Model, name: &Name, version: Version) ->
     match version {
         Version::Three => {
             text += &format!(
-                "<fmiModelDescription fmiVersion=\"3.0\" modelName=\"{name}\" instantiationToken=\"{token}\"\n  \
-                 description=\"{description}\" generationTool=\"{PROGRAM}\">\n  \
-                 <CoSimulation modelIdentifier=\"{name}\" canHandleVariableCommunicationStepSize=\"true\"\n    \
+                "<fmiModelDescription fmiVersion=\"3.0\" modelName=\"{name}\"\n  \
+                 instantiationToken=\"{token}\" description=\"{description}\"\n  \
+                 generationTool=\"{PROGRAM}\">\n  <CoSimulation modelIdentifier=\"{name}\"\n    \
+                 canHandleVariableCommunicationStepSize=\"true\"\n    \
                  canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\"/>\n"
             );
         }
         Version::Two => {
             text += &format!(
                 "<fmiModelDescription fmiVersion=\"2.0\" modelName=\"{name}\" guid=\"{token}\"\n  \
-                 description=\"{description}\" generationTool=\"{PROGRAM}\">\n  \
-                 <CoSimulation modelIdentifier=\"{name}\" canHandleVariableCommunicationStepSize=\"true\"\n    \
+                 description=\"{description}\"\n  \
+                 generationTool=\"{PROGRAM}\">\n  <CoSimulation modelIdentifier=\"{name}\"\n    \
+                 canHandleVariableCommunicationStepSize=\"true\"\n    \
                  canGetAndSetFMUstate=\"true\" canSerializeFMUstate=\"true\">\n    \
-                 <SourceFiles><File name=\"{name}.c\"/><File name=\"fmi2.c\"/></SourceFiles>\n  </CoSimulation>\n"
+                 <SourceFiles><File name=\"{name}.c\"/><File name=\"fmi2.c\"/></SourceFiles>\n  \
+                 </CoSimulation>\n"
             );
         }
     }

@@ -1,6 +1,6 @@
 //! Mean, deviation, gate and flags of generated C against the predictor's, bit by bit.
 
-use crate::compiler::{MODES, compile, compilers, run};
+use crate::compiler::{MODES, compile, compilers, covered, run};
 use crate::models::{INPUTS, Kind, model};
 use crate::samples::{Row, rows};
 use rand::SeedableRng;
@@ -71,7 +71,7 @@ fn write_sources(folder: &Path, model: &Model) {
 
 /// Rows that differ in any bit, over models and modes of compilation.
 #[track_caller]
-fn compare(model: &Model, rows: &[Row], modes: &[[&str; 3]], label: &str) {
+fn compare(model: &Model, rows: &[Row], modes: &[&[&str]], label: &str) {
     let folder = tempfile::tempdir().unwrap();
     write_sources(folder.path(), model);
     let expected = predicted(model, rows);
@@ -147,6 +147,32 @@ fn c_of_a_hundred_models_of_every_kind_predicts_the_bits_of_the_library() {
             compare(&model, &rows(10_000, &mut random), &MODES, &format!("{kind:?} {seed}"));
         }
     }
+}
+
+#[test]
+fn the_rows_of_the_tests_execute_95_percent_of_the_lines_or_more() {
+    let (mut executed, mut all) = (0.0, 0.0);
+    for kind in Kind::ALL {
+        for seed in 0..2 {
+            let mut random = ChaCha8Rng::seed_from_u64(1000 * kind as u64 + seed);
+            let model = model(kind, &mut random);
+            let folder = tempfile::tempdir().unwrap();
+            write_sources(folder.path(), &model);
+            if compilers().is_empty() {
+                return;
+            }
+            compile("cc", folder.path(), &["exported.c", "harness.c"], &["-std=c99", "-O0", "--coverage"]);
+            run(folder.path(), &bytes(&rows(10_000, &mut random)), &[]);
+            let Some((lines, total)) = covered(folder.path(), "exported.c") else {
+                println!("skipped: no gcov for this compiler");
+                return;
+            };
+            println!("{kind:?} {seed}: {lines:.0} of {total:.0} lines");
+            (executed, all) = (executed + lines, all + total);
+        }
+    }
+    println!("{executed:.0} of {all:.0} lines");
+    assert!(executed >= 0.95 * all, "{executed} of {all}");
 }
 
 #[test]

@@ -9,11 +9,12 @@ pub(crate) const STRICT: [&str; 6] =
     ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-Werror"];
 
 /// Languages and optimisations that must give the same bits.
-pub(crate) const MODES: [[&str; 3]; 4] = [
-    ["-std=c99", "-O2", "-Wundef"],
-    ["-std=gnu11", "-O3", "-march=native"],
-    ["-std=gnu99", "-O2", "-march=native"],
-    ["-std=c99", "-O0", "-Wcast-qual"],
+pub(crate) const MODES: [&[&str]; 5] = [
+    &["-std=c99", "-O2", "-Wundef"],
+    &["-std=gnu11", "-O3", "-march=native"],
+    &["-std=gnu99", "-O2", "-march=native"],
+    &["-std=c99", "-O0", "-Wcast-qual"],
+    &["-std=c99", "-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"],
 ];
 
 /// The compilers of this machine; says so where there is none.
@@ -52,4 +53,16 @@ pub(crate) fn run(folder: &Path, input: &[u8], arguments: &[&str]) -> Vec<u8> {
     writer.join().unwrap();
     assert!(output.status.success(), "{:?}", output.status);
     output.stdout
+}
+
+/// Lines that a program compiled with `--coverage` has executed, and all lines of the source; none without
+/// gcov.
+pub(crate) fn covered(folder: &Path, source: &str) -> Option<(f64, f64)> {
+    let object = format!("program-{source}");
+    let output = Command::new("gcov").current_dir(folder).args(["-n", &object]).output().ok()?;
+    let text = String::from_utf8(output.stdout).unwrap();
+    let line = text.lines().find_map(|line| line.strip_prefix("Lines executed:"))?;
+    let (percent, total) = line.split_once("% of ")?;
+    let total: f64 = total.parse().ok()?;
+    Some((0.01 * percent.parse::<f64>().ok()? * total, total))
 }

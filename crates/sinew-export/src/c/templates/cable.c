@@ -32,7 +32,8 @@ static void @_measure(@_state *s)
     }
 }
 
-/* Tensions from that at the drive and the mobilised fraction of friction at every node; returns the stretch. */
+/* Tensions from that at the drive and the mobilised fraction of friction at every node; returns the
+ * stretch. */
 static double @_profile(@_state *s, double tension, double fraction)
 {
     double stretch = 0.0;
@@ -310,9 +311,11 @@ static double @_bounded_innovation(const @_state *s)
 static void @_follow(@_state *s, double interval, double motor, double anchor)
 {
     const double larger = @_larger(@_magnitude(motor), @_magnitude(anchor));
-    int count = (int)(larger / 5e-4), k;
+    const double parts = larger / 5e-4;
+    /* Far below the limit but for a state that was not written by this program. */
+    int count = parts < 1e6 ? (int)parts : 0, k;
     double n, part;
-    if ((double)count < larger / 5e-4) {
+    if ((double)count < parts) {
         count++;
     }
     count = count < 1 ? 1 : count;
@@ -387,6 +390,7 @@ static void @_observe(@_state *s, double interval)
         @_settle(s, start);
     }
     s->innovation = tension - s->tension_in;
+    s->innovation = s->innovation - s->innovation == 0.0 ? s->innovation : 0.0;
     s->cell = @_far_gain * s->tension_out;
     s->known = s->converged;
     if (s->known) {

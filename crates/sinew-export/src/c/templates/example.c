@@ -1,7 +1,7 @@
 /* Runs the predictor over a log: `./a.out LOG.csv` prints what `sinew predict` writes.
  *
- * The log is a table of numbers between commas, semicolons or tabs, with the names of its columns in the first
- * line. `./a.out LOG.csv HZ` counts the time of a log without a time column.
+ * The log is a table of numbers between commas, semicolons or tabs, with the names of its columns in the
+ * first line. `./a.out LOG.csv HZ` counts the time of a log without a time column.
  */
 #include "@.h"
 
@@ -19,7 +19,8 @@
 static char line[1 << 16];
 static char separator = ',';
 
-/* The next cell of a line, without blanks and quotes; returns what follows it, or a null pointer at the end. */
+/* The next cell of a line, without blanks and quotes; returns what follows it, or a null pointer at the
+ * end. */
 static char *next_cell(char *text, char *cell)
 {
     size_t length = 0;

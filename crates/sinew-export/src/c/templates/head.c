@@ -23,7 +23,7 @@
 #error "the predictor needs double of 64 bits and float of 32 bits"
 #endif
 #if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD == 1 || FLT_EVAL_METHOD == 2)
-#error "the predictor needs arithmetic without excess precision: on 32-bit x86 compile it with -msse2 -mfpmath=sse"
+#error "the predictor needs arithmetic without excess precision: on 32-bit x86, -msse2 -mfpmath=sse"
 #endif
 
 //%if larger
@@ -92,7 +92,8 @@ static double @_log(double x)
     w = z * z;
     t1 = w * (3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
     t2 = z * (6.666666666666735130e-01
-              + w * (2.857142874366239149e-01 + w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)));
+              + w * (2.857142874366239149e-01
+                     + w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)));
     dk = (double)k;
     return s * (half_square + (t2 + t1)) + dk * 1.90821492927058770002e-10 - half_square + f
            + dk * 6.93147180369123816490e-01;

@@ -2,8 +2,8 @@
 //%slot about
  *
  * Every number equals that of `sinew predict` in every bit, with any compiler that keeps IEEE 754: no
- * -ffast-math, no x87. State stands in a structure of the caller: any number of instances side by side. Nothing
- * is allocated, no function of a library is called but sqrt, and the work of a step is bounded.
+ * -ffast-math, no x87. State stands in a structure of the caller: any number of instances side by side.
+ * Nothing is allocated, no function of a library is called but sqrt, and the work of a step is bounded.
  */
 #ifndef @@_H
 #define @@_H

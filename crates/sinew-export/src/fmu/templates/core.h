@@ -101,7 +101,8 @@ static int @_continues(const @_data *d, double time_s, double step_s)
 {
     const double off = time_s - d->time_s, size = time_s < 0.0 ? -time_s : time_s;
     const double tolerance = 1e-9 * (1.0 + size);
-    return @_is_number(time_s) && @_is_number(step_s) && step_s > 0.0 && off <= tolerance && -off <= tolerance;
+    return @_is_number(time_s) && @_is_number(step_s) && step_s > 0.0 && off <= tolerance
+           && -off <= tolerance;
 }
 
 /* Bytes of a state that this model has written. */

@@ -1,7 +1,7 @@
 /* The predictor behind FMI 2.0, for co-simulation; https://fmi-standard.org.
  *
- * A step from t to t + h takes the sample of the time t + h with the inputs that were set before it: an importer
- * that sets them for t sees one step of delay.
+ * A step from t to t + h takes the sample of the time t + h with the inputs that were set before it: an
+ * importer that sets them for t sees one step of delay.
  */
 #include "core.h"
 
@@ -38,7 +38,8 @@ typedef struct {
 static fmi2Status @_refuse(const @_instance *instance, const char *message)
 {
     if (instance != NULL && instance->callbacks.log != NULL) {
-        instance->callbacks.log(instance->callbacks.environment, "@", fmi2Error, "logStatusError", "%s", message);
+        instance->callbacks.log(instance->callbacks.environment, "@", fmi2Error, "logStatusError", "%s",
+                message);
     }
     return fmi2Error;
 }
@@ -67,7 +68,8 @@ static fmi2Status @_refuse(const @_instance *instance, const char *message)
         CHECK(n == 0, "fmi2Get" #name ": no variable has this type");                                        \
         return fmi2OK;                                                                                       \
     }                                                                                                        \
-    EXPORTED fmi2Status fmi2Set##name(fmi2Component i, const fmi2ValueReference r[], size_t n, const type v[]) \
+    EXPORTED fmi2Status fmi2Set##name(fmi2Component i, const fmi2ValueReference r[], size_t n, \
+            const type v[]) \
     {                                                                                                        \
         INSTANCE                                                                                             \
         CHECK(n == 0, "fmi2Set" #name ": no variable has this type");                                        \
@@ -84,13 +86,15 @@ EXPORTED const char *fmi2GetVersion(void)
     return "2.0";
 }
 
-EXPORTED fmi2Status fmi2SetDebugLogging(fmi2Component i, fmi2Boolean on, size_t n, const fmi2String categories[])
+EXPORTED fmi2Status fmi2SetDebugLogging(fmi2Component i, fmi2Boolean on, size_t n,
+        const fmi2String categories[])
 {
     return i == NULL ? fmi2Error : fmi2OK;
 }
 
 EXPORTED fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String token, fmi2String resources,
-                                       const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging)
+                                       const fmi2CallbackFunctions *callbacks, fmi2Boolean visible,
+                                               fmi2Boolean logging)
 {
     @_instance *instance;
     /* 1: co-simulation. */
@@ -112,7 +116,8 @@ EXPORTED void fmi2FreeInstance(fmi2Component i)
     free(i);
 }
 
-EXPORTED fmi2Status fmi2SetupExperiment(fmi2Component i, fmi2Boolean tolerated, double tolerance, double start,
+EXPORTED fmi2Status fmi2SetupExperiment(fmi2Component i, fmi2Boolean tolerated, double tolerance,
+        double start,
                                         fmi2Boolean stops, double stop)
 {
     INSTANCE
@@ -125,7 +130,8 @@ EXPORTED fmi2Status fmi2SetupExperiment(fmi2Component i, fmi2Boolean tolerated, 
 EXPORTED fmi2Status fmi2EnterInitializationMode(fmi2Component i)
 {
     INSTANCE
-    CHECK(instance->data.phase == @@_INSTANTIATED, "fmi2EnterInitializationMode: only after instantiation or reset");
+    CHECK(instance->data.phase == @@_INSTANTIATED,
+            "fmi2EnterInitializationMode: only after instantiation or reset");
     instance->data.phase = @@_INITIALIZING;
     return fmi2OK;
 }
@@ -133,7 +139,8 @@ EXPORTED fmi2Status fmi2EnterInitializationMode(fmi2Component i)
 EXPORTED fmi2Status fmi2ExitInitializationMode(fmi2Component i)
 {
     INSTANCE
-    CHECK(instance->data.phase == @@_INITIALIZING, "fmi2ExitInitializationMode: initialization was not entered");
+    CHECK(instance->data.phase == @@_INITIALIZING,
+            "fmi2ExitInitializationMode: initialization was not entered");
     @_sample(&instance->data, instance->data.time_s);
     instance->data.phase = @@_STEPPING;
     return fmi2OK;
@@ -198,7 +205,8 @@ EXPORTED fmi2Status fmi2GetBoolean(fmi2Component i, const fmi2ValueReference r[]
     return fmi2OK;
 }
 
-EXPORTED fmi2Status fmi2SetBoolean(fmi2Component i, const fmi2ValueReference r[], size_t n, const fmi2Boolean v[])
+EXPORTED fmi2Status fmi2SetBoolean(fmi2Component i, const fmi2ValueReference r[], size_t n,
+        const fmi2Boolean v[])
 {
     INSTANCE
     CHECK(n == 0, "fmi2SetBoolean: no input has this type");
@@ -250,7 +258,8 @@ EXPORTED fmi2Status fmi2SerializeFMUstate(fmi2Component i, fmi2FMUstate state, c
     return fmi2OK;
 }
 
-EXPORTED fmi2Status fmi2DeSerializeFMUstate(fmi2Component i, const char bytes[], size_t size, fmi2FMUstate *state)
+EXPORTED fmi2Status fmi2DeSerializeFMUstate(fmi2Component i, const char bytes[], size_t size,
+        fmi2FMUstate *state)
 {
     @_data read;
     INSTANCE

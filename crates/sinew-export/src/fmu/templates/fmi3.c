@@ -1,7 +1,7 @@
 /* The predictor behind FMI 3.0, for co-simulation; https://fmi-standard.org.
  *
- * A step from t to t + h takes the sample of the time t + h with the inputs that were set before it: an importer
- * that sets them for t sees one step of delay.
+ * A step from t to t + h takes the sample of the time t + h with the inputs that were set before it: an
+ * importer that sets them for t sees one step of delay.
  */
 #include "core.h"
 
@@ -60,13 +60,15 @@ static fmi3Status @_refuse(const @_instance *instance, const char *message)
     }
 /* Types of which the model has no variable: none may be asked for. */
 #define NONE(name, type)                                                                                     \
-    EXPORTED fmi3Status fmi3Get##name(fmi3Instance i, const fmi3ValueReference r[], size_t n, type v[], size_t m) \
+    EXPORTED fmi3Status fmi3Get##name(fmi3Instance i, const fmi3ValueReference r[], size_t n, type v[], \
+            size_t m) \
     {                                                                                                        \
         INSTANCE                                                                                             \
         CHECK(n == 0, "fmi3Get" #name ": no variable has this type");                                        \
         return fmi3OK;                                                                                       \
     }                                                                                                        \
-    EXPORTED fmi3Status fmi3Set##name(fmi3Instance i, const fmi3ValueReference r[], size_t n, const type v[], size_t m) \
+    EXPORTED fmi3Status fmi3Set##name(fmi3Instance i, const fmi3ValueReference r[], size_t n, \
+            const type v[], size_t m) \
     {                                                                                                        \
         INSTANCE                                                                                             \
         CHECK(n == 0, "fmi3Set" #name ": no variable has this type");                                        \
@@ -83,7 +85,8 @@ EXPORTED fmi3Status fmi3SetDebugLogging(fmi3Instance i, bool on, size_t n, const
     return i == NULL ? fmi3Error : fmi3OK;
 }
 
-EXPORTED fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, bool visible,
+EXPORTED fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token,
+        fmi3String resources, bool visible,
                                                   bool logging, bool events, bool early,
                                                   const fmi3ValueReference required[], size_t n,
                                                   fmi3InstanceEnvironment environment, fmi3LogMessage log,
@@ -112,9 +115,11 @@ EXPORTED fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String t
     return NULL;
 }
 
-EXPORTED fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources,
+EXPORTED fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token,
+        fmi3String resources,
                                                         bool visible, bool logging,
-                                                        fmi3InstanceEnvironment environment, fmi3LogMessage log,
+                                                        fmi3InstanceEnvironment environment,
+                                                                fmi3LogMessage log,
                                                         void (*update)(void), void (*lock)(void),
                                                         void (*unlock)(void))
 {
@@ -126,11 +131,13 @@ EXPORTED void fmi3FreeInstance(fmi3Instance i)
     free(i);
 }
 
-EXPORTED fmi3Status fmi3EnterInitializationMode(fmi3Instance i, bool tolerated, double tolerance, double start,
+EXPORTED fmi3Status fmi3EnterInitializationMode(fmi3Instance i, bool tolerated, double tolerance,
+        double start,
                                                 bool stops, double stop)
 {
     INSTANCE
-    CHECK(instance->data.phase == @@_INSTANTIATED, "fmi3EnterInitializationMode: only after instantiation or reset");
+    CHECK(instance->data.phase == @@_INSTANTIATED,
+            "fmi3EnterInitializationMode: only after instantiation or reset");
     CHECK(@_is_number(start), "fmi3EnterInitializationMode: the start time is no number");
     instance->data.time_s = start;
     instance->data.phase = @@_INITIALIZING;
@@ -140,7 +147,8 @@ EXPORTED fmi3Status fmi3EnterInitializationMode(fmi3Instance i, bool tolerated, 
 EXPORTED fmi3Status fmi3ExitInitializationMode(fmi3Instance i)
 {
     INSTANCE
-    CHECK(instance->data.phase == @@_INITIALIZING, "fmi3ExitInitializationMode: initialization was not entered");
+    CHECK(instance->data.phase == @@_INITIALIZING,
+            "fmi3ExitInitializationMode: initialization was not entered");
     @_sample(&instance->data, instance->data.time_s);
     instance->data.phase = @@_STEPPING;
     return fmi3OK;
@@ -166,7 +174,8 @@ EXPORTED fmi3Status fmi3DoStep(fmi3Instance i, double time_s, double step_s, boo
 {
     INSTANCE
     CHECK(instance->data.phase == @@_STEPPING, "fmi3DoStep: only in step mode");
-    CHECK(event != NULL && terminate != NULL && early != NULL && last_s != NULL, "fmi3DoStep: a null pointer");
+    CHECK(event != NULL && terminate != NULL && early != NULL && last_s != NULL,
+            "fmi3DoStep: a null pointer");
     *event = false;
     *terminate = false;
     *early = false;
@@ -178,7 +187,8 @@ EXPORTED fmi3Status fmi3DoStep(fmi3Instance i, double time_s, double step_s, boo
     return fmi3OK;
 }
 
-EXPORTED fmi3Status fmi3GetFloat64(fmi3Instance i, const fmi3ValueReference r[], size_t n, double v[], size_t m)
+EXPORTED fmi3Status fmi3GetFloat64(fmi3Instance i, const fmi3ValueReference r[], size_t n, double v[],
+        size_t m)
 {
     size_t k;
     INSTANCE
@@ -189,7 +199,8 @@ EXPORTED fmi3Status fmi3GetFloat64(fmi3Instance i, const fmi3ValueReference r[],
     return fmi3OK;
 }
 
-EXPORTED fmi3Status fmi3SetFloat64(fmi3Instance i, const fmi3ValueReference r[], size_t n, const double v[], size_t m)
+EXPORTED fmi3Status fmi3SetFloat64(fmi3Instance i, const fmi3ValueReference r[], size_t n,
+        const double v[], size_t m)
 {
     size_t k;
     INSTANCE
@@ -214,7 +225,8 @@ EXPORTED fmi3Status fmi3GetBoolean(fmi3Instance i, const fmi3ValueReference r[],
     return fmi3OK;
 }
 
-EXPORTED fmi3Status fmi3SetBoolean(fmi3Instance i, const fmi3ValueReference r[], size_t n, const bool v[], size_t m)
+EXPORTED fmi3Status fmi3SetBoolean(fmi3Instance i, const fmi3ValueReference r[], size_t n,
+        const bool v[], size_t m)
 {
     INSTANCE
     CHECK(n == 0, "fmi3SetBoolean: no input has this type");
@@ -266,7 +278,8 @@ EXPORTED fmi3Status fmi3SerializeFMUState(fmi3Instance i, fmi3FMUState state, ui
     return fmi3OK;
 }
 
-EXPORTED fmi3Status fmi3DeserializeFMUState(fmi3Instance i, const uint8_t bytes[], size_t size, fmi3FMUState *state)
+EXPORTED fmi3Status fmi3DeserializeFMUState(fmi3Instance i, const uint8_t bytes[], size_t size,
+        fmi3FMUState *state)
 {
     @_data read;
     INSTANCE
@@ -305,7 +318,8 @@ UNUSED(fmi3EvaluateDiscreteStates, (fmi3Instance i))
 UNUSED(fmi3UpdateDiscreteStates, (fmi3Instance i, bool *a, bool *b, bool *c, bool *d, bool *e, double *f))
 UNUSED(fmi3GetNumberOfVariableDependencies, (fmi3Instance i, fmi3ValueReference r, size_t *n))
 UNUSED(fmi3GetVariableDependencies,
-       (fmi3Instance i, fmi3ValueReference r, size_t a[], fmi3ValueReference b[], size_t c[], int d[], size_t n))
+       (fmi3Instance i, fmi3ValueReference r, size_t a[], fmi3ValueReference b[], size_t c[], int d[],
+               size_t n))
 UNUSED(fmi3GetDirectionalDerivative, (fmi3Instance i, REFERENCES, const fmi3ValueReference k[], size_t l,
                                       const double a[], size_t b, double c[], size_t d))
 UNUSED(fmi3GetAdjointDerivative, (fmi3Instance i, REFERENCES, const fmi3ValueReference k[], size_t l,

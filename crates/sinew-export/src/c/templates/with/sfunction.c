@@ -1,7 +1,7 @@
 /* S-function of the predictor. In MATLAB, in this folder: mex sfunction_@.c ../@.c
  *
- * Input: a vector of the //%here input_count inputs of ../@.h. Output: prediction, standard deviation, gate, flags.
- * Parameter: the sample time, s.
+ * Input: a vector of the //%here input_count inputs of ../@.h. Output: prediction, standard deviation,
+ * gate, flags. Parameter: the sample time, s.
  */
 #define S_FUNCTION_NAME sfunction_@
 #define S_FUNCTION_LEVEL 2

@@ -1,5 +1,6 @@
-/* Sketch for boards whose double has 64 bits (Teensy 3.x and 4.x, ESP32, Due, Portenta; not Uno or Mega). Copy
- * ../../@.h and ../../@.c beside this file. A Teensy 4 computes double in hardware: a step takes microseconds.
+/* Sketch for boards whose double has 64 bits (Teensy 3.x and 4.x, ESP32, Due, Portenta; not Uno or Mega).
+ * Copy ../../@.h and ../../@.c beside this file. A Teensy 4 computes double in hardware: a step takes
+ * microseconds.
  */
 #include "@.h"
 
