@@ -1,6 +1,6 @@
 //! The binary of a unit, by the C compiler of this machine.
 
-use super::{Version, sources};
+use super::sources::{Version, sources};
 use crate::{ExportError, Name};
 use sinew::predictor::Model;
 use std::io::ErrorKind;

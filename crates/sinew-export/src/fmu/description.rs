@@ -1,6 +1,6 @@
 //! `modelDescription.xml` and `buildDescription.xml`.
 
-use super::Version;
+use super::sources::Version;
 use super::variables::{FLAGS, NUMBERS, input_names, token, unit};
 use crate::{ExportError, Name};
 use sinew::predictor::Model;

@@ -2,42 +2,15 @@
 
 mod binary;
 mod description;
+mod sources;
 mod variables;
 mod zip;
 
 pub use binary::{PLATFORM, compile};
+pub use sources::{Version, sources};
 
-use crate::c::{self, Filling};
 use crate::{ExportError, ExportedFile, Name};
 use sinew::predictor::Model;
-
-const CORE: &str = include_str!("templates/core.h");
-
-/// Version of the interface.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Version {
-    /// FMI 2.0.
-    Two,
-    /// FMI 3.0.
-    Three,
-}
-
-impl Version {
-    /// Stem of the source that implements it.
-    fn stem(self) -> &'static str {
-        match self {
-            Self::Two => "fmi2",
-            Self::Three => "fmi3",
-        }
-    }
-
-    fn template(self) -> &'static str {
-        match self {
-            Self::Two => include_str!("templates/fmi2.c"),
-            Self::Three => include_str!("templates/fmi3.c"),
-        }
-    }
-}
 
 /// `NAME.fmu`: description, sources, and the binary of [`compile`] where there is one.
 ///
@@ -64,16 +37,4 @@ pub fn file(
         entries.push(ExportedFile { path, bytes: bytes.to_vec() });
     }
     Ok(ExportedFile { path: format!("{}.fmu", name.as_str()), bytes: zip::archive(&entries)? })
-}
-
-/// The sources of a unit.
-fn sources(model: &Model, name: &Name, version: Version) -> Result<Vec<ExportedFile>, ExportError> {
-    let mut filling = Filling::default();
-    filling.set("starts", variables::starts(model).join(", "));
-    filling.set("token", variables::token(model)?);
-    let mut files = Vec::from(c::library(model, name)?);
-    files.push(ExportedFile::text("core.h", filling.render(CORE, name)));
-    let stem = version.stem();
-    files.push(ExportedFile::text(format!("{stem}.c"), filling.render(version.template(), name)));
-    Ok(files)
 }

@@ -43,7 +43,7 @@ fn bits_of(p: &Prediction) -> [u64; 4] {
     [p.mean, p.standard_deviation, p.gate, f64::from(flags)].map(f64::to_bits)
 }
 
-fn predicted(model: &Model, rows: &[Row]) -> Vec<[u64; 4]> {
+pub(crate) fn predicted(model: &Model, rows: &[Row]) -> Vec<[u64; 4]> {
     let mut predictor = Predictor::new(model.clone()).unwrap();
     let step = |row: &Row| {
         if row.reset {
@@ -54,7 +54,7 @@ fn predicted(model: &Model, rows: &[Row]) -> Vec<[u64; 4]> {
     rows.iter().map(step).collect()
 }
 
-fn bytes(rows: &[Row]) -> Vec<u8> {
+pub(crate) fn bytes(rows: &[Row]) -> Vec<u8> {
     let numbers = rows.iter().flat_map(|row| {
         let head = [f64::from(u8::from(row.reset)), row.time_s];
         head.into_iter().chain(row.inputs)

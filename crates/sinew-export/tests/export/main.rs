@@ -6,3 +6,4 @@ mod bits;
 mod compiler;
 mod models;
 mod samples;
+mod units;
