@@ -8,8 +8,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_export::{Name, fmu};
 
-/// Calls in the wrong order first, then steps over rows from standard input; ends with 1 and a line where a call
-/// does not do what it should.
+/// Calls in the wrong order first, then steps over rows from standard input; ends with 1 and a line where a
+/// call does not do what it should.
 const DRIVER: &str = r#"
 #include "THE_UNIT"
 #include <stdio.h>

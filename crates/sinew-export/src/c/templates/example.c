@@ -129,7 +129,7 @@ static int find_columns(int *places, int counted)
 int main(int count, char **arguments)
 {
     static @_state state;
-    double inputs[@@_INPUTS], time_s = 0.0, last_s = 0.0;
+    double inputs[@@_INPUTS], last_s = 0.0;
     const double rate_hz = count > 2 ? strtod(arguments[2], NULL) : 0.0;
     char cell[CELL], trial[CELL] = "", new_trial[CELL];
     int places[COLUMNS], started = 0;
@@ -155,12 +155,12 @@ int main(int count, char **arguments)
     printf("log,trial,time_s,prediction,standard_deviation,gate,flags\n");
     for (row = 0; next_line(log); row++) {
         char *rest = line;
+        double time_s = NAN;
         int place, i;
         @_prediction p;
         for (i = 0; i < @@_INPUTS; i++) {
             inputs[i] = NAN;
         }
-        time_s = NAN;
         new_trial[0] = '\0';
         for (place = 0; rest != NULL; place++) {
             rest = next_cell(rest, cell);
