@@ -117,13 +117,13 @@ fn signals(filling: &mut Filling, model: &Model, name: &Name) {
         format!("    s->signals[{k}] = {value};\n")
     };
     let read = law.signals.iter().enumerate().filter(|(k, _)| used.contains(k));
-    filling.set("signals_code", named(read.map(code).collect(), name));
+    filling.set("signals_code", named(&read.map(code).collect::<String>(), name));
     filling.set("signal_count", law.signals.len());
     filling.when("signals", !used.is_empty());
 }
 
 /// Code in which `@` stands for the model's name; it holds numbers and words of this generator alone.
-fn named(code: String, name: &Name) -> String {
+fn named(code: &str, name: &Name) -> String {
     code.replace('@', name.as_str())
 }
 
@@ -180,5 +180,5 @@ fn features(filling: &mut Filling, model: &Model, name: &Name) {
             Feature::Innovation => plain("0.0"),
         }
     };
-    filling.set("features_code", named(law.features.iter().enumerate().map(code).collect(), name));
+    filling.set("features_code", named(&law.features.iter().enumerate().map(code).collect::<String>(), name));
 }

@@ -37,6 +37,7 @@ impl Filling {
     }
 
     /// Fills a place; lines end in a line break, texts within a line do not.
+    #[expect(clippy::needless_pass_by_value, reason = "callers hand over numbers and texts as they come")]
     pub(crate) fn set(&mut self, word: &'static str, text: impl ToString) {
         self.texts.insert(word, text.to_string());
     }

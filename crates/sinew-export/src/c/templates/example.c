@@ -59,23 +59,48 @@ static double number(const char *cell)
     return end == cell || *end != '\0' ? NAN : value;
 }
 
-/* The shortest decimal number that gives the same bits, without an exponent. */
+/* The shortest decimal number that gives the same bits, the upper one of two that are as near, without an
+ * exponent. */
 static void print_number(double x)
 {
-    char text[64];
-    int digits, exponent;
+    char text[64], exact[128], digits[32];
+    int count, exponent, k;
     if (x == 0.0 || x - x != 0.0) {
         printf(x == 0.0 ? (signbit(x) ? "-0" : "0") : x != x ? "NaN" : x > 0.0 ? "inf" : "-inf");
         return;
     }
-    for (digits = 0; digits < 17; digits++) {
-        sprintf(text, "%.*e", digits, x);
+    if (x < 0.0) {
+        putchar('-');
+        x = -x;
+    }
+    for (count = 1; count < 18; count++) {
+        sprintf(text, "%.*e", count - 1, x);
         if (strtod(text, NULL) == x) {
             break;
         }
     }
+    /* "d.ddde+xx": where the rest of the exact digits is a half, printf has rounded to the even one. */
+    sprintf(exact, "%.70e", x);
+    k = count == 1 ? 0 : count;
+    if (exact[k] == text[k] && exact[count + 1] == '5'
+        && strspn(exact + count + 2, "0") == (size_t)(70 - count)) {
+        text[k]++;
+    }
     exponent = (int)strtol(strchr(text, 'e') + 1, NULL, 10);
-    printf("%.*f", digits > exponent ? digits - exponent : 0, x);
+    digits[0] = text[0];
+    memcpy(digits + 1, text + 2, (size_t)(count - 1));
+    if (exponent < 0) {
+        printf("0.");
+        for (k = exponent + 1; k < 0; k++) {
+            putchar('0');
+        }
+    }
+    for (k = 0; k < count || k <= exponent; k++) {
+        putchar(k < count ? digits[k] : '0');
+        if (k == exponent && k + 1 < count) {
+            putchar('.');
+        }
+    }
 }
 
 static void print_flags(unsigned flags)
