@@ -138,6 +138,14 @@ fn c_of_axes_predicts_the_bits_of_the_library() {
 }
 
 #[test]
+fn statements_side_by_side_are_not_fused_by_a_vectoriser() {
+    // GCC 12 did so with the two updates of this axis, at -O3 with FMA and with contraction turned off.
+    let mut random = ChaCha8Rng::seed_from_u64(1000 * Kind::AxisMotion as u64 + 101);
+    let model = model(Kind::AxisMotion, &mut random);
+    compare(&model, &rows(5000, &mut random), &MODES, "an axis with networks");
+}
+
+#[test]
 #[ignore = "a campaign of minutes"]
 fn c_of_a_hundred_models_of_every_kind_predicts_the_bits_of_the_library() {
     for kind in Kind::ALL {
