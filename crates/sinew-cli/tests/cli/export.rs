@@ -8,7 +8,7 @@ use std::process::Command;
 fn compiler() -> bool {
     let found = Command::new("cc").arg("--version").output().is_ok_and(|output| output.status.success());
     if !found {
-        println!("skipped: no C compiler on this machine");
+        eprintln!("skipped: no C compiler on this machine");
     }
     found
 }
