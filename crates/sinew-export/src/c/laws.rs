@@ -55,7 +55,7 @@ fn fill_cell(filling: &mut Filling, cell: &ClampCell, n: &str) {
     let branches =
         |of: fn(&sinew::transmission::Branch) -> f64| cell.branches.iter().map(of).collect::<Vec<_>>();
     let tables = array(&format!("{n}_width"), &branches(|b| b.width))
-        + &array(&format!("{n}_weight"), &branches(|b| b.share))
+        + &array(&format!("{n}_weight"), &branches(|b| b.fraction))
         + &scalar(&format!("{n}_start"), cell.start);
     filling.set("cell_tables", tables);
     let mut bounds = String::new();

@@ -102,7 +102,7 @@ pub(crate) fn model(kind: Kind, random: &mut ChaCha8Rng) -> Model {
         band_factor: between(random, 0.5, 4.0),
         provenance: Provenance {
             member: format!("{kind:?}"),
-            description: "drawn at random /* */ \u{e4}".into(),
+            description: "sampled at random /* */ \u{e4}".into(),
             program: "a test".into(),
             seed: 1,
             logs: vec![],
@@ -154,7 +154,7 @@ fn cell(random: &mut ChaCha8Rng, signals: usize) -> ClampCell {
         branches: (0..branches)
             .map(|k| Branch {
                 width: if k == 0 { 1.0 } else { between(random, 0.1, 1.0) },
-                share: 1.0 / branches as f64,
+                fraction: 1.0 / branches as f64,
             })
             .collect(),
         basis,

@@ -59,9 +59,9 @@ pub struct CableLaw {
     pub(super) compliance: Vec<f64>,
     pub(super) nodes: Vec<NodeLaw>,
     pub(super) pulleys: Vec<PulleyPlace>,
-    /// Bend of all sheaths, rad, and the share of it at every node.
+    /// Bend of all sheaths, rad, and the fraction of it at every node.
     sheath_bend: f64,
-    bend_shares: Vec<f64>,
+    bend_fractions: Vec<f64>,
     pub(super) friction: f64,
     pub(super) viscous: f64,
     pub(super) pretension: f64,
@@ -87,7 +87,7 @@ impl CableLaw {
         let sheathed: f64 = layout.nodes.iter().map(|node| node.sheathed).sum();
         let sheath_bend = path.sheath_bend();
         // A straight sheath bends as one of even curvature.
-        let bend_share = |node: &NodePlace| match (sheath_bend > 0.0, sheathed > 0.0) {
+        let bend_fraction = |node: &NodePlace| match (sheath_bend > 0.0, sheathed > 0.0) {
             (true, _) => node.bend / sheath_bend,
             (false, true) => node.sheathed / sheathed,
             (false, false) => 0.0,
@@ -104,7 +104,7 @@ impl CableLaw {
             nodes: nodes.collect(),
             pulleys: layout.pulleys.iter().map(|&(node, wrap)| PulleyPlace { node, wrap }).collect(),
             sheath_bend,
-            bend_shares: layout.nodes.iter().map(bend_share).collect(),
+            bend_fractions: layout.nodes.iter().map(bend_fraction).collect(),
             friction: parameters.friction,
             viscous: parameters.viscous,
             pretension: parameters.pretension,
@@ -132,21 +132,21 @@ impl CableLaw {
     /// As [`with_sheath_bend`](Self::with_sheath_bend); unchanged where the bend is refused.
     pub(super) fn set_sheath_bend(&mut self, bend: f64) -> Result<(), Error> {
         non_negative("sheath bend", bend)?;
-        let sheath = self.bend_shares.iter().any(|share| *share > 0.0);
+        let sheath = self.bend_fractions.iter().any(|fraction| *fraction > 0.0);
         within("sheath bend", "0 for a path without a sheath", bend, sheath || bend == 0.0)?;
         let change = bend - self.sheath_bend;
         let (friction, viscous) = (0.5 * self.friction * change, 0.5 * self.viscous * change);
-        let bent = |node: &NodeLaw, share: f64| NodeLaw {
+        let bent = |node: &NodeLaw, fraction: f64| NodeLaw {
             // Rounding must not leave a negative angle.
-            friction: (node.friction + friction * share).max(0.0),
+            friction: (node.friction + friction * fraction).max(0.0),
             viscous: (node.viscous + viscous * share).max(0.0),
             ..*node
         };
-        for (node, share) in self.nodes.iter().zip(&self.bend_shares) {
-            self.check_angle(&bent(node, *share))?;
+        for (node, fraction) in self.nodes.iter().zip(&self.bend_fractions) {
+            self.check_angle(&bent(node, *fraction))?;
         }
-        for (node, share) in self.nodes.iter_mut().zip(&self.bend_shares) {
-            *node = bent(node, *share);
+        for (node, fraction) in self.nodes.iter_mut().zip(&self.bend_fractions) {
+            *node = bent(node, *fraction);
         }
         self.sheath_bend = bend;
         Ok(())
