@@ -12,6 +12,7 @@ const CRATES: &str = "
 sinew:
 sinew-identify: sinew
 sinew-session: sinew
+sinew-export: sinew
 sinew-lab: sinew sinew-identify sinew-session
 sinew-view: sinew
 sinew-report: sinew sinew-identify sinew-lab sinew-view
@@ -22,8 +23,7 @@ sinew-runtime: sinew sinew-segment sinew-link sinew-session
 sinew-record: sinew sinew-runtime sinew-session
 sinew-mujoco: sinew
 sinew-gym: sinew
-sinew-cli: sinew sinew-identify sinew-lab sinew-report sinew-segment sinew-link sinew-live sinew-runtime \
-sinew-record \
+sinew-cli: sinew sinew-export sinew-identify sinew-lab sinew-report sinew-segment sinew-link sinew-live sinew-runtime sinew-record \
  sinew-session sinew-view
 sinew-py: sinew sinew-identify sinew-lab sinew-report sinew-runtime sinew-mujoco sinew-gym
 ";

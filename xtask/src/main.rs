@@ -9,6 +9,7 @@ mod page;
 mod pictures;
 mod python;
 mod readme;
+mod targets;
 mod tree;
 
 use std::process::ExitCode;

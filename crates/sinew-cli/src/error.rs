@@ -23,6 +23,9 @@ pub(crate) enum Error {
     /// Between a log and a model.
     #[error("{error}{hint}", error = .0, hint = flag_hint(.0))]
     Identify(#[from] IdentifyError),
+    /// What cannot be exported.
+    #[error(transparent)]
+    Export(#[from] sinew_export::ExportError),
     /// An experiment in simulation.
     #[error(transparent)]
     Experiment(#[from] sinew_lab::Error),
@@ -353,6 +356,7 @@ impl Error {
             | Self::Report(_)
             | Self::Json(_)
             | Self::Csv(_)
+            | Self::Export(sinew_export::ExportError::Compiler { .. })
             | Self::NoSimulatedLog => Self::SYSTEM,
             Self::Recording { source, .. } if source.is_of_the_system() => Self::SYSTEM,
             Self::Unreadable { source, .. } | Self::Identify(IdentifyError::Unreadable { source, .. }) => {

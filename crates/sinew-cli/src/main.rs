@@ -47,6 +47,7 @@ fn run(verb: &Verb, general: &General) -> Result<Answer, Error> {
         Verb::Evaluate(arguments) => verbs::evaluate::run(arguments, general),
         Verb::Predict(arguments) => verbs::predict::run(arguments, general),
         Verb::Adapt(arguments) => verbs::adapt::run(arguments, general),
+        Verb::Export(arguments) => verbs::export::run(arguments, general),
         Verb::Demo(arguments) => verbs::demo::run(arguments, general),
         Verb::Design(arguments) => verbs::design::run(arguments, general),
         Verb::Machine(arguments) => verbs::machine::run(arguments, general),

@@ -52,7 +52,8 @@ impl Folder {
         let folder = Self { path: path.to_owned() };
         let mut created = lock();
         let missing = path.ancestors().filter(|p| !p.as_os_str().is_empty() && !p.exists());
-        created.extend(missing.map(Path::to_owned));
+        // What is created later may lie inside what was created before.
+        created.splice(0..0, missing.map(Path::to_owned).collect::<Vec<_>>());
         let result = std::fs::create_dir_all(path).and_then(|()| NamedTempFile::new_in(path).map(drop));
         drop(created);
         result.map_err(|source| Error::Unwritable { file: path.to_owned(), source })?;

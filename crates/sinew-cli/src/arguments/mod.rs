@@ -5,6 +5,7 @@
 
 mod design;
 mod ethercat;
+mod export;
 mod fault;
 mod identification;
 mod link;
@@ -25,6 +26,7 @@ pub(crate) use design::{DesignArguments, DesignVerb, DriveArguments, StudyArgume
 pub(crate) use ethercat::{
     EthercatArguments, EthercatScanArguments, EthercatSimulateArguments, EthercatVerb,
 };
+pub(crate) use export::{ExportArguments, ExportForm};
 pub(crate) use fault::{Component, FaultArgument, OFFERED};
 pub(crate) use identification::{
     AdaptArguments, DemoArguments, EvaluateArguments, IdentifyArguments, PredictArguments, RoleArguments,
@@ -107,6 +109,7 @@ pub(crate) enum Verb {
     Evaluate(EvaluateArguments),
     Predict(PredictArguments),
     Adapt(AdaptArguments),
+    Export(ExportArguments),
     Demo(DemoArguments),
     Machine(MachineArguments),
     Design(DesignArguments),

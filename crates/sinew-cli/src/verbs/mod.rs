@@ -9,6 +9,7 @@ mod device_files;
 pub(crate) mod doctor;
 pub(crate) mod ethercat;
 pub(crate) mod evaluate;
+pub(crate) mod export;
 pub(crate) mod identify;
 pub(crate) mod link;
 pub(crate) mod live;

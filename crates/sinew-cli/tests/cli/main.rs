@@ -8,6 +8,7 @@ mod bench;
 mod determinism;
 mod drive;
 mod edge;
+mod export;
 mod json;
 mod limits;
 mod link;

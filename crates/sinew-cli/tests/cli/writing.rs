@@ -148,6 +148,7 @@ fn a_full_disk_loses_nothing_that_was_there() {
         ("identify b.csv --model cell --out new/out", 64, "new/out/report.html"),
         ("adapt out/model.json b.csv --out adapted", 64, "adapted/report.html"),
         ("predict out/model.json b.csv --out p.csv", 8, "p.csv"),
+        ("export out/model.json --to c --out new/c", 4, "new/c/model"),
     ] {
         let outcome = run_in_little_space(&bench, arguments, blocks);
         ended(SYSTEM, arguments, &outcome, &[file, "cannot be written", "large"]);

@@ -102,7 +102,7 @@ impl ObserverState {
         Self {
             pretension: law.pretension(),
             zero_stretch: model.zero_stretch,
-            ratio: libm::exp(law.friction_angle()),
+            ratio: law.end_ratio(),
             correction: model.correction,
             far_gain: model.far_gain,
             friction_fraction: model.start,
@@ -122,7 +122,7 @@ impl ObserverState {
 
     /// Adopts the friction angle of a law that has changed.
     pub(super) fn update_law(&mut self, law: &CableLaw) {
-        self.ratio = libm::exp(law.friction_angle());
+        self.ratio = law.end_ratio();
     }
 
     pub(super) fn reset(&mut self) {
@@ -369,7 +369,7 @@ mod tests {
         let mut state = state(|model| (model.far_gain, model.correction) = (2.0, 0.004));
         let model = CableModel::bench();
         let law = model.law().unwrap();
-        let (ratio, pretension) = (libm::exp(law.friction_angle()), law.pretension());
+        let (ratio, pretension) = (law.end_ratio(), law.pretension());
         assert!(pretension > 0.0 && ratio > 1.5);
         let estimate = state.update(&sample(0.0, 0.0, 120.0), ENDS, 0.01);
         let desired = [

@@ -1,6 +1,5 @@
 //! Parameters and state of several cables, one per SIMD lane, as a structure of arrays.
 
-use super::elementary::tanh_series;
 use super::law::CableLaw;
 use super::travel::CellView;
 use super::weakening::{Weakening, WeakeningForm};
@@ -200,8 +199,8 @@ impl<const N: usize> LaneGroup<N> {
     pub(super) fn refresh(&mut self, lane: usize, node: usize) {
         let law = self.laws[lane].nodes[node];
         let row = &mut self.nodes[node];
-        row.half_angle.0[lane] = law.friction + law.loss;
-        row.tanh_half.0[lane] = tanh_series(row.half_angle.0[lane]);
+        row.half_angle.0[lane] = law.half_angle();
+        row.tanh_half.0[lane] = law.tanh_half();
         row.viscous.0[lane] = law.viscous;
         row.drag.0[lane] = law.drag;
         if let Some(memory) = self.memory.get_mut(node) {

@@ -1,5 +1,6 @@
 //! A cable discretised: parameters per cell and per node.
 
+use super::elementary::tanh_series;
 use super::parameters::CableParameters;
 use super::path::{CablePath, NodePlace};
 use super::weakening::Weakening;
@@ -11,15 +12,29 @@ pub(super) const LARGEST_HALF_ANGLE: f64 = 0.4;
 
 /// Friction at one node, the same in both directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct NodeLaw {
+pub struct NodeLaw {
     /// `mu phi_i / 2`: the part that weakens with speed.
-    pub(super) friction: f64,
+    pub friction: f64,
     /// `-ln(eta) / 2`.
-    pub(super) loss: f64,
+    pub loss: f64,
     /// `mu_v phi_i / 2`, s/m.
-    pub(super) viscous: f64,
+    pub viscous: f64,
     /// `d_i`, N s/m.
-    pub(super) drag: f64,
+    pub drag: f64,
+}
+
+impl NodeLaw {
+    /// `h_i`, 1, without weakening.
+    #[must_use]
+    pub fn half_angle(&self) -> f64 {
+        self.friction + self.loss
+    }
+
+    /// `tanh h_i` by the series that the step uses, 1.
+    #[must_use]
+    pub fn tanh_half(&self) -> f64 {
+        tanh_series(self.half_angle())
+    }
 }
 
 /// A pulley whose wrap may change: its node and its current wrap.
@@ -162,11 +177,29 @@ impl CableLaw {
         &self.compliance
     }
 
+    /// Friction of every node, drive end first; node `i` sits between the cells `i` and `i + 1`.
+    #[must_use]
+    pub fn nodes(&self) -> &[NodeLaw] {
+        &self.nodes
+    }
+
+    /// Velocity weakening, where friction has one.
+    #[must_use]
+    pub fn weakening(&self) -> Option<Weakening> {
+        self.weakening
+    }
+
     /// `mu phi - ln eta` of the whole path, without weakening: steady sliding changes the tension by the
     /// factor `e` to this power.
     #[must_use]
     pub fn friction_angle(&self) -> f64 {
         self.nodes.iter().map(|node| 2.0 * (node.friction + node.loss)).sum()
+    }
+
+    /// Tension ratio between the ends in steady sliding without drag: `e` to the power of the friction angle.
+    #[must_use]
+    pub fn end_ratio(&self) -> f64 {
+        libm::exp(self.friction_angle())
     }
 
     /// Drag of the whole path, N s/m, and the tension `T_d` below which it fades, N.

@@ -63,7 +63,7 @@ mod weakening;
 
 pub use batch::CableBatch;
 pub use ends::{EndMotion, EndTensions};
-pub use law::CableLaw;
+pub use law::{CableLaw, NodeLaw};
 pub use parameters::CableParameters;
 pub use path::{CablePath, Segment};
 pub use single::Cable;

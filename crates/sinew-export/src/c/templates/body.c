@@ -1,0 +1,163 @@
+//%if cell
+//%include cell
+//%end
+//%if cable
+//%include cable
+//%end
+//%if axis_force
+//%include axis_force
+//%end
+//%if axis_motion
+//%include axis_motion
+//%end
+//%if ensemble
+//%include ensemble
+//%end
+//%if perceptron
+//%include perceptron
+//%end
+
+/* Relation of a sample to the one before. */
+enum { @@_FIRST, @@_NEXT, @@_SAME };
+
+/* Plausible change, range and start of every input. */
+//%slot limits
+
+/* Replaces spikes and missing values by the last accepted value; finds gaps and repeated samples. */
+static int @_condition(@_state *s, double time_s, const double *inputs)
+{
+    const int timed = time_s - time_s == 0.0;
+    const double dt_s = timed ? time_s - s->time_s : s->dt_s;
+    int first, i;
+    if (s->started && dt_s == 0.0) {
+        return @@_SAME;
+    }
+    first = !s->started || dt_s < 0.0 || dt_s > @_gap_s;
+    s->any_held = 0;
+    for (i = 0; i < @@_INPUTS; i++) {
+        const double value = inputs[i];
+        const int spike =
+            !first && @_magnitude(value - s->values[i]) > @_jump[i] && s->held[i] < 2u;
+        if (@_magnitude(value) <= 1e30 && !spike) {
+            s->values[i] = value;
+            s->held[i] = 0;
+        } else {
+            if (!s->started) {
+                s->values[i] = @_typical[i];
+            }
+            s->held[i] += spike ? 1u : 0u;
+            s->any_held = 1;
+        }
+    }
+    s->dt_s = first ? 0.0 : dt_s;
+    s->time_s = timed ? time_s : s->time_s + s->dt_s;
+    s->started = 1;
+    return first ? @@_FIRST : @@_NEXT;
+}
+
+void @_init(@_state *state)
+{
+    static const @_state zero;
+//%if weakening
+    int i;
+//%end
+    *state = zero;
+//%if weakening
+    for (i = 0; i < @@_CELLS - 1; i++) {
+        state->half_angle[i] = @_friction[i] + @_loss[i];
+        state->tanh_half[i] = @_tanh(state->half_angle[i]);
+    }
+//%end
+//%if adaptation
+    state->drag_factor = 1.0;
+    state->law_drag_factor = 1.0;
+//%end
+}
+
+void @_reset(@_state *state)
+{
+    int i;
+    for (i = 0; i < @@_INPUTS; i++) {
+        state->held[i] = 0;
+    }
+    state->time_s = 0.0;
+    state->dt_s = 0.0;
+    state->started = 0;
+    state->memory_started = 0;
+}
+
+@_prediction @_step(@_state *state, double time_s, const double inputs[@@_INPUTS])
+{
+    @_state *const s = state;
+    const int kind = @_condition(s, time_s, inputs);
+//%if dt
+    const double dt_s = s->dt_s;
+//%end
+    double mean, variance, gate, width, start;
+    int outside = 0, i;
+//%if ensemble
+    double correction, spread;
+    int clipped;
+//%end
+    if (kind == @@_SAME) {
+        s->last.flags = (s->last.flags & ~@@_RESET) | @@_REPEATED;
+        return s->last;
+    }
+    if (kind == @@_FIRST) {
+        s->memory_started = 0;
+    }
+//%slot signals_code
+//%if cell
+    @_cell(s);
+//%end
+//%if cable
+    @_observe(s, dt_s);
+//%end
+//%if axis
+    @_axis(s, dt_s);
+//%end
+    width = s->high - s->low;
+//%slot features_code
+//%if elastic
+    for (i = 0; i < //%here signal_count; i++) {
+        s->previous[i] = s->signals[i];
+    }
+//%end
+    s->memory_started = 1;
+
+//%if physics
+    start = s->known ? 0.0 : width * width / 12.0;
+//%else
+    (void)width;
+    start = 0.0;
+//%end
+    variance = @_sigma * @_sigma + start;
+    gate = 1.0;
+    mean = s->cell;
+//%if ensemble
+    clipped = @_ensemble(//%here feature_value &correction, &spread);
+//%if gate
+    gate = @_gate_power / @_larger(@_gate_power + 8.0 * spread, DBL_MIN);
+//%end
+    mean += gate * correction;
+    variance += spread;
+//%end
+//%if perceptron
+    mean += @_perceptron(s->features);
+//%end
+//%if constant
+    mean += 0.0;
+//%end
+    for (i = 0; i < @@_INPUTS; i++) {
+        outside |= s->values[i] < @_lowest[i] || s->values[i] > @_highest[i];
+    }
+//%if ensemble
+    outside |= clipped > 0;
+//%end
+    s->last.mean = mean;
+    s->last.standard_deviation = @_band * sqrt(variance) / 1.96;
+    s->last.gate = gate;
+    s->last.flags = //%here unknown (outside ? @@_OUT_OF_RANGE : 0u)
+                    | (s->any_held ? @@_INPUT_HELD : 0u) | (kind == @@_FIRST ? @@_RESET : 0u);
+    return s->last;
+}

@@ -1,0 +1,103 @@
+/* Predictor of one transmission as C99: the far end from the near side, sample by sample.
+//%slot about
+ *
+ * Every number equals that of `sinew predict` in every bit, with any compiler that keeps IEEE 754: no
+ * -ffast-math, no x87. State stands in a structure of the caller: any number of instances side by side.
+ * Nothing is allocated, no function of a library is called but sqrt, and the work of a step is bounded.
+ */
+#ifndef @@_H
+#define @@_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Inputs of a sample, in this order and in these units:
+//%slot inputs
+ */
+#define @@_INPUTS //%here input_count
+
+/* Checksum of the model file, as a number. */
+#define @@_CHECKSUM //%here checksum
+
+/* Conditions under which a prediction was made: bits of its flags. */
+#define @@_STATE_UNKNOWN 1u /* the state in the dead band depends on its start */
+#define @@_OUT_OF_RANGE 2u  /* an input is outside the range of the training logs */
+#define @@_INPUT_HELD 4u    /* an input was missing or jumped: its last value stood in */
+#define @@_RESET 8u         /* all states started here: first sample, gap, time that runs backwards */
+#define @@_REPEATED 16u     /* the same time stamp as before: the prediction is repeated */
+
+typedef struct {
+    double mean;               /* the far end: //%here far */
+    double standard_deviation; /* mean +- 1.96 of it is the calibrated 95 % band */
+    double gate;               /* weight of the learned correction, 0 to 1 */
+    unsigned flags;
+} @_prediction;
+
+/* State of one sequence of samples. Its members are no interface. Set it with @_init. */
+typedef struct {
+    double values[@@_INPUTS];
+    unsigned held[@@_INPUTS];
+    double time_s, dt_s;
+    int started, any_held;
+//%if signals
+    double signals[//%here signal_count];
+//%end
+//%if elastic
+    double previous[//%here signal_count];
+//%end
+//%if stateful_features
+    double states[//%here feature_count];
+//%end
+//%if features
+    double features[//%here feature_count];
+//%end
+    int memory_started;
+    double cell, low, high;
+    int known;
+//%if cell
+    double branches[//%here branch_count];
+//%end
+//%if cable
+    double tension[//%here cells];
+    double slip[//%here cells + 1];
+    double stretch, energy, tension_in, tension_out;
+//%if weakening
+    double speed[//%here cells - 1];
+    double half_angle[//%here cells - 1];
+    double tanh_half[//%here cells - 1];
+//%end
+    double motor, anchor, innovation, sliding_time;
+    int moved, converged;
+//%if adaptation
+    double anchor_displacement, interval, converged_time, drag_factor, law_drag_factor;
+//%end
+//%end
+//%if axis_force
+    double axis_value, axis_rate, axis_second_rate, axis_since_s, axis_position;
+    double axis_samples;
+//%if slips
+    double axis_slips[//%here slip_count];
+//%end
+    int axis_known;
+//%end
+//%if axis_motion
+    double axis_position, axis_velocity, axis_force, axis_elapsed_s;
+//%end
+    @_prediction last;
+} @_state;
+
+/* Before the first sample. */
+void @_init(@_state *state);
+
+/* The next sample starts a new sequence, as after a pause or another trial. */
+void @_reset(@_state *state);
+
+/* Predicts the far end at one sample: time, s, of any origin; one value per input, NaN for a missing one. */
+@_prediction @_step(@_state *state, double time_s, const double inputs[@@_INPUTS]);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,30 @@
+//! What cannot be exported.
+
+use std::path::PathBuf;
+
+/// Why an export was refused; nothing was written.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// A model outside its domain.
+    #[error(transparent)]
+    Model(#[from] sinew::predictor::ModelFileError),
+    /// A name that the generated code cannot carry.
+    #[error("name `{name}`: expected {expected}")]
+    Name {
+        /// As given.
+        name: String,
+        /// What would do.
+        expected: &'static str,
+    },
+    /// A C compiler that does not compile the sources of a unit.
+    #[error("{}: {reason}", compiler.display())]
+    Compiler {
+        /// The program.
+        compiler: PathBuf,
+        /// What it said.
+        reason: String,
+    },
+    /// An archive that cannot be made.
+    #[error("archive: {0}")]
+    Archive(String),
+}

@@ -1,0 +1,194 @@
+//! Mean, deviation, gate and flags of generated C against the predictor's, bit by bit.
+
+use crate::compiler::{MODES, compile, compilers, covered, run};
+use crate::models::{INPUTS, Kind, model};
+use crate::samples::{Row, rows};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use sinew::predictor::{Flags, Model, Prediction, Predictor, Sample};
+use sinew_export::{Name, c};
+use std::path::Path;
+
+/// Reads rows of numbers from standard input, writes predictions as numbers.
+const HARNESS: &str = r#"
+#include "exported.h"
+#include <stdio.h>
+int main(void)
+{
+    static exported_state state;
+    double row[2 + EXPORTED_INPUTS], out[4];
+    exported_init(&state);
+    while (fread(row, sizeof row, 1, stdin) == 1) {
+        exported_prediction p;
+        if (row[0] > 0.0) {
+            exported_reset(&state);
+        }
+        p = exported_step(&state, row[1], row + 2);
+        out[0] = p.mean;
+        out[1] = p.standard_deviation;
+        out[2] = p.gate;
+        out[3] = (double)p.flags;
+        if (fwrite(out, sizeof out, 1, stdout) != 1) {
+            return 1;
+        }
+    }
+    return 0;
+}
+"#;
+
+fn bits_of(p: &Prediction) -> [u64; 4] {
+    let Flags { state_unknown, out_of_range, input_held, reset, repeated } = p.flags;
+    let set = [state_unknown, out_of_range, input_held, reset, repeated];
+    let flags: u32 = set.iter().enumerate().map(|(k, set)| u32::from(*set) << k).sum();
+    [p.mean, p.standard_deviation, p.gate, f64::from(flags)].map(f64::to_bits)
+}
+
+pub(crate) fn predicted(model: &Model, rows: &[Row]) -> Vec<[u64; 4]> {
+    let mut predictor = Predictor::new(model.clone()).unwrap();
+    let step = |row: &Row| {
+        if row.reset {
+            predictor.reset();
+        }
+        bits_of(&predictor.step(&Sample { time_s: row.time_s, inputs: &row.inputs }))
+    };
+    rows.iter().map(step).collect()
+}
+
+pub(crate) fn bytes(rows: &[Row]) -> Vec<u8> {
+    let numbers = rows.iter().flat_map(|row| {
+        let head = [f64::from(u8::from(row.reset)), row.time_s];
+        head.into_iter().chain(row.inputs)
+    });
+    numbers.flat_map(f64::to_ne_bytes).collect()
+}
+
+fn write_sources(folder: &Path, model: &Model) {
+    for file in c::library(model, &Name::new("exported").unwrap()).unwrap() {
+        std::fs::write(folder.join(&file.path), &file.bytes).unwrap();
+    }
+    std::fs::write(folder.join("harness.c"), HARNESS).unwrap();
+}
+
+/// Rows that differ in any bit, over models and modes of compilation.
+#[track_caller]
+fn compare(model: &Model, rows: &[Row], modes: &[&[&str]], label: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    write_sources(folder.path(), model);
+    let expected = predicted(model, rows);
+    for compiler in compilers() {
+        for flags in modes {
+            compile(compiler, folder.path(), &["exported.c", "harness.c"], flags);
+            let got = run(folder.path(), &bytes(rows), &[]);
+            let got: Vec<[u64; 4]> = got
+                .chunks_exact(32)
+                .map(|row| {
+                    std::array::from_fn(|k| u64::from_ne_bytes(row[8 * k..8 * k + 8].try_into().unwrap()))
+                })
+                .collect();
+            assert_eq!(got.len(), expected.len(), "{label}");
+            let mut pairs = got.iter().zip(&expected).enumerate();
+            if let Some((row, (got, expected))) = pairs.find(|(_, (got, expected))| got != expected) {
+                let numbers = |bits: &[u64; 4]| bits.map(f64::from_bits);
+                panic!(
+                    "{label} {compiler} {flags:?}: row {row} {:?}: {:?} in C, {:?} in Rust\n{model:?}",
+                    rows[row],
+                    numbers(got),
+                    numbers(expected)
+                );
+            }
+        }
+    }
+}
+
+/// Models of a kind over rows, in turn in all modes.
+#[track_caller]
+fn same_bits(kind: Kind, models: u64, count: usize) {
+    for seed in 0..models {
+        let mut random = ChaCha8Rng::seed_from_u64(1000 * kind as u64 + seed);
+        let model = model(kind, &mut random);
+        let rows = rows(count, &mut random);
+        let modes = if seed == 0 { &MODES[..] } else { &MODES[(seed as usize % 3)..=(seed as usize % 3)] };
+        compare(&model, &rows, modes, &format!("{kind:?} {seed}"));
+    }
+}
+
+#[test]
+fn c_of_clamp_cells_and_their_hybrids_predicts_the_bits_of_the_library() {
+    same_bits(Kind::Cell, 4, 3000);
+    same_bits(Kind::HybridCell, 5, 3000);
+}
+
+#[test]
+fn c_of_cable_observers_and_their_hybrids_predicts_the_bits_of_the_library() {
+    same_bits(Kind::Observer, 6, 5000);
+    same_bits(Kind::HybridObserver, 3, 5000);
+}
+
+#[test]
+fn c_of_networks_predicts_the_bits_of_the_library() {
+    same_bits(Kind::Network, 3, 2000);
+    same_bits(Kind::Perceptron, 4, 2000);
+    same_bits(Kind::Constant, 1, 1000);
+}
+
+#[test]
+fn c_of_axes_predicts_the_bits_of_the_library() {
+    same_bits(Kind::AxisForce, 5, 2000);
+    same_bits(Kind::AxisMotion, 5, 2000);
+}
+
+#[test]
+fn statements_side_by_side_are_not_fused_by_a_vectoriser() {
+    // GCC 12 did so with the two updates of this axis, at -O3 with FMA and with contraction turned off.
+    let mut random = ChaCha8Rng::seed_from_u64(1000 * Kind::AxisMotion as u64 + 101);
+    let model = model(Kind::AxisMotion, &mut random);
+    compare(&model, &rows(5000, &mut random), &MODES, "an axis with networks");
+}
+
+#[test]
+#[ignore = "a campaign of minutes"]
+fn c_of_a_hundred_models_of_every_kind_predicts_the_bits_of_the_library() {
+    for kind in Kind::ALL {
+        for seed in 100..112 {
+            let mut random = ChaCha8Rng::seed_from_u64(1000 * kind as u64 + seed);
+            let model = model(kind, &mut random);
+            compare(&model, &rows(10_000, &mut random), &MODES, &format!("{kind:?} {seed}"));
+        }
+    }
+}
+
+#[test]
+fn the_rows_of_the_tests_execute_95_percent_of_the_lines_or_more() {
+    let (mut executed, mut all) = (0.0, 0.0);
+    for kind in Kind::ALL {
+        for seed in 0..2 {
+            let mut random = ChaCha8Rng::seed_from_u64(1000 * kind as u64 + seed);
+            let model = model(kind, &mut random);
+            let folder = tempfile::tempdir().unwrap();
+            write_sources(folder.path(), &model);
+            if compilers().is_empty() {
+                return;
+            }
+            compile("cc", folder.path(), &["exported.c", "harness.c"], &["-std=c99", "-O0", "--coverage"]);
+            run(folder.path(), &bytes(&rows(10_000, &mut random)), &[]);
+            let Some((lines, total)) = covered(folder.path(), "exported.c") else {
+                println!("skipped: no gcov for this compiler");
+                return;
+            };
+            println!("{kind:?} {seed}: {lines:.0} of {total:.0} lines");
+            (executed, all) = (executed + lines, all + total);
+        }
+    }
+    println!("{executed:.0} of {all:.0} lines");
+    assert!(executed >= 0.95 * all, "{executed} of {all}");
+}
+
+#[test]
+fn the_rows_of_the_tests_reach_every_flag() {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let rows = rows(5000, &mut random);
+    assert_eq!(rows[0].inputs.len(), INPUTS);
+    let seen = predicted(&model(Kind::Observer, &mut random), &rows);
+    let all = seen.iter().fold(0, |all, bits| all | f64::from_bits(bits[3]) as u32);
+    assert_eq!(all, 0b1_1111);
+}

@@ -1,0 +1,68 @@
+//! A C compiler, where there is one, and programs compiled by it.
+
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// All warnings that the project holds its C against, as errors.
+pub(crate) const STRICT: [&str; 6] =
+    ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-Werror"];
+
+/// Languages and optimisations that must give the same bits.
+pub(crate) const MODES: [&[&str]; 5] = [
+    &["-std=c99", "-O2", "-Wundef"],
+    &["-std=gnu11", "-O3", "-march=native"],
+    &["-std=gnu99", "-O2", "-march=native"],
+    &["-std=c99", "-O0", "-Wcast-qual"],
+    &["-std=c99", "-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"],
+];
+
+/// The compilers of this machine; says so where there is none.
+pub(crate) fn compilers() -> Vec<&'static str> {
+    let works = |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|o| o.status.success());
+    let found: Vec<_> = ["cc", "clang"].into_iter().filter(works).collect();
+    if found.is_empty() {
+        println!("skipped: no C compiler on this machine");
+    }
+    found
+}
+
+/// Compiles sources in a folder to `program`; panics with what the compiler says.
+pub(crate) fn compile(compiler: &str, folder: &Path, sources: &[&str], flags: &[&str]) {
+    let mut command = Command::new(compiler);
+    command.current_dir(folder).args(STRICT).args(flags).args(sources).args(["-o", "program", "-lm"]);
+    let output = command.output().unwrap();
+    assert!(
+        output.status.success(),
+        "{compiler} {flags:?}: {}",
+        String::from_utf8_lossy(&output.stderr).chars().take(3000).collect::<String>()
+    );
+}
+
+/// Runs `program` with input; returns its output.
+pub(crate) fn run(folder: &Path, input: &[u8], arguments: &[&str]) -> Vec<u8> {
+    let mut command = Command::new(folder.join("program"));
+    command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    let mut pipe = child.stdin.take().unwrap();
+    let bytes = input.to_vec();
+    let writer = std::thread::spawn(move || {
+        let _ = pipe.write_all(&bytes);
+    });
+    let output = child.wait_with_output().unwrap();
+    writer.join().unwrap();
+    assert!(output.status.success(), "{:?}", output.status);
+    output.stdout
+}
+
+/// Lines that a program compiled with `--coverage` has executed, and all lines of the source; none without
+/// gcov.
+pub(crate) fn covered(folder: &Path, source: &str) -> Option<(f64, f64)> {
+    let object = format!("program-{source}");
+    let output = Command::new("gcov").current_dir(folder).args(["-n", &object]).output().ok()?;
+    let text = String::from_utf8(output.stdout).unwrap();
+    let line = text.lines().find_map(|line| line.strip_prefix("Lines executed:"))?;
+    let (percent, total) = line.split_once("% of ")?;
+    let total: f64 = total.parse().ok()?;
+    Some((0.01 * percent.parse::<f64>().ok()? * total, total))
+}

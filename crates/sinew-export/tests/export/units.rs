@@ -1,0 +1,166 @@
+//! Functional mock-up units through their C interface: the same bits, and errors for what is called wrongly.
+
+use crate::bits::{bytes, predicted};
+use crate::compiler::{compile, compilers, run};
+use crate::models::{Kind, model};
+use crate::samples::Row;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use sinew_export::{Name, fmu};
+
+/// Calls in the wrong order first, then steps over rows from standard input; ends with 1 and a line where a
+/// call does not do what it should.
+const DRIVER: &str = r#"
+#include "THE_UNIT"
+#include <stdio.h>
+#define MUST(condition) if (!(condition)) { fprintf(stderr, "line %d: %s\n", __LINE__, #condition); return 1; }
+int main(void)
+{
+    unsigned references[EXPORTED_INPUTS], outputs[3], flags[4], wrong = 99;
+    double row[2 + EXPORTED_INPUTS], out[4], time_s = 0.0, number = 0.0;
+    size_t size = 0;
+    int first = 1, k;
+    void *unit = MAKE("TOKEN"), *other = MAKE("TOKEN"), *state = NULL, *copy = NULL;
+    static BYTE saved[sizeof(exported_data)];
+    for (k = 0; k < EXPORTED_INPUTS; k++) { references[k] = (unsigned)k + 1u; }
+    for (k = 0; k < 3; k++) { outputs[k] = EXPORTED_INPUTS + 1u + (unsigned)k; }
+    for (k = 0; k < 4; k++) { flags[k] = EXPORTED_INPUTS + 4u + (unsigned)k; }
+    MUST(MAKE("another") == NULL);
+    MUST(unit != NULL && other != NULL);
+    MUST(STEP(unit, 0.0, 0.1) == ERROR);
+    MUST(LEAVE(unit) == ERROR);
+    MUST(STEP(NULL, 0.0, 0.1) == ERROR);
+    MUST(GET(unit, &wrong, 1, &number) == ERROR);
+    MUST(SET(unit, outputs, 1, &number) == ERROR);
+    MUST(RESTORE(unit, NULL) == ERROR);
+    MUST(ENTER(unit, 0.0) == 0);
+    MUST(ENTER(unit, 0.0) == ERROR);
+    while (fread(row, sizeof row, 1, stdin) == 1) {
+        FLAG raised[4];
+        MUST(SET(unit, references, EXPORTED_INPUTS, row + 2) == 0);
+        if (first) {
+            MUST(LEAVE(unit) == 0);
+            MUST(STEP(unit, 0.0, 0.0) == ERROR);
+            MUST(STEP(unit, 0.0, -1.0) == ERROR);
+            MUST(STEP(unit, 5.0, 0.1) == ERROR);
+        } else {
+            MUST(STEP(unit, time_s, row[1] - time_s) == 0);
+        }
+        first = 0;
+        time_s = row[1];
+        /* The state moves to another instance and back. */
+        MUST(SAVE(unit, &state) == 0);
+        MUST(SIZE(unit, state, &size) == 0 && size == sizeof saved);
+        MUST(PACK(unit, state, saved, size) == 0);
+        MUST(UNPACK(other, saved, size - 1, &copy) == ERROR);
+        MUST(UNPACK(other, saved, size, &copy) == 0);
+        MUST(RESTORE(other, copy) == 0);
+        MUST(GET(other, outputs, 3, out) == 0);
+        MUST(FLAGS(other, flags, 4, raised) == 0);
+        out[3] = 0.0;
+        for (k = 0; k < 4; k++) { out[3] += raised[k] ? (double)(1u << k) : 0.0; }
+        MUST(fwrite(out, sizeof out, 1, stdout) == 1);
+    }
+    MUST(DROP(unit, &state) == 0 && DROP(other, &copy) == 0);
+    RELEASE(unit);
+    RELEASE(other);
+    return 0;
+}
+"#;
+
+const THREE: &str = r#"
+#define MAKE(t) fmi3InstantiateCoSimulation("x", t, "", false, false, false, false, NULL, 0, NULL, NULL, NULL)
+#define ENTER(i, t) fmi3EnterInitializationMode(i, false, 0.0, t, false, 0.0)
+#define LEAVE fmi3ExitInitializationMode
+static bool event, terminate, early;
+static double last;
+#define STEP(i, t, h) fmi3DoStep(i, t, h, true, &event, &terminate, &early, &last)
+#define GET(i, r, n, v) fmi3GetFloat64(i, r, n, v, n)
+#define SET(i, r, n, v) fmi3SetFloat64(i, r, n, v, n)
+#define FLAGS(i, r, n, v) fmi3GetBoolean(i, r, n, v, n)
+#define FLAG bool
+#define BYTE uint8_t
+#define ERROR fmi3Error
+#define SAVE fmi3GetFMUState
+#define RESTORE fmi3SetFMUState
+#define DROP fmi3FreeFMUState
+#define SIZE fmi3SerializedFMUStateSize
+#define PACK fmi3SerializeFMUState
+#define UNPACK fmi3DeserializeFMUState
+#define RELEASE fmi3FreeInstance
+"#;
+
+const TWO: &str = r#"
+#define MAKE(t) fmi2Instantiate("x", 1, t, "", NULL, 0, 0)
+#define ENTER(i, t) (fmi2SetupExperiment(i, 0, 0.0, t, 0, 0.0) == 0 ? fmi2EnterInitializationMode(i) : fmi2Error)
+#define LEAVE fmi2ExitInitializationMode
+#define STEP(i, t, h) fmi2DoStep(i, t, h, 1)
+#define GET fmi2GetReal
+#define SET fmi2SetReal
+#define FLAGS fmi2GetBoolean
+#define FLAG fmi2Boolean
+#define BYTE char
+#define ERROR fmi2Error
+#define SAVE fmi2GetFMUstate
+#define RESTORE fmi2SetFMUstate
+#define DROP fmi2FreeFMUstate
+#define SIZE fmi2SerializedFMUstateSize
+#define PACK fmi2SerializeFMUstate
+#define UNPACK fmi2DeSerializeFMUstate
+#define RELEASE fmi2FreeInstance
+"#;
+
+#[test]
+fn units_of_both_versions_give_the_bits_of_the_library_and_refuse_wrong_calls() {
+    let name = Name::new("exported").unwrap();
+    for (kind, seed) in [(Kind::HybridObserver, 1), (Kind::HybridCell, 2), (Kind::AxisForce, 3)] {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let model = model(kind, &mut random);
+        // Time runs on: what an importer cannot do otherwise. Steps of powers of two add without rounding.
+        let rows: Vec<Row> = crate::samples::rows(1500, &mut random)
+            .into_iter()
+            .enumerate()
+            .map(|(k, row)| Row { reset: false, time_s: k as f64 / 1024.0, ..row })
+            .collect();
+        let expected: Vec<_> = predicted(&model, &rows);
+        for (version, stem, calls) in
+            [(fmu::Version::Three, "fmi3.c", THREE), (fmu::Version::Two, "fmi2.c", TWO)]
+        {
+            let folder = tempfile::tempdir().unwrap();
+            let sources = fmu::sources(&model, &name, version).unwrap();
+            let interface = sources.iter().find(|file| file.path == stem).unwrap();
+            let text = std::str::from_utf8(&interface.bytes).unwrap();
+            let token = text.split("strcmp(token, \"").nth(1).unwrap().split('"').next().unwrap();
+            let driver = DRIVER.replace("#include <stdio.h>", &format!("#include <stdio.h>\n{calls}"));
+            let driver = driver.replace("THE_UNIT", stem).replace("TOKEN", token);
+            for file in &sources {
+                std::fs::write(folder.path().join(&file.path), &file.bytes).unwrap();
+            }
+            std::fs::write(folder.path().join("driver.c"), driver).unwrap();
+            for compiler in compilers() {
+                let flags = ["-std=c99", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+                compile(compiler, folder.path(), &["exported.c", "driver.c"], &flags);
+                let got = run(folder.path(), &bytes(&rows), &[]);
+                assert!(got == flat(&expected), "{kind:?} {version:?}");
+            }
+        }
+    }
+}
+
+fn flat(rows: &[[u64; 4]]) -> Vec<u8> {
+    rows.iter().flatten().flat_map(|bits| bits.to_ne_bytes()).collect()
+}
+
+#[test]
+fn a_unit_without_a_compiler_holds_its_sources() {
+    let model = model(Kind::Cell, &mut ChaCha8Rng::seed_from_u64(1));
+    let name = Name::new("knee").unwrap();
+    for version in [fmu::Version::Three, fmu::Version::Two] {
+        let none = fmu::compile(&model, &name, version, "no-such-compiler".as_ref()).unwrap();
+        assert_eq!(none, None);
+        let unit = fmu::file(&model, &name, version, None).unwrap();
+        assert_eq!(unit.path, "knee.fmu");
+        let holds = |path: &str| unit.bytes.windows(path.len()).any(|bytes| bytes == path.as_bytes());
+        assert!(holds("modelDescription.xml") && holds("sources/knee.c") && !holds("binaries"));
+    }
+}
