@@ -11,6 +11,7 @@ mod cable_plant;
 mod capability;
 #[path = "../common/mod.rs"]
 mod common;
+mod compensator;
 mod description;
 mod drive;
 mod energy;

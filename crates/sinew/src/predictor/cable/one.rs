@@ -84,6 +84,12 @@ impl CableObserver {
         estimate
     }
 
+    /// Takes over the state of an observer of the same model; nothing is allocated.
+    pub(super) fn copy_state(&mut self, from: &Self) {
+        self.cable.copy_state(&from.cable);
+        self.state.clone_from(&from.state);
+    }
+
     /// The estimated cable with its profile.
     #[must_use]
     pub fn cable(&self) -> &Cable {

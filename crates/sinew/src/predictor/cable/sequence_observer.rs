@@ -30,4 +30,10 @@ impl SequenceObserver {
         self.innovation = estimate.innovation;
         estimate
     }
+
+    /// Takes over the state of an observer of the same model; nothing is allocated.
+    pub(in crate::predictor) fn copy_state(&mut self, from: &Self) {
+        self.observer.copy_state(&from.observer);
+        self.innovation = from.innovation;
+    }
 }
