@@ -26,6 +26,7 @@
 //! # Source
 //! `yuan2023`, (8) corrected and (17); bisection. Our own choice of the start and of the reach.
 
+mod cable;
 mod command;
 mod direction;
 mod error;
@@ -38,4 +39,4 @@ mod step;
 pub use command::{Command, CommandFlags};
 pub use error::CompensatorError;
 pub use settings::CompensatorSettings;
-pub use step::{Compensator, MAX_EVALUATIONS};
+pub use step::{Compensator, MAX_EVALUATIONS, TRUST};

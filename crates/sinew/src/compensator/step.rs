@@ -1,5 +1,6 @@
 //! The compensator: one command per sample.
 
+use super::cable::CableStretch;
 use super::command::{Command, CommandFlags};
 use super::direction::direction;
 use super::error::CompensatorError;
@@ -97,12 +98,17 @@ pub struct Compensator {
 }
 
 /// What is special about the command of a cable's motor.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct CableCommand {
     /// Column of the near tension.
     tension: usize,
     /// Limits of a near tension that is sought.
     tension_limits: Limits,
+    /// Column of the anchor, and metres per unit of it and of the motor's column.
+    anchor: usize,
+    anchor_scale: f64,
+    motor_scale: f64,
+    stretch: CableStretch,
     /// Whether the far column rises with the tension.
     rising: bool,
     /// Largest change in a sample, and at the first one, motor unit.
@@ -135,6 +141,10 @@ impl Compensator {
                 let alone = CompensatorSettings { tolerance: Some(limits.tolerance), ..Default::default() };
                 Some(CableCommand {
                     tension,
+                    anchor: cable.columns.anchor,
+                    anchor_scale: cable.columns.anchor_scale,
+                    motor_scale: cable.columns.motor_scale,
+                    stretch: CableStretch::new(cable)?,
                     rising: cable.model.far_gain > 0.0,
                     tension_limits: alone.limits(&model, tension)?,
                     step: MAX_DISPLACEMENT / scale,
@@ -179,6 +189,9 @@ impl Compensator {
     pub fn reset(&mut self) {
         self.predictor.reset();
         self.desired = None;
+        if let Some(cable) = &mut self.cable {
+            cable.stretch.reset();
+        }
         self.last = Command::default();
     }
 
@@ -197,7 +210,9 @@ impl Compensator {
             *given = sample.inputs.get(k).copied().filter(|_| k != near).unwrap_or(f64::NAN);
         }
         self.trial.copy_state(&self.predictor);
-        let (kind, dt_s, reference) = self.trial.arrival(sample.time_s, &self.given, near);
+        let (kind, dt_s, taken) = self.trial.arrival(sample.time_s, &self.given);
+        let reference = taken[near];
+        let anchor = self.cable.as_ref().map_or(0.0, |cable| cable.anchor_scale * taken[cable.anchor]);
         if kind == SampleKind::Repeated {
             self.last.flags.repeated = true;
             self.last.flags.reset = false;
@@ -225,6 +240,15 @@ impl Compensator {
         let crosses = kind == SampleKind::Next;
         let goal = Goal { desired, tolerance: query.limits.tolerance, halvings: HALVINGS, crosses };
         let value = search(&reach, rising, at_start, goal, &mut |u| response.at(u).mean);
+        let value = match (&mut self.cable, self.predictor.cable_place()) {
+            (Some(cable), Some(place)) if crosses => {
+                let (stretch, half) = cable.stretch.desired(desired, anchor, dt_s, place.drag_factor);
+                let motor = (place.motor + (anchor - place.anchor) + stretch - place.stretch) / cable.motor_scale;
+                let about = trust() * half / cable.motor_scale.abs();
+                value.max(motor - about).min(motor + about).max(reach.low).min(reach.high)
+            }
+            _ => value,
+        };
         let prediction = response.at(value);
         let half_width = prediction.half_width();
         let mut edge = |desired: f64| {
@@ -273,7 +297,7 @@ impl Compensator {
         }
         let near = self.limits.near;
         let measured = sample.inputs.get(near).copied().filter(|value| value.is_finite());
-        let tension = self.cable.map(|cable| cable.tension);
+        let tension = self.cable.as_ref().map(|cable| cable.tension);
         match (measured, tension.filter(|k| !self.given[*k].is_finite() && !command.flags.reset)) {
             (Some(measured), expected) => {
                 self.given[near] = measured;
@@ -308,7 +332,7 @@ impl Compensator {
         if self.direction == 0.0 {
             return plain(Reach::only(reference));
         }
-        let Some(cable) = self.cable else {
+        let Some(cable) = &self.cable else {
             let step = || Reach::from(&limits, reference, dt_s, guards[near].jump);
             return plain(if first { Reach::everywhere(&limits, reference) } else { step() });
         };
@@ -362,3 +386,6 @@ fn commandable(model: &Model, near: usize) -> Result<usize, CompensatorError> {
     within("near", expected, near as f64, valid)?;
     Ok(near)
 }
+
+pub static TRUST: core::sync::atomic::AtomicU64 = core::sync::atomic::AtomicU64::new(0);
+fn trust() -> f64 { f64::from_bits(TRUST.load(core::sync::atomic::Ordering::Relaxed)) }

@@ -2,7 +2,7 @@
 //! filters.
 
 use super::axis::{Axis, AxisOutput, AxisState};
-use super::cable::{CableEstimate, ObservedCable, SequenceObserver};
+use super::cable::{CableEstimate, CablePlace, ObservedCable, SequenceObserver};
 use super::signal::Signal;
 use crate::transmission::{ClampCell, ClampStep, saturate};
 use alloc::vec;
@@ -161,6 +161,11 @@ impl Memory {
         self.cell = CellOutput::from_cable(&estimate);
         self.read_signals(law, inputs);
         self.finish(law, dt_s);
+    }
+
+    /// Where the observed cable is; none without one, and before the first sample.
+    pub(super) fn cable_place(&self) -> Option<CablePlace> {
+        self.observer.as_ref()?.place()
     }
 
     /// Takes over the state of a memory of the same law; nothing is allocated.

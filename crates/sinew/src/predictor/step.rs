@@ -1,5 +1,6 @@
 //! The predictor: one prediction per sample.
 
+use super::cable::CablePlace;
 use super::conditioner::{Conditioner, SampleKind};
 use super::memory::Memory;
 use super::model::Model;
@@ -163,12 +164,17 @@ impl Predictor {
         self.conclude(kind)
     }
 
-    /// What a sample would be to this predictor: its kind, the seconds since the one before, and the value
-    /// that stands for input `near` where that is missing.
-    pub(crate) fn arrival(&mut self, time_s: f64, inputs: &[f64], near: usize) -> (SampleKind, f64, f64) {
+    /// What a sample would be to this predictor: its kind, the seconds since the one before, and the inputs
+    /// as it would take them.
+    pub(crate) fn arrival(&mut self, time_s: f64, inputs: &[f64]) -> (SampleKind, f64, &[f64]) {
         let model = &self.model;
         let kind = self.conditioner.update(&model.guards, model.gap_s, time_s, inputs);
-        (kind, self.conditioner.dt_s(), self.conditioner.values()[near])
+        (kind, self.conditioner.dt_s(), self.conditioner.values())
+    }
+
+    /// Where the observed cable is; none without one, and before the first sample.
+    pub(crate) fn cable_place(&self) -> Option<CablePlace> {
+        self.memory.cable_place()
     }
 
     /// Takes over the state of a predictor of the same model; nothing is allocated.
