@@ -5,7 +5,7 @@ use clap::{Command, CommandFactory};
 
 /// The groups of `--help`.
 const GROUPS: [(&str, &[&str]); 5] = [
-    ("Identify a transmission", &["identify", "evaluate", "predict", "adapt", "demo"]),
+    ("Identify a transmission", &["identify", "evaluate", "predict", "compensate", "adapt", "demo"]),
     ("Describe and design a machine", &["machine", "design"]),
     ("Run it", &["track", "run", "live", "link", "ethercat"]),
     ("Look at what happened", &["log"]),

@@ -33,7 +33,7 @@ fn every_verb_explains_itself() {
 #[test]
 fn help_lists_the_compensation_variants_with_what_they_do() {
     let help = Bench::new().succeeds("track --help").stdout;
-    for variant in sinew_lab::CompensationVariant::ALL {
+    for variant in sinew_lab::CompensationVariant::ARM {
         let listed = help.lines().any(|line| line.contains(&format!("- {variant}:")));
         assert!(listed, "{variant}: {help}");
     }

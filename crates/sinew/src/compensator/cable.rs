@@ -1,8 +1,8 @@
 //! Where the motor of a cable has to go: the stretch of steady sliding.
 
+use crate::Error;
 use crate::predictor::ObservedCable;
 use crate::transmission::cable::CableLaw;
-use crate::Error;
 
 /// Stretch of a cable for a desired far tension along a sequence of commands.
 ///
@@ -36,9 +36,17 @@ pub(super) struct CableStretch {
     against: f64,
     /// Low-passed speed of the anchor, m/s.
     velocity: f64,
-    /// Anchor, m, and tension, N, of the command before.
-    last: Option<(f64, f64)>,
+    /// Of the command before.
+    last: Option<Reference>,
     initial: f64,
+}
+
+/// What a command follows.
+#[derive(Debug, Clone, Copy)]
+struct Reference {
+    time_s: f64,
+    anchor: f64,
+    tension: f64,
 }
 
 /// `r`, m.
@@ -71,17 +79,18 @@ impl CableStretch {
         self.last = None;
     }
 
-    /// The stretch, m, for a desired far end and an anchor, m, `dt_s` after the command before, with the drag
+    /// The stretch, m, for a desired far end and an anchor, m, at a time, s, with the drag
     /// as a multiple of the law's; and half the difference between both directions.
-    pub(super) fn desired(&mut self, far: f64, anchor: f64, dt_s: f64, drag: f64) -> (f64, f64) {
+    pub(super) fn desired(&mut self, far: f64, anchor: f64, time_s: f64, drag: f64) -> (f64, f64) {
         let tension = (far / self.far_gain).clamp(-1e6, 1e6);
-        let (before, last) = self.last.replace((anchor, tension)).unwrap_or((anchor, tension));
-        let moved = anchor - before;
-        if dt_s > 0.0 {
+        let now = Reference { time_s, anchor, tension };
+        let before = self.last.replace(now).unwrap_or(now);
+        let (moved, dt_s) = (anchor - before.anchor, time_s - before.time_s);
+        if dt_s > 0.0 && dt_s.is_finite() {
             self.velocity += (moved / dt_s - self.velocity) * dt_s / (dt_s + SPEED_TIME);
         }
         let present = self.steady(tension, self.direction, drag);
-        let motion = self.direction * (moved + present - self.steady(last, self.direction, drag));
+        let motion = self.direction * (moved + present - self.steady(before.tension, self.direction, drag));
         self.against = (self.against - motion).max(0.0);
         if self.against > REVERSAL {
             (self.direction, self.against) = (-self.direction, 0.0);

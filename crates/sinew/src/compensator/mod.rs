@@ -19,6 +19,9 @@
 //! is bounded. In the dead band, where `F` does not depend on `u`, the command stays while the far end is
 //! as desired, and crosses the band at the largest rate when it is not.
 //!
+//! The far end of a cable answers a motion of its motor only once that has spread along the sheath. Its motor
+//! goes by the stretch of steady sliding, and exactly where that is near.
+//!
 //! # Departs
 //! `yuan2023`, (8) and (17), computes the drive's tension from present values alone. Here the model's memory
 //! takes part: the dead band at a reversal is crossed once.
@@ -39,4 +42,4 @@ mod step;
 pub use command::{Command, CommandFlags};
 pub use error::CompensatorError;
 pub use settings::CompensatorSettings;
-pub use step::{Compensator, MAX_EVALUATIONS, TRUST};
+pub use step::{Compensator, MAX_EVALUATIONS};

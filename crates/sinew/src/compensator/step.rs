@@ -35,6 +35,12 @@ const WITHDRAWN: f64 = 0.5;
 /// of the encoder.
 const MAX_DISPLACEMENT: f64 = 0.049;
 
+/// How far the exact command of a cable's motor may lie from the one by its stretch, as a fraction of half its
+/// dead band; and the time in which an error of its far end is corrected, s. Without both, the motor would
+/// move at its limits to and fro to correct in one sample what takes many to arrive.
+const EXACT: f64 = 0.05;
+const CORRECTION_TIME: f64 = 0.003;
+
 /// Stretch that encoders with fixed zeros may have at the first sample, m.
 const MAX_STRETCH: f64 = 1.0;
 
@@ -219,6 +225,12 @@ impl Compensator {
             return self.last;
         }
         let missing = !desired.is_finite();
+        let error = match (&self.cable, self.desired) {
+            (Some(_), Some(before)) if kind == SampleKind::Next => {
+                (self.predictor.last_mean() - before) * CORRECTION_TIME / (CORRECTION_TIME + dt_s)
+            }
+            _ => 0.0,
+        };
         self.desired = if missing { self.desired } else { Some(desired) };
         let query = self.query(kind, dt_s, reference);
         if query.column != near {
@@ -238,13 +250,16 @@ impl Compensator {
         let at_start = response.at(reach.start).mean;
         let desired = self.desired.unwrap_or(at_start);
         let crosses = kind == SampleKind::Next;
-        let goal = Goal { desired, tolerance: query.limits.tolerance, halvings: HALVINGS, crosses };
+        let goal =
+            Goal { desired: desired + error, tolerance: query.limits.tolerance, halvings: HALVINGS, crosses };
         let value = search(&reach, rising, at_start, goal, &mut |u| response.at(u).mean);
         let value = match (&mut self.cable, self.predictor.cable_place()) {
             (Some(cable), Some(place)) if crosses => {
-                let (stretch, half) = cable.stretch.desired(desired, anchor, dt_s, place.drag_factor);
-                let motor = (place.motor + (anchor - place.anchor) + stretch - place.stretch) / cable.motor_scale;
-                let about = trust() * half / cable.motor_scale.abs();
+                let (stretch, half) =
+                    cable.stretch.desired(desired, anchor, sample.time_s, place.drag_factor);
+                let motor =
+                    (place.motor + (anchor - place.anchor) + stretch - place.stretch) / cable.motor_scale;
+                let about = EXACT * half / cable.motor_scale.abs();
                 value.max(motor - about).min(motor + about).max(reach.low).min(reach.high)
             }
             _ => value,
@@ -386,6 +401,3 @@ fn commandable(model: &Model, near: usize) -> Result<usize, CompensatorError> {
     within("near", expected, near as f64, valid)?;
     Ok(near)
 }
-
-pub static TRUST: core::sync::atomic::AtomicU64 = core::sync::atomic::AtomicU64::new(0);
-fn trust() -> f64 { f64::from_bits(TRUST.load(core::sync::atomic::Ordering::Relaxed)) }

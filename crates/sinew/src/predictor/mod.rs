@@ -26,7 +26,6 @@ pub use axis::{Axis, AxisForce, AxisMotion, AxisSlip, Differentiator};
 pub use cable::{
     CableColumns, CableEstimate, CableModel, CableObserver, CableObservers, CableSample, ObservedCable,
 };
-pub(crate) use cable::CablePlace;
 pub use conditioner::{Conditioner, InputLimits, MAX_HELD_SAMPLES, MAX_MAGNITUDE, SampleKind};
 pub use ensemble::{Ensemble, EnsembleOutput, MEMBERS, PerNetwork};
 pub use estimator::{Estimate, Estimator, GATE_STRENGTH};

@@ -172,6 +172,11 @@ impl Predictor {
         (kind, self.conditioner.dt_s(), self.conditioner.values())
     }
 
+    /// The mean of the last prediction.
+    pub(crate) fn last_mean(&self) -> f64 {
+        self.last.mean
+    }
+
     /// Where the observed cable is; none without one, and before the first sample.
     pub(crate) fn cable_place(&self) -> Option<CablePlace> {
         self.memory.cable_place()

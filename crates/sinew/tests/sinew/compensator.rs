@@ -83,9 +83,6 @@ fn the_forward_model_applied_to_a_command_returns_what_was_desired_where_it_is_a
             let said = predictor.step(&Sample { time_s: t, inputs: compensator.inputs() }).mean;
             assert_eq!(said.to_bits(), command.mean.to_bits(), "{seed} {k}: {command:?} {said}");
             all[seed as usize % KINDS.len()] += 1;
-            if seed % 8 == 3 && command.flags.not_attainable && (seed / 8) % 20 == 0 {
-                println!("{seed} {k} {command:?} {desired}");
-            }
             if !command.flags.not_attainable {
                 attained[seed as usize % KINDS.len()] += 1;
                 let off = (said - desired).abs() / model.provenance.far_range;
@@ -95,8 +92,14 @@ fn the_forward_model_applied_to_a_command_returns_what_was_desired_where_it_is_a
     }
     let fractions: Vec<f64> =
         attained.iter().zip(&all).map(|(attained, all)| f64::from(*attained) / f64::from(*all)).collect();
-    println!("{KINDS:?}\n{fractions:?}");
-    assert!(fractions.iter().all(|fraction| *fraction > 0.6), "{fractions:?}");
+    // A cable crosses its dead band without arriving; an axis that is driven by a force may ring.
+    let least = |kind: &str| match kind {
+        "motion" => 0.45,
+        "observer" | "observer-network" => 0.65,
+        _ => 0.97,
+    };
+    let enough = KINDS.iter().zip(&fractions).all(|(kind, fraction)| *fraction > least(kind));
+    assert!(enough, "{KINDS:?} {fractions:?}");
 }
 
 #[test]

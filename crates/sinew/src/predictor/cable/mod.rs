@@ -12,6 +12,6 @@ mod sequence_observer;
 pub use many::CableObservers;
 pub use model::{CableColumns, CableModel, CableSample, ObservedCable};
 pub use observer_state::CableEstimate;
-pub(crate) use one::CablePlace;
 pub use one::CableObserver;
+pub(crate) use one::CablePlace;
 pub(super) use sequence_observer::SequenceObserver;

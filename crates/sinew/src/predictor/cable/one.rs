@@ -101,7 +101,12 @@ impl CableObserver {
     /// the model's.
     pub(in crate::predictor) fn place(&self) -> Option<CablePlace> {
         let (motor, anchor) = self.state.positions()?;
-        Some(CablePlace { motor, anchor, stretch: self.cable.stretch(), drag_factor: self.state.law_drag_factor() })
+        Some(CablePlace {
+            motor,
+            anchor,
+            stretch: self.cable.stretch(),
+            drag_factor: self.state.law_drag_factor(),
+        })
     }
 
     /// Takes over the state of an observer of the same model; nothing is allocated.
