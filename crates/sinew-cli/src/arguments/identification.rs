@@ -173,7 +173,7 @@ pub(crate) struct PredictArguments {
 /// correction_withdrawn, state_unknown, input_held, reset. Where not_attainable is not set, `sinew predict`
 /// on the output gives what is desired.
 ///
-/// Example: sinew compensate out/sheath/model.json desired.csv --rate 400 --out command.csv
+/// Example: sinew compensate out/sheath/model.json desired.csv --max-rate 400 --out command.csv
 #[derive(Debug, Args)]
 pub(crate) struct CompensateArguments {
     /// A model.json
@@ -188,7 +188,7 @@ pub(crate) struct CompensateArguments {
     /// Largest rate of the command, in its unit per second: what the drive can follow, also across the dead
     /// band [default: the largest change that the model accepts from one sample to the next]
     #[arg(long, value_name = "RATE", value_parser = number("a finite number > 0", |rate| rate > 0.0))]
-    pub(crate) rate: Option<f64>,
+    pub(crate) max_rate: Option<f64>,
     /// Smallest command [default: the training range, widened by itself; a tension not below 0; a motor's
     /// position has none]
     #[arg(long, value_name = "X", value_parser = number("a finite number", |_| true))]

@@ -60,7 +60,7 @@ fn compensator(arguments: &CompensateArguments) -> Result<Compensator, Error> {
         near,
         min: arguments.min,
         max: arguments.max,
-        rate: arguments.rate,
+        rate: arguments.max_rate,
         tolerance: arguments.tolerance,
     };
     Compensator::new(model, &settings).map_err(|error| match error {

@@ -23,7 +23,7 @@ fn table(text: &str) -> (Vec<String>, Vec<Vec<String>>) {
 fn commands_are_in_the_models_own_columns_and_predict_to_what_is_desired() {
     let bench = Bench::with_model();
     bench.write("desired.csv", desired(500));
-    bench.succeeds("compensate out/model.json desired.csv --rate 500 --out command.csv");
+    bench.succeeds("compensate out/model.json desired.csv --max-rate 500 --out command.csv");
     bench.succeeds("predict out/model.json command.csv --out check.csv");
     let (head, rows) = table(&bench.read("command.csv"));
     let names = "time_s,tension_in_n,tension_out_n,command_low,command_high,gate,flags";
@@ -81,7 +81,7 @@ fn what_cannot_be_compensated_is_one_error_and_leaves_no_file() {
     for (arguments, said) in refused {
         bench.refuses(&format!("compensate {arguments} --out c.csv"), &[said]);
     }
-    for (arguments, said) in [("--rate 0", "> 0"), ("--tolerance -1", ">= 0"), ("--min x", "a finite number")]
+    for (arguments, said) in [("--max-rate 0", "> 0"), ("--tolerance -1", ">= 0"), ("--min x", "a finite number")]
     {
         let command = format!("compensate out/model.json desired.csv --out c.csv {arguments}");
         bench.refuses_usage(&command, &[said]);
