@@ -45,27 +45,27 @@ impl Desired {
             let is = |k: usize| model.inputs.get(k).is_some_and(|input| input.column == column);
             is(near) || tension.is_some_and(is)
         };
-        let mut wanted: Vec<Input> = model.inputs.clone();
+        let mut columns_read: Vec<Input> = model.inputs.clone();
         // The far side stands among the inputs: it is required, and nothing in it is repaired.
-        wanted.push(Input { column: model.far.clone(), role: Role::Given });
+        columns_read.push(Input { column: model.far.clone(), role: Role::Given });
         let data = loop {
             let roles = Roles {
                 far: None,
-                inputs: wanted.clone(),
+                inputs: columns_read.clone(),
                 time: model.time.clone(),
                 trial: model.trial.clone(),
                 group: None,
             };
             match read_references(&roles, options) {
                 Err(Error::MissingColumn { column, .. }) if optional(&column) => {
-                    wanted.retain(|input| input.column != column);
+                    columns_read.retain(|input| input.column != column);
                 }
                 read => break read?,
             }
         };
-        let place = |column: &str| wanted.iter().position(|input| input.column == column);
+        let place = |column: &str| columns_read.iter().position(|input| input.column == column);
         let columns = model.inputs.iter().map(|input| place(&input.column)).collect();
-        Ok(Self { data, columns, far: wanted.len() - 1 })
+        Ok(Self { data, columns, far: columns_read.len() - 1 })
     }
 
     /// The time column of the file; none where time is counted.

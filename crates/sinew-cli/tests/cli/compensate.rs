@@ -81,7 +81,8 @@ fn what_cannot_be_compensated_is_one_error_and_leaves_no_file() {
     for (arguments, said) in refused {
         bench.refuses(&format!("compensate {arguments} --out c.csv"), &[said]);
     }
-    for (arguments, said) in [("--max-rate 0", "> 0"), ("--tolerance -1", ">= 0"), ("--min x", "a finite number")]
+    for (arguments, said) in
+        [("--max-rate 0", "> 0"), ("--tolerance -1", ">= 0"), ("--min x", "a finite number")]
     {
         let command = format!("compensate out/model.json desired.csv --out c.csv {arguments}");
         bench.refuses_usage(&command, &[said]);

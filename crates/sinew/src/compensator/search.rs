@@ -9,7 +9,7 @@ pub(super) struct Goal {
     pub(super) desired: f64,
     /// Error of the response that counts as attained.
     pub(super) tolerance: f64,
-    /// Most halvings of the reach.
+    /// Maximum of halvings of the reach.
     pub(super) halvings: u32,
     /// Whether a response that is the same at the end of the reach is a dead band to be crossed, and not one
     /// that the argument has no effect on.
@@ -38,11 +38,11 @@ pub(super) fn search(
     let passed = |value: f64| if more { value >= desired } else { value <= desired };
     let mut beyond = if more == rising { reach.high } else { reach.low };
     let mut before = reach.start;
-    if beyond == before {
+    if same(beyond, before) {
         return before;
     }
     let at_end = response(beyond);
-    if at_end == at_start && !crosses {
+    if same(at_end, at_start) && !crosses {
         return before;
     }
     if attained(at_end) || !passed(at_end) {
@@ -50,7 +50,7 @@ pub(super) fn search(
     }
     for _ in 0..halvings {
         let middle = 0.5 * (before + beyond);
-        if middle == before || middle == beyond {
+        if same(middle, before) || same(middle, beyond) {
             break;
         }
         let value = response(middle);
@@ -64,6 +64,11 @@ pub(super) fn search(
         }
     }
     beyond
+}
+
+/// Whether two numbers are bit-identical.
+fn same(a: f64, b: f64) -> bool {
+    a.to_bits() == b.to_bits()
 }
 
 #[cfg(test)]
@@ -104,7 +109,7 @@ mod tests {
     fn an_argument_without_effect_is_left_unless_a_dead_band_is_to_be_crossed() {
         for (crosses, place) in [(true, 6.0), (false, 1.0)] {
             let goal = Goal { crosses, ..goal(3.0) };
-            assert_eq!(search(&REACH, true, 2.0, goal, &mut |_| 2.0), place);
+            assert!(same(search(&REACH, true, 2.0, goal, &mut |_| 2.0), place));
         }
     }
 

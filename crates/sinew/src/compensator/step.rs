@@ -9,16 +9,16 @@ use super::response::Response;
 use super::search::{Goal, search};
 use super::settings::{CompensatorSettings, Limits, near_of};
 use crate::error::within;
-use crate::predictor::{Model, ModelFileError, Prediction, Predictor, Role, Sample, SampleKind};
+use crate::predictor::{CablePlace, Model, ModelFileError, Prediction, Predictor, Role, Sample, SampleKind};
 use alloc::string::ToString;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Most halvings in the search for the command, and for either end of its band.
+/// Maximum of halvings in the search for the command, and for either end of its band.
 const HALVINGS: u32 = 50;
 const BAND_HALVINGS: u32 = 12;
 
-/// Most evaluations of the model in one command: the start, the search, the command, and the two ends of the
+/// Maximum of evaluations of the model in one command: the start, the search, the command, and the two ends of the
 /// band.
 pub const MAX_EVALUATIONS: u32 = 1 + (1 + HALVINGS) + 1 + 2 * (1 + BAND_HALVINGS) + 1;
 
@@ -120,6 +120,17 @@ struct CableCommand {
     /// Largest change in a sample, and at the first one, motor unit.
     step: f64,
     first: f64,
+}
+
+impl CableCommand {
+    /// Lower and upper bound of the motor's command, motor unit, about the one that gives the stretch of
+    /// steady sliding.
+    fn by_stretch(&mut self, desired: f64, anchor: f64, time_s: f64, place: &CablePlace) -> [f64; 2] {
+        let (stretch, half) = self.stretch.desired(desired, anchor, time_s, place.drag_factor);
+        let motor = place.motor + (anchor - place.anchor) + stretch - place.stretch;
+        let (motor, about) = (motor / self.motor_scale, EXACT * half / self.motor_scale.abs());
+        [motor - about, motor + about]
+    }
 }
 
 impl Compensator {
@@ -255,12 +266,8 @@ impl Compensator {
         let value = search(&reach, rising, at_start, goal, &mut |u| response.at(u).mean);
         let value = match (&mut self.cable, self.predictor.cable_place()) {
             (Some(cable), Some(place)) if crosses => {
-                let (stretch, half) =
-                    cable.stretch.desired(desired, anchor, sample.time_s, place.drag_factor);
-                let motor =
-                    (place.motor + (anchor - place.anchor) + stretch - place.stretch) / cable.motor_scale;
-                let about = EXACT * half / cable.motor_scale.abs();
-                value.max(motor - about).min(motor + about).max(reach.low).min(reach.high)
+                let [low, high] = cable.by_stretch(desired, anchor, sample.time_s, &place);
+                value.max(low).min(high).max(reach.low).min(reach.high)
             }
             _ => value,
         };

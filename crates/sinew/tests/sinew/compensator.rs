@@ -93,12 +93,12 @@ fn the_forward_model_applied_to_a_command_returns_what_was_desired_where_it_is_a
     let fractions: Vec<f64> =
         attained.iter().zip(&all).map(|(attained, all)| f64::from(*attained) / f64::from(*all)).collect();
     // A cable crosses its dead band without arriving; an axis that is driven by a force may ring.
-    let least = |kind: &str| match kind {
+    let minimum = |kind: &str| match kind {
         "motion" => 0.45,
         "observer" | "observer-network" => 0.65,
         _ => 0.97,
     };
-    let enough = KINDS.iter().zip(&fractions).all(|(kind, fraction)| *fraction > least(kind));
+    let enough = KINDS.iter().zip(&fractions).all(|(kind, fraction)| *fraction > minimum(kind));
     assert!(enough, "{KINDS:?} {fractions:?}");
 }
 
