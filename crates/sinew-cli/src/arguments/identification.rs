@@ -186,7 +186,8 @@ pub(crate) struct CompensateArguments {
     #[arg(long, value_name = "COL")]
     pub(crate) near: Option<String>,
     /// Largest rate of the command, in its unit per second: what the drive can follow, also across the dead
-    /// band [default: the largest change that the model accepts from one sample to the next]
+    /// band [default: of a motor's position its training range in a second; else the largest change that the
+    /// model accepts from one sample to the next]
     #[arg(long, value_name = "RATE", value_parser = number("a finite number > 0", |rate| rate > 0.0))]
     pub(crate) max_rate: Option<f64>,
     /// Smallest command [default: the training range, widened by itself; a tension not below 0; a motor's

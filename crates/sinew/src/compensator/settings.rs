@@ -10,7 +10,7 @@ use crate::predictor::{Model, Role};
 /// |-------------|-------------|-------------|---------------------------------------------------------------|
 /// | `near`      | index       | an effort or motion | the motor of a cable's observer; else the first effort, else the first motion |
 /// | `min`, `max` | near        | min < max   | training range widened by itself at either side, a tension not below 0; none for a cable's motor |
-/// | `rate`      | near per s  | > 0         | none: the largest change that the model accepts from one sample to the next |
+/// | `rate`      | near per s  | > 0         | of a cable's motor: its range in training in a second; else none but the largest change that the model accepts from one sample to the next |
 /// | `tolerance` | far         | >= 0        | 2e-7 of the range of the far side in training                    |
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CompensatorSettings {
@@ -51,10 +51,17 @@ impl CompensatorSettings {
         let min = finite("min", self.min.unwrap_or(low))?;
         let max = finite("max", self.max.unwrap_or(high))?;
         within("max", "a number above min", max, max > min)?;
-        let rate = self.rate.map_or(Ok(f64::INFINITY), |rate| positive("rate", rate))?;
+        let rate = self.rate.map_or(Ok(usual_rate(model, near)), |rate| positive("rate", rate))?;
         let tolerance = self.tolerance.unwrap_or(TOLERANCE * model.provenance.far_range.abs());
         Ok(Limits { near, min, max, rate, tolerance: non_negative("tolerance", tolerance)? })
     }
+}
+
+/// Largest rate where none is set: a cable's motor passes its range in training in a second.
+fn usual_rate(model: &Model, near: usize) -> f64 {
+    let guard = &model.guards[near];
+    let is_motor = model.estimator.law.cable.as_ref().is_some_and(|cable| cable.columns.motor == near);
+    if is_motor && guard.high > guard.low { guard.high - guard.low } else { f64::INFINITY }
 }
 
 /// Smallest and largest value of an input where none is set.

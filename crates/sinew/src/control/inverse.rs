@@ -39,6 +39,8 @@ pub struct InverseCompensation {
 const LEAD: f64 = 0.018;
 /// Part of the model's longest interval between samples that a lead may take.
 const OF_GAP: f64 = 0.9;
+/// Speed that no winch has, m/s.
+const UNHURRIED: f64 = 100.0;
 /// `a`, m/s^2.
 const WINCH_DECELERATION: f64 = 4.0;
 
@@ -50,9 +52,12 @@ impl InverseCompensation {
     /// As [`Compensator::new`].
     pub fn new(model: Model) -> Result<Self, CompensatorError> {
         let cable = model.estimator.law.cable.as_ref().map(|cable| cable.columns);
+        // The approach to the command has its own limit.
+        let rate = cable.map(|columns| UNHURRIED / columns.motor_scale.abs());
+        let settings = CompensatorSettings { rate, ..CompensatorSettings::default() };
         let (inputs, gap_s) = (model.inputs.len(), model.gap_s);
         Ok(Self {
-            compensator: Compensator::new(model, &CompensatorSettings::default())?,
+            compensator: Compensator::new(model, &settings)?,
             motor_scale: cable.map(|columns| columns.motor_scale),
             anchor_scale: cable.map_or(1.0, |columns| columns.anchor_scale),
             row: vec![f64::NAN; inputs],
