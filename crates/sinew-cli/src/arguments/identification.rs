@@ -160,7 +160,8 @@ pub(crate) struct PredictArguments {
     pub(crate) out: PathBuf,
 }
 
-/// Command the near side so that the far end is as desired: the inverse of a model, sample by sample, causally.
+/// Command the near side so that the far end is as desired: the inverse of a model, sample by sample and
+/// causally.
 ///
 /// DESIRED has the columns of the model's logs under their names: time, the far end as it is desired, and the
 /// inputs that are known, such as the anchor's displacement. The near column, which is commanded, may be left

@@ -42,8 +42,8 @@ pub fn read_with_roles(roles: &Roles, options: &ReadOptions) -> Result<Dataset, 
     with_roles(roles, options, open_paths(&options.paths)?, assemble)
 }
 
-/// Reads tables of references with the columns of a model: as [`read_with_roles`], but signals may be constant
-/// and few.
+/// Reads tables of references with the columns of a model: as [`read_with_roles`], but signals may be
+/// constant and few.
 ///
 /// # Errors
 /// As [`read_dataset`].

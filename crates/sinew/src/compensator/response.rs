@@ -22,8 +22,8 @@ pub(super) struct Response<'a> {
 }
 
 impl Response<'_> {
-    /// The prediction with `value` in the column. Afterwards `row` holds the inputs, an expected tension among
-    /// them, and `trial` the state.
+    /// The prediction with `value` in the column. Afterwards `row` holds the inputs, an expected tension
+    /// among them, and `trial` the state.
     pub(super) fn at(&mut self, value: f64) -> Prediction {
         self.count += 1;
         self.trial.copy_state(self.from);

@@ -18,8 +18,8 @@ use alloc::vec::Vec;
 const HALVINGS: u32 = 50;
 const BAND_HALVINGS: u32 = 12;
 
-/// Maximum of evaluations of the model in one command: the start, the search, the command, and the two ends of the
-/// band.
+/// Maximum of evaluations of the model in one command: the start, the search, the command, and both ends
+/// of the band.
 pub const MAX_EVALUATIONS: u32 = 1 + (1 + HALVINGS) + 1 + 2 * (1 + BAND_HALVINGS) + 1;
 
 /// Tolerance of the band's ends as a fraction of its half width.
@@ -35,8 +35,8 @@ const WITHDRAWN: f64 = 0.5;
 /// of the encoder.
 const MAX_DISPLACEMENT: f64 = 0.049;
 
-/// How far the exact command of a cable's motor may lie from the one by its stretch, as a fraction of half its
-/// dead band; and the time in which an error of its far end is corrected, s. Without both, the motor would
+/// How far the exact command of a cable's motor may lie from the one by its stretch, as a fraction of half
+/// its dead band; and the time in which an error of its far end is corrected, s. Without both, the motor would
 /// move at its limits to and fro to correct in one sample what takes many to arrive.
 const EXACT: f64 = 0.05;
 const CORRECTION_TIME: f64 = 0.003;

@@ -45,8 +45,8 @@ const UNHURRIED: f64 = 100.0;
 const WINCH_DECELERATION: f64 = 4.0;
 
 impl InverseCompensation {
-    /// From an identified model. Its efforts are near tensions, N; its motions and its anchor positions in the
-    /// units of the model's logs, m without an observer.
+    /// From an identified model. Its efforts are near tensions, N; its motions and its anchor positions in
+    /// the units of the model's logs, m without an observer.
     ///
     /// # Errors
     /// As [`Compensator::new`].
