@@ -55,6 +55,10 @@ const REVERSAL: f64 = 5e-5;
 /// Time constant of the anchor's speed, s.
 const SPEED_TIME: f64 = 0.01;
 
+/// Smallest speed at which the velocity weakening is evaluated, m/s: a dead band is crossed in motion, and the
+/// friction of rest would lead beyond its end.
+const SLIP: f64 = 0.02;
+
 /// Speed with a direction but without drag, m/s.
 const VANISHING_SPEED: f64 = 1e-9;
 
@@ -104,6 +108,7 @@ impl CableStretch {
         let with = direction * self.velocity > 0.0;
         let velocity = if with { self.velocity } else { direction * VANISHING_SPEED };
         // Never refused: all three are finite.
-        self.law.steady(tension, velocity, drag).map_or(0.0, |sliding| sliding.stretch)
+        let slip = velocity.abs().max(SLIP);
+        self.law.sliding(tension, velocity, slip, drag).map_or(0.0, |sliding| sliding.stretch)
     }
 }
