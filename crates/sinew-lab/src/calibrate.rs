@@ -87,11 +87,7 @@ pub fn inverted(logs: &[Vec<BenchRow>], seed: u64) -> Result<Compensation, Error
         ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new(), columns: ColumnOptions::default() };
     let data = read_bytes(&files, &roles, &read)?;
     let options = Options { seed, models: vec!["observer".to_owned()], keep: Keep::All };
-    let mut model = identify(&data, &options, &|_, _| {})?.model;
-    if let Some(cable) = &mut model.estimator.law.cable {
-        // In use the drag of the grease is followed, as by the compensation with a calibrated cable.
-        cable.model.learning = DRAG_ADAPTATION;
-    }
+    let model = identify(&data, &options, &|_, _| {})?.model;
     Ok(Compensation::Inverse(Box::new(InverseCompensation::new(model).map_err(refused)?)))
 }
 

@@ -55,8 +55,8 @@ const REVERSAL: f64 = 5e-5;
 /// Time constant of the anchor's speed, s.
 const SPEED_TIME: f64 = 0.01;
 
-/// Smallest speed at which the velocity weakening is evaluated, m/s: a dead band is crossed in motion, and the
-/// friction of rest would lead beyond its end.
+/// Smallest speed at which the velocity weakening is evaluated, m/s: a dead band is crossed in motion, and
+/// the friction of rest would lead beyond its end.
 const SLIP: f64 = 0.02;
 
 /// Speed with a direction but without drag, m/s.

@@ -36,8 +36,8 @@ const WITHDRAWN: f64 = 0.5;
 const MAX_DISPLACEMENT: f64 = 0.049;
 
 /// How far the exact command of a cable's motor may lie from the one by its stretch, as a fraction of half
-/// its dead band; and the time in which an error of its far end is corrected, s. Without both, the motor would
-/// move at its limits to and fro to correct in one sample what takes many to arrive.
+/// its dead band; and the time in which an error of its far end is corrected, s. Without both, the motor
+/// would move at its limits to and fro to correct in one sample what takes many to arrive.
 const EXACT: f64 = 0.05;
 const CORRECTION_TIME: f64 = 0.003;
 
