@@ -41,7 +41,7 @@ transmission: dispatch error math
 muscle: error math body
 body: dispatch error math
 predictor: error math transmission
-compensator: error predictor
+compensator: error predictor transmission
 machine: error random body drive muscle predictor trajectory transmission
 description: error math drive transmission muscle body predictor trajectory machine
 control: compensator dispatch random error math trajectory drive transmission muscle body predictor machine

@@ -50,7 +50,10 @@ impl Compensation {
         let near = sample.tension_in;
         let (tension, tension_out) = match self {
             Self::Observer(observer) => return observer.step(interval, reference, sample),
-            Self::Inverse(inverse) => return Ok(inverse.step(interval, reference, sample)),
+            Self::Inverse(inverse) => {
+                let (command, tension_out) = inverse.step(interval, reference, sample);
+                return Ok(CompensationOutput { command, tension_out, stretch: f64::NAN });
+            }
             Self::None => (reference.tension_out, near),
             Self::Capstan(capstan) => (
                 capstan.drive_tension(reference)?,

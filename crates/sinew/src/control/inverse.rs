@@ -1,6 +1,5 @@
 //! The drive's command from the inverse of an identified model.
 
-use super::compensation::CompensationOutput;
 use super::stretch::FarEndReference;
 use crate::compensator::{Compensator, CompensatorError, CompensatorSettings};
 use crate::drive::DriveCommand;
@@ -73,13 +72,14 @@ impl InverseCompensation {
         &self.compensator
     }
 
-    /// One control cycle with a sample `interval` seconds after the one before.
+    /// One control cycle with a sample `interval` seconds after the one before: the drive's command, and the far
+    /// tension that the model predicts, N.
     pub(super) fn step(
         &mut self,
         interval: f64,
         reference: &FarEndReference,
         sample: &CableSample,
-    ) -> CompensationOutput {
+    ) -> (DriveCommand, f64) {
         self.time_s += interval;
         self.fill(sample);
         let said = self.compensator.observe(&Sample { time_s: self.time_s, inputs: &self.row });
@@ -98,7 +98,7 @@ impl InverseCompensation {
                 DriveCommand::Velocity(velocity + if approach.is_finite() { approach } else { 0.0 })
             }
         };
-        CompensationOutput { command, tension_out: said.mean, stretch: f64::NAN }
+        (command, said.mean)
     }
 
     /// Writes a sample in the order and the units of the model's inputs.
