@@ -72,8 +72,8 @@ impl InverseCompensation {
         &self.compensator
     }
 
-    /// One control cycle with a sample `interval` seconds after the one before: the drive's command, and the far
-    /// tension that the model predicts, N.
+    /// One control cycle with a sample `interval` seconds after the one before: the drive's command, and the
+    /// far tension that the model predicts, N.
     pub(super) fn step(
         &mut self,
         interval: f64,
