@@ -15,7 +15,7 @@ from . import _sinew
 from ._display import html_table, number, percent
 from ._logs import Logs, native_logs
 
-#: Receives the stage of a long call and the share that is done, 0 to 1.
+#: Receives the stage of a long call and the fraction that is done, 0 to 1.
 Progress: TypeAlias = Callable[[str, float], object]
 
 
@@ -60,12 +60,12 @@ class Evaluation:
 
     def _repr_html_(self) -> str:
         def row(name: str, s: Scores) -> list[str]:
-            share = None if s.percent_of_range is None else s.percent_of_range / 100
+            fraction = None if s.percent_of_range is None else s.percent_of_range / 100
             return [
                 name,
                 str(s.n),
                 number(s.rmse),
-                percent(share),
+                percent(fraction),
                 number(s.pearson),
                 percent(s.coverage95),
                 percent(s.out_of_range),
@@ -143,7 +143,7 @@ class Model:
         return Model(_sinew.Model.from_json(text))
 
     def to_json(self) -> str:
-        """The text of a `model.json`; every number survives the round trip to the bit."""
+        """The text of a `model.json`; every number survives the round trip bit for bit."""
         return self._native.to_json()
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -327,7 +327,7 @@ def identify(
     at the start of every trial that are neither fitted nor scored.
     `models`: names of candidates, all by default. `keep`: names of logs that are kept although they do harm to the
     prediction of the others, `None` for all. The same `seed` gives the same bits whatever the `threads`, by default all
-    that are there, shared by all calls. `progress(stage, share)` is called while it runs.
+    that are there, shared by all calls. `progress(stage, fraction)` is called while it runs.
 
     Raises `FileNotFoundError`, and `ValueError` that names log, line and column.
     """
@@ -344,8 +344,8 @@ def identify(
     }
     kept = None if keep is None else names(keep, "keep")
     columns = column_keywords(rename, units, rate_hz)
-    wanted = names(models, "models")
-    found = _sinew.identify(native_logs(logs), roles, columns, skip_s, wanted, kept, seed, threads, progress)
+    desired = names(models, "models")
+    found = _sinew.identify(native_logs(logs), roles, columns, skip_s, desired, kept, seed, threads, progress)
     return Model(found)
 
 

@@ -272,7 +272,7 @@ class Environments:
         """Entries of an observation."""
     @property
     def observation_bounds(self) -> tuple[list[float], list[float]]:
-        """Least and largest value of every entry of an observation."""
+        """Smallest and largest value of every entry of an observation."""
     @property
     def observation_parts(self) -> list[tuple[str, str, int, int]]:
         """Name, unit, first entry and number of entries of every part of an observation."""
@@ -329,7 +329,7 @@ class Machine:
         """Ranges of the joints, rad or m, shape `(joints, 2)`; an unlimited joint has an assumed one."""
     @property
     def tension_limits(self) -> _Array:
-        """Least and largest tension at every anchor, N, of the design or of cable and drive, shape `(muscles, 2)`."""
+        """Smallest and largest tension at every anchor, N, of the design or of cable and drive, shape `(muscles, 2)`."""
     @property
     def mass(self) -> float:
         """Mass of its moving bodies, kg."""

@@ -146,7 +146,7 @@ impl Compensator {
     /// `time_s`: time, s. `inputs`: one number per column of `Model.inputs`, NaN for missing. `desired`: the
     /// far end, in the unit of the training logs.
     fn step(&mut self, time_s: f64, inputs: &Bound<'_, PyAny>, desired: f64) -> PyResult<NearCommand> {
-        let inputs = Numbers::of(inputs, "inputs")?;
+        let inputs = Numbers::from_python(inputs, "inputs")?;
         let inputs = inputs.row("inputs", self.inputs())?;
         Ok(NearCommand(self.inner.step(&Sample { time_s, inputs }, desired)))
     }
@@ -155,7 +155,7 @@ impl Compensator {
     ///
     /// `inputs`: those that are expected then, shape `(inputs,)`; the near column is not read.
     fn command(&mut self, time_s: f64, inputs: &Bound<'_, PyAny>, desired: f64) -> PyResult<NearCommand> {
-        let inputs = Numbers::of(inputs, "inputs")?;
+        let inputs = Numbers::from_python(inputs, "inputs")?;
         let inputs = inputs.row("inputs", self.inputs())?;
         Ok(NearCommand(self.inner.command(&Sample { time_s, inputs }, desired)))
     }
@@ -164,7 +164,7 @@ impl Compensator {
     ///
     /// `inputs`: shape `(inputs,)`, NaN for missing.
     fn observe(&mut self, time_s: f64, inputs: &Bound<'_, PyAny>) -> PyResult<f64> {
-        let inputs = Numbers::of(inputs, "inputs")?;
+        let inputs = Numbers::from_python(inputs, "inputs")?;
         let inputs = inputs.row("inputs", self.inputs())?;
         Ok(self.inner.observe(&Sample { time_s, inputs }).mean)
     }
@@ -180,8 +180,8 @@ impl Compensator {
         inputs: &Bound<'py, PyAny>,
         desired: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let (time, rows) = (Numbers::of(time_s, "time_s")?, Numbers::of(inputs, "inputs")?);
-        let desired = Numbers::of(desired, "desired")?;
+        let (time, rows) = (Numbers::from_python(time_s, "time_s")?, Numbers::from_python(inputs, "inputs")?);
+        let desired = Numbers::from_python(desired, "desired")?;
         let width = self.inputs();
         let [count] = time.shape() else {
             return Err(wrong_shape("time_s", "(n,)", time.shape()).into());

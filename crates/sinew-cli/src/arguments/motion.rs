@@ -1,4 +1,4 @@
-//! Arguments of a motion of a machine: what `sinew track` and `sinew run` share.
+//! Arguments of a motion of a machine: what `sinew track` and `sinew run` fraction.
 
 use super::fault::FaultArgument;
 use super::path::{PathArgument, PathParser};

@@ -188,11 +188,11 @@ fn samples_outside_the_training_ranges_are_counted_and_scored_by_themselves() {
     bench.write("far.csv", text);
     let far: Value =
         serde_json::from_str(&bench.succeeds("evaluate out/model.json far.csv --json").stdout).unwrap();
-    let share = far["overall"]["out_of_range"].as_f64().unwrap();
-    assert!((0.2..0.4).contains(&share), "{far}");
+    let fraction = far["overall"]["out_of_range"].as_f64().unwrap();
+    assert!((0.2..0.4).contains(&fraction), "{far}");
     let rmse = |key: &str| far["overall"][key].as_f64().unwrap();
     let mean_square =
-        share * rmse("rmse_out_of_range").powi(2) + (1.0 - share) * rmse("rmse_in_range").powi(2);
+        fraction * rmse("rmse_out_of_range").powi(2) + (1.0 - fraction) * rmse("rmse_in_range").powi(2);
     assert!((mean_square - rmse("mse")).abs() < 1e-9 * rmse("mse"), "{far}");
     for command in ["evaluate out/model.json far.csv", "predict out/model.json far.csv --out p.csv"] {
         let said = bench.succeeds(command).stdout;

@@ -81,7 +81,7 @@ fn info(log: &ReadLog) -> LogInfo {
     info
 }
 
-/// Refuses logs whose wanted columns would not fit into memory.
+/// Refuses logs whose requested columns would not fit into memory.
 fn refuse_large(roles: &Roles, logs: &[OpenLog]) -> Result<(), Error> {
     let per_row = bytes_per_row(roles.inputs.len() + 2) as u64;
     let mut bytes = 0_u64;

@@ -1,7 +1,7 @@
 //! Logs in: files to tables, tables to conditioned sequences.
 //!
 //! ```text
-//! file --open--> columns --roles--> table (wanted columns only) --cut--> sequences --> Dataset
+//! file --open--> columns --roles--> table (requested columns only) --cut--> sequences --> Dataset
 //! ```
 //!
 //! | step      | module       | what it decides                                                       |

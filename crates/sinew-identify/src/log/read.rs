@@ -74,19 +74,19 @@ fn with_flags(
     let mut labels: Vec<Label> = Vec::new();
     loop {
         let mut logs = open()?;
-        let mut wanted = flags.clone();
+        let mut requested = flags.clone();
         naming::name(&mut logs, &options.columns, &asked_for(flags))?;
-        wanted.ignore.extend(labels.iter().map(|label| label.column.clone()));
+        requested.ignore.extend(labels.iter().map(|label| label.column.clone()));
         if options.columns.rate_hz.is_some() {
-            wanted.time = None;
-        } else if wanted.time.is_none() {
-            wanted.time = roles::time_of(&columns(&logs), &asked_for(&wanted))?;
+            requested.time = None;
+        } else if requested.time.is_none() {
+            requested.time = roles::time_of(&columns(&logs), &asked_for(&requested))?;
         }
-        if let Some(time) = &wanted.time {
+        if let Some(time) = &requested.time {
             naming::same_time(&mut logs, time);
         }
         let found = columns(&logs);
-        let roles = roles::find(&wanted, &found, options.far_required, options.columns.rate_hz.is_some())?;
+        let roles = roles::find(&requested, &found, options.far_required, options.columns.rate_hz.is_some())?;
         let named = uses::named(&logs);
         let mut dataset = assemble(roles, logs, options)?;
         let new = uses::labels(flags, &dataset);

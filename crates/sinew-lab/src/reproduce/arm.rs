@@ -1,4 +1,4 @@
-//! The arm's part of the paper: one trajectory tracked with every compensation variant, on a drawn specimen.
+//! The arm's part of the paper: one trajectory tracked with every compensation variant, on a sampled specimen.
 
 use crate::arm::{CalibratedArm, DesiredMotion, Trace, TrackingNumbers, TrackingTask, plan, track_arm};
 use crate::{CompensationVariant, Error};

@@ -76,7 +76,7 @@ pub struct BenchPart {
     pub fit_rmse_n: f64,
 }
 
-/// Runs the programme; `progress` receives the stage and the completed share, 0 to 1.
+/// Runs the programme; `progress` receives the stage and the completed fraction, 0 to 1.
 ///
 /// # Errors
 /// [`Error::Experiment`] where a run ends early.
@@ -87,7 +87,7 @@ pub fn reproduce_bench(
     let specimen = Specimen::bench();
     progress("calibration runs", 0.0);
     let logs = calibration_runs(&specimen, options.strokes, options.seed)?;
-    let mechanism = Mechanism::of(&logs);
+    let mechanism = Mechanism::new(&logs);
     progress("identification", 0.05);
     let (fit, paper) = rayon::join(
         || calibrated_cable(&logs),
@@ -137,11 +137,11 @@ pub fn reproduce_bench(
         table1_estimate: table(|trial| &trial.scores.estimated, false),
         table1_cycles: table(|trial| &trial.scores.cycles, true),
         without_joint_encoder,
-        table2: Sides::of(|side| Efficiency {
+        table2: Sides::new(|side| Efficiency {
             efficiency: mechanism.efficiency[side].map(|account| account[0]),
             std: mechanism.efficiency[side].map(|account| account[1]),
         }),
-        table3: Sides::of(|side| Stretching {
+        table3: Sides::new(|side| Stretching {
             mean: mechanism.elongation[side].map(|account| account[0]),
             std: mechanism.elongation[side].map(|account| account[1]),
         }),
@@ -236,7 +236,7 @@ fn indices(trials: &[Trial], of: fn(&Trial) -> &[Comparison; 2], recovery: bool)
         }
         row
     };
-    Sides::of(|side| Indices {
+    Sides::new(|side| Indices {
         mse_n2: row(&|trial| of(trial)[side].mse()),
         rmse_n: row(&|trial| of(trial)[side].rmse()),
         pearson: row(&|trial| of(trial)[side].pearson()),

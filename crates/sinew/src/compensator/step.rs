@@ -63,7 +63,7 @@ const MAX_STRETCH: f64 = 1.0;
 /// # let cell = ClampCell {
 /// #     basis: vec![BasisTerm::Signal(0)], low: vec![0.5], high: vec![2.0], elastic: vec![], kappa: vec![],
 /// #     start: 0.5,
-/// #     branches: vec![Branch { width: 1.0, share: 1.0 }],
+/// #     branches: vec![Branch { width: 1.0, fraction: 1.0 }],
 /// # };
 /// # let law = MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), cable: None, axis: None, features: vec![] };
 /// # let model = Model {

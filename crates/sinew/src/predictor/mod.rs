@@ -5,7 +5,7 @@
 //! ```
 //!
 //! A [`Model`] is immutable; a [`Predictor`] holds the state of one sequence. Batch and streaming prediction
-//! run the same code and agree to the bit.
+//! run the same code and agree bit for bit.
 
 mod axis;
 mod cable;

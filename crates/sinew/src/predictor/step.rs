@@ -71,7 +71,7 @@ impl Prediction {
 /// # let cell = ClampCell {
 /// #     basis: vec![BasisTerm::Signal(0)], low: vec![0.8], high: vec![1.25], elastic: vec![], kappa: vec![],
 /// #     start: 0.5,
-/// #     branches: vec![Branch { width: 1.0, share: 1.0 }],
+/// #     branches: vec![Branch { width: 1.0, fraction: 1.0 }],
 /// # };
 /// # let law = MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), cable: None, axis: None, features: vec![] };
 /// # let text = Model {

@@ -1,4 +1,4 @@
-//! Models of every kind that an identification gives, drawn at random.
+//! Models of every kind that an identification gives, sampled at random.
 
 use sinew::predictor::{
     Axis, AxisForce, AxisMotion, AxisSlip, CableColumns, CableModel, Feature, Input, InputLimits, MemoryLaw,
@@ -68,11 +68,11 @@ pub(crate) fn model(seed: u64) -> Model {
 fn cell(draw: &mut Draw) -> MemoryLaw {
     let pulled = draw.between(0.2, 0.9);
     let (offset, elastic) = (draw.between(0.0, 8.0), draw.yes(0.6));
-    let narrow = Branch { width: draw.between(0.2, 0.9), share: draw.between(0.1, 0.6) };
+    let narrow = Branch { width: draw.between(0.2, 0.9), fraction: draw.between(0.1, 0.6) };
     let branches = if draw.yes(0.5) {
-        vec![Branch { width: 1.0, share: 1.0 - narrow.share }, narrow]
+        vec![Branch { width: 1.0, fraction: 1.0 - narrow.fraction }, narrow]
     } else {
-        vec![Branch { width: 1.0, share: 1.0 }]
+        vec![Branch { width: 1.0, fraction: 1.0 }]
     };
     let cell = ClampCell {
         basis: vec![BasisTerm::Signal(0), BasisTerm::One],
@@ -113,7 +113,7 @@ fn pair(model: &mut Model, draw: &mut Draw) {
             elastic: vec![],
             kappa: vec![],
             start: 0.5,
-            branches: vec![Branch { width: 1.0, share: 1.0 }],
+            branches: vec![Branch { width: 1.0, fraction: 1.0 }],
         }),
         cable: None,
         axis: None,

@@ -1,6 +1,6 @@
 //! Tests of the library by its public items.
 //!
-//! One program, so that what the tests share is compiled and linked once.
+//! One program, so that what the tests fraction is compiled and linked once.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 

@@ -62,9 +62,9 @@ const DRAG_RESOLUTION: f64 = 2e-3;
 pub(super) struct InitialProfile {
     /// Tension at the drive's outlet, N.
     pub(super) tension_in: f64,
-    /// Mobilised share of friction along the cable, -1 to 1, + as after sliding toward the motor.
-    pub(super) friction_share: f64,
-    /// Stretch, m, which replaces the share where the encoders have fixed zeros.
+    /// Mobilised fraction of friction along the cable, -1 to 1, + as after sliding toward the motor.
+    pub(super) friction_fraction: f64,
+    /// Stretch, m, which replaces the fraction where the encoders have fixed zeros.
     pub(super) stretch: Option<f64>,
 }
 
@@ -73,7 +73,7 @@ pub(super) struct InitialProfile {
 pub(super) struct ObserverState {
     correction: f64,
     far_gain: f64,
-    friction_share: f64,
+    friction_fraction: f64,
     pretension: f64,
     zero_stretch: Option<f64>,
     /// Tension ratio between the ends in sliding.
@@ -105,7 +105,7 @@ impl ObserverState {
             ratio: libm::exp(law.friction_angle()),
             correction: model.correction,
             far_gain: model.far_gain,
-            friction_share: model.start,
+            friction_fraction: model.start,
             last: None,
             innovation: 0.0,
             sliding_time: 0.0,
@@ -163,7 +163,7 @@ impl ObserverState {
         let zero = self.zero_stretch.filter(|_| measured);
         InitialProfile {
             tension_in: finite_or(sample.tension_in, 0.0).clamp(0.0, MAX_INITIAL_TENSION),
-            friction_share: self.friction_share,
+            friction_fraction: self.friction_fraction,
             stretch: zero.map(|zero| zero + sample.motor - sample.anchor),
         }
     }
@@ -377,7 +377,7 @@ mod tests {
         let (ratio, pretension) = (libm::exp(law.friction_angle()), law.pretension());
         assert!(pretension > 0.0 && ratio > 1.5);
         let estimate = state.update(&sample(0.0, 0.0, 120.0), ENDS, 0.01);
-        let wanted = [
+        let desired = [
             (estimate.far, 60.0),
             (estimate.low, 2.0 * (40.0 / ratio + pretension)),
             (estimate.high, 2.0 * (40.0 * ratio + pretension)),
@@ -386,8 +386,8 @@ mod tests {
             (estimate.correction, 0.2),
             (estimate.stretch, 0.01),
         ];
-        for (got, wanted) in wanted {
-            assert!((got - wanted).abs() < 1e-15, "{got} {wanted}: {estimate:?}");
+        for (got, desired) in desired {
+            assert!((got - desired).abs() < 1e-15, "{got} {desired}: {estimate:?}");
         }
         // The correction is what the motor moves in addition in the next interval.
         state.initialize(&sample(0.3, 0.1, 50.0));

@@ -84,8 +84,8 @@ impl CableObserver {
             Some(motion) if interval > 0.0 => self.advance(interval, motion),
             Some(_) => {}
             None => {
-                let InitialProfile { tension_in, friction_share, stretch } = self.state.initialize(sample);
-                self.cable.set_profile(tension_in, friction_share, stretch);
+                let InitialProfile { tension_in, friction_fraction, stretch } = self.state.initialize(sample);
+                self.cable.set_profile(tension_in, friction_fraction, stretch);
             }
         }
         let estimate = self.state.update(sample, self.cable.ends(), self.cable.stretch());
@@ -383,7 +383,7 @@ mod tests {
     #[test]
     fn columns_count_in_metres_toward_the_motor() {
         let columns = CableColumns { tension: 2, motor: 0, anchor: 1, motor_scale: 0.5, anchor_scale: -4.0 };
-        let wanted = CableSample { motor: 1.5, anchor: -8.0, tension_in: 9.0 };
-        assert_eq!(columns.sample(&[3.0, 2.0, 9.0]), wanted);
+        let desired = CableSample { motor: 1.5, anchor: -8.0, tension_in: 9.0 };
+        assert_eq!(columns.sample(&[3.0, 2.0, 9.0]), desired);
     }
 }

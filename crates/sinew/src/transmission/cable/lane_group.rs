@@ -75,7 +75,7 @@ impl<const N: usize> Weakenings<N> {
 #[derive(Debug, Clone)]
 pub(super) struct Creep<const N: usize> {
     /// `kappa`, 1.
-    pub(super) share: Row<N>,
+    pub(super) fraction: Row<N>,
     /// `tau`, s; infinite where a cable does not creep.
     pub(super) time: Row<N>,
     /// `x_j`, m: `[cells]`.

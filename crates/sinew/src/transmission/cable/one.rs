@@ -90,11 +90,11 @@ impl Cable {
         Ok(())
     }
 
-    /// Sets the profile with a tension at the drive, N, and a share of the friction bound at every node: 1 as
+    /// Sets the profile with a tension at the drive, N, and a fraction of the friction bound at every node: 1 as
     /// after sliding toward the motor, -1 away from it, 0 for a constant tension. A `stretch`, m, replaces
-    /// the share by the one that yields it.
-    pub(crate) fn set_profile(&mut self, tension_in: f64, share: f64, stretch: Option<f64>) {
-        self.lanes.set_profile(0, tension_in, share, stretch);
+    /// the fraction by the one that yields it.
+    pub(crate) fn set_profile(&mut self, tension_in: f64, fraction: f64, stretch: Option<f64>) {
+        self.lanes.set_profile(0, tension_in, fraction, stretch);
         self.ends = self.lanes.ends_at_rest(0);
     }
 
@@ -122,7 +122,7 @@ impl Cable {
     /// | s      | `sliding`     |      |        | direction in which the cable slides at the end of the travel |
     ///
     /// With `s` toward a higher (lower) target than the present tension, the anchor reaches the target after
-    /// that travel. With the opposite `s` it is the pre-travel of a reversal: it brings the drive end to the
+    /// that travel. With the opposite `s` it is the backlash compensation of a reversal: it brings the drive end to the
     /// edge of sliding in that direction and leaves the far tension unchanged.
     ///
     /// # Assumes
@@ -200,12 +200,12 @@ impl Cable {
     }
 
     /// Lets the cable creep from now on, and recover: a Kelvin-Voigt element in every cell, whose strain
-    /// approaches `share` of the elastic one with the time constant `time`, s.
+    /// approaches `fraction` of the elastic one with the time constant `time`, s.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] for a negative share or a time that is not above 0.
-    pub fn set_creep(&mut self, share: f64, time: f64) -> Result<(), Error> {
-        self.lanes.set_creep(0, share, time)
+    /// [`Error::OutOfDomain`] for a negative fraction or a time that is not above 0.
+    pub fn set_creep(&mut self, fraction: f64, time: f64) -> Result<(), Error> {
+        self.lanes.set_creep(0, fraction, time)
     }
 
     /// Creep over an interval, s, after a step; tensions are clipped at zero. Without
