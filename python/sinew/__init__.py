@@ -7,18 +7,31 @@ from ._cable import Cable, Free, Pulley, Sheath
 from ._experiment import Reproduction, Run, reproduce, track, verify
 from ._machine import Distribution, Machine, Routing, _load_machine, distribute
 from ._model import Evaluation, Model, Predictions, Scores, demo_logs, identify
-from ._sinew import CableEnds, Command, Controller, Prediction, Predictor, Trajectory, Twin, __version__
+from ._sinew import (
+    CableEnds,
+    Command,
+    Compensator,
+    Controller,
+    NearCommand,
+    Prediction,
+    Predictor,
+    Trajectory,
+    Twin,
+    __version__,
+)
 
 __all__ = [
     "Cable",
     "CableEnds",
     "Command",
+    "Compensator",
     "Controller",
     "Distribution",
     "Evaluation",
     "Free",
     "Machine",
     "Model",
+    "NearCommand",
     "Prediction",
     "Predictions",
     "Predictor",

@@ -227,6 +227,22 @@ class Model:
         """A predictor before its first sample: `predictor.step(time_s, inputs)`."""
         return self._native.predictor()
 
+    def compensator(
+        self,
+        *,
+        near: str | None = None,
+        min: float | None = None,
+        max: float | None = None,
+        rate: float | None = None,
+        tolerance: float | None = None,
+    ) -> _sinew.Compensator:
+        """The inverse of the model: `compensator.step(time_s, inputs, desired)` is the near-side command for a desired far end.
+
+        `near`: the column that is commanded. `min`, `max`: limits of the command. `rate`: its largest rate, per second: what the
+        drive can follow, also across the dead band. `tolerance`: error of the far end that is no reason to move.
+        """
+        return self._native.compensator(near, min, max, rate, tolerance)
+
     def adapt(
         self,
         logs: Logs,

@@ -110,6 +110,14 @@ class Model:
         threads: SupportsIndex | None,
         progress: _Progress,
     ) -> Model: ...
+    def compensator(
+        self,
+        near: str | None,
+        min: _Number | None,
+        max: _Number | None,
+        rate: _Number | None,
+        tolerance: _Number | None,
+    ) -> Compensator: ...
     def predictor(self) -> Predictor: ...
 
 @final
@@ -156,6 +164,76 @@ class Predictor:
         """Predicts the far end at one sample; `time_s`: s, `inputs`: shape `(inputs,)`, NaN for missing."""
     def run(self, time_s: ArrayLike, inputs: ArrayLike) -> dict[str, NDArray[Any]]:
         """Predicts the far end at many samples; `time_s`: shape `(n,)`, `inputs`: shape `(n, inputs)`."""
+    def reset(self) -> None:
+        """Resets all states: the next sample starts a new sequence."""
+
+@final
+class NearCommand:
+    """Command for the near side at one sample."""
+
+    @property
+    def value(self) -> float:
+        """The near side for which the far end is as desired, in the unit of the near column."""
+    @property
+    def low(self) -> float:
+        """The command at the lower end of the model's 95 % band, as far as it can be reached in this sample."""
+    @property
+    def high(self) -> float:
+        """The command at the upper end of the model's 95 % band, as far as it can be reached in this sample."""
+    @property
+    def mean(self) -> float:
+        """The far end that the model predicts at this command."""
+    @property
+    def standard_deviation(self) -> float:
+        """Standard deviation of that prediction."""
+    @property
+    def gate(self) -> float:
+        """Gate on the learned correction, 0 to 1."""
+    @property
+    def not_attainable(self) -> bool:
+        """Whether the model's far end at this command is not the desired one."""
+    @property
+    def rate_limited(self) -> bool:
+        """Whether the command moves as fast as it may."""
+    @property
+    def out_of_range(self) -> bool:
+        """Whether the command or another input lies outside the range of the training logs."""
+    @property
+    def correction_withdrawn(self) -> bool:
+        """Whether less than half of the learned correction counts."""
+    @property
+    def state_unknown(self) -> bool:
+        """Whether the state in the dead band depends on its start."""
+    @property
+    def input_held(self) -> bool:
+        """Whether an input or the desired far end was missing or jumped, and was replaced by its last value."""
+    @property
+    def reset(self) -> bool:
+        """Whether all states were reset at this sample."""
+    @property
+    def repeated(self) -> bool:
+        """Whether the time stamp equals that of the sample before."""
+    def __float__(self) -> float: ...
+
+@final
+class Compensator:
+    """The near-side command for a desired far end, sample by sample and causally: the inverse of a model.
+
+    Made by `Model.compensator`. A controller calls `observe` with what it measured and `command` for the time by which its
+    drive can be there; `step` and `run` work through what is recorded or planned.
+    """
+
+    @property
+    def near(self) -> str:
+        """The column that is commanded."""
+    def step(self, time_s: _Number, inputs: ArrayLike, desired: _Number) -> NearCommand:
+        """The command for one sample, after which the state follows the near column, or the command where that is NaN."""
+    def command(self, time_s: _Number, inputs: ArrayLike, desired: _Number) -> NearCommand:
+        """The command for the sample at `time_s`, which lies ahead; the model's state is left as it is."""
+    def observe(self, time_s: _Number, inputs: ArrayLike) -> float:
+        """Moves the model's state by a sample as it was measured; the far end that the model predicts."""
+    def run(self, time_s: ArrayLike, inputs: ArrayLike, desired: ArrayLike) -> dict[str, NDArray[Any]]:
+        """The commands for many samples; `time_s`, `desired`: shape `(n,)`, `inputs`: shape `(n, inputs)`."""
     def reset(self) -> None:
         """Resets all states: the next sample starts a new sequence."""
 

@@ -42,12 +42,12 @@ transmission: dispatch error math
 muscle: error math body
 body: dispatch error math
 predictor: error math transmission
+compensator: error predictor transmission
 machine: error random body drive muscle predictor trajectory transmission
 description: error math drive transmission muscle body predictor trajectory machine
-control: dispatch random error math trajectory drive transmission muscle body predictor machine
+control: compensator dispatch random error math trajectory drive transmission muscle body predictor machine
 twin: error math random trajectory drive transmission muscle body machine
-lib: dispatch error math metrics random trajectory drive transmission muscle body predictor machine \
-description control twin
+lib: dispatch error math metrics random trajectory drive transmission muscle body predictor compensator machine description control twin
 ";
 
 /// Parts of the standard library that physics has no business with.

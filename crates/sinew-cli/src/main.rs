@@ -46,6 +46,7 @@ fn run(verb: &Verb, general: &General) -> Result<Answer, Error> {
         Verb::Identify(arguments) => verbs::identify::run(arguments, general),
         Verb::Evaluate(arguments) => verbs::evaluate::run(arguments, general),
         Verb::Predict(arguments) => verbs::predict::run(arguments, general),
+        Verb::Compensate(arguments) => verbs::compensate::run(arguments, general),
         Verb::Adapt(arguments) => verbs::adapt::run(arguments, general),
         Verb::Export(arguments) => verbs::export::run(arguments, general),
         Verb::Demo(arguments) => verbs::demo::run(arguments, general),

@@ -10,6 +10,7 @@ pub mod report;
 pub mod adapt;
 pub mod cable;
 mod calibration;
+pub mod compensate;
 mod conditioning;
 mod estimation;
 pub mod evaluate;

@@ -5,13 +5,17 @@ use crate::experiment::bench::{BenchRow, BenchRun, MuscleControl, Programme, Sto
 use crate::paper::SPEEDS;
 use crate::{CompensationVariant, Error};
 use rayon::prelude::*;
+use sinew::compensator::CompensatorError;
 use sinew::control::compensation::{
     CapstanCompensation, Compensation, NetworkCompensation, ObserverCompensation,
 };
-use sinew::predictor::CableModel;
+use sinew::control::inverse::InverseCompensation;
+use sinew::predictor::{CableModel, CableSample};
 use sinew::twin::cable::Specimen;
 use sinew_identify::cable::{CableFit, CableLog, FitOptions, fit_cable};
 use sinew_identify::fit::perceptron::{TrainOptions, train};
+use sinew_identify::identify::{Keep, Options, identify};
+use sinew_identify::log::{ColumnOptions, ReadOptions, RequestedRoles, read_bytes};
 
 /// Rate of drag adaptation after the calibration, 1/(N m): follows the time constant of the grease's
 /// temperature.
@@ -44,6 +48,7 @@ pub fn calibrate(
     match variant {
         CompensationVariant::None => Ok(Compensation::None),
         CompensationVariant::Paper => Ok(Compensation::Network(Box::new(networks(logs, seed)?))),
+        CompensationVariant::Inverted => inverted(logs, seed),
         CompensationVariant::Capstan => capstan(&calibrated_cable(logs)?),
         CompensationVariant::Observer => observer(&calibrated_cable(logs)?),
         other => Err(Error::experiment("compensation variant", "one that a bench supports", &other)),
@@ -65,6 +70,42 @@ pub fn capstan(fit: &CableFit) -> Result<Compensation, Error> {
 /// As [`capstan`].
 pub fn observer(fit: &CableFit) -> Result<Compensation, Error> {
     Ok(Compensation::Observer(Box::new(ObserverCompensation::new(&fit.model)?)))
+}
+
+/// The inverse of a model that [`identify()`] makes of the runs as a log: no parameter of the bench is known.
+/// Its candidate is the cable's observer, which reads both displacements.
+///
+/// # Errors
+/// As [`identify()`].
+pub fn inverted(logs: &[Vec<BenchRow>], seed: u64) -> Result<Compensation, Error> {
+    let text: Vec<(String, String)> =
+        logs.iter().enumerate().map(|(k, rows)| (format!("speed{}.csv", k + 1), log_text(rows))).collect();
+    let files: Vec<(&str, &[u8])> =
+        text.iter().map(|(name, text)| (name.as_str(), text.as_bytes())).collect();
+    let roles = RequestedRoles { far: Some("tension_out_n".to_owned()), ..RequestedRoles::default() };
+    let read =
+        ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new(), columns: ColumnOptions::default() };
+    let data = read_bytes(&files, &roles, &read)?;
+    let options = Options { seed, models: vec!["observer".to_owned()], keep: Keep::All };
+    let model = identify(&data, &options, &|_, _| {})?.model;
+    Ok(Compensation::Inverse(Box::new(InverseCompensation::new(model).map_err(refused)?)))
+}
+
+fn refused(error: CompensatorError) -> Error {
+    match error {
+        CompensatorError::Model(error) => sinew_identify::Error::Model(error).into(),
+        CompensatorError::Settings(error) => error.into(),
+    }
+}
+
+/// A run as a table, as a bench would log it.
+fn log_text(rows: &[BenchRow]) -> String {
+    let mut text = "time_s,tension_in_n,position_in_m,anchor_m,tension_out_n\n".to_owned();
+    for row in rows.iter().step_by(DECIMATION) {
+        let CableSample { motor, anchor, tension_in } = row.sample;
+        text += &format!("{:.3},{tension_in:.4},{motor:.7},{anchor:.7},{:.4}\n", row.time, row.far);
+    }
+    text
 }
 
 /// The cable identified from [`calibration_runs`], starting from the parameters fitted to the paper's tables.

@@ -31,6 +31,8 @@ pub enum CompensationVariant {
     Capstan,
     /// The networks of `yuan2023` (17).
     Paper,
+    /// The inverse of a model that was identified from a log alone.
+    Inverted,
     /// Winch speeds from encoders and an integral; anchor tensions are not estimated.
     NoObserver,
     /// Winch speeds from cable observers, without the joints' disturbance observer.
@@ -43,7 +45,19 @@ pub enum CompensationVariant {
 
 impl CompensationVariant {
     /// All variants, in the order of tables.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
+        Self::None,
+        Self::Capstan,
+        Self::Paper,
+        Self::Inverted,
+        Self::NoObserver,
+        Self::NoDisturbanceObserver,
+        Self::Observer,
+        Self::Perfect,
+    ];
+
+    /// The variants of an arm's controller, in the order of tables.
+    pub const ARM: [Self; 7] = [
         Self::None,
         Self::Capstan,
         Self::Paper,
@@ -54,7 +68,7 @@ impl CompensationVariant {
     ];
 
     /// The variants that a single cable on the two-drive bench can be calibrated for, in the order of tables.
-    pub const BENCH: [Self; 4] = [Self::None, Self::Capstan, Self::Paper, Self::Observer];
+    pub const BENCH: [Self; 5] = [Self::None, Self::Capstan, Self::Paper, Self::Inverted, Self::Observer];
 
     /// Name in files and on command lines.
     #[must_use]
@@ -63,6 +77,7 @@ impl CompensationVariant {
             Self::None => "none",
             Self::Capstan => "capstan",
             Self::Paper => "paper",
+            Self::Inverted => "inverted",
             Self::NoObserver => "no_observer",
             Self::NoDisturbanceObserver => "no_disturbance_observer",
             Self::Observer => "observer",
@@ -77,6 +92,7 @@ impl CompensationVariant {
             Self::None => "drive tensions, no compensation",
             Self::Capstan => "drive tensions, static capstan model",
             Self::Paper => "drive tensions, the networks of Yuan et al. (2023)",
+            Self::Inverted => "winch speeds, a model identified from a log alone, inverted",
             Self::NoObserver => "winch speeds from encoders, no cable observer",
             Self::NoDisturbanceObserver => "winch speeds, cable observers, no joint disturbance observer",
             Self::Observer => "winch speeds, cable observers",
@@ -101,7 +117,7 @@ impl FromStr for CompensationVariant {
 }
 
 const EXPECTED_NAMES: &str =
-    "none, capstan, paper, no_observer, no_disturbance_observer, observer or perfect";
+    "none, capstan, paper, inverted, no_observer, no_disturbance_observer, observer or perfect";
 
 impl Ord for CompensationVariant {
     fn cmp(&self, other: &Self) -> Ordering {

@@ -19,6 +19,7 @@
 
 mod array;
 mod cable;
+mod compensator;
 mod controller;
 mod environments;
 mod failure;
@@ -46,6 +47,8 @@ mod _sinew {
 
     #[pymodule_export]
     use crate::cable::{Cable, CableEnds};
+    #[pymodule_export]
+    use crate::compensator::{Compensator, NearCommand};
     #[pymodule_export]
     use crate::controller::{Command, Controller};
     #[pymodule_export]

@@ -1,5 +1,6 @@
 //! Identified models: their fit, their scores, their predictions.
 
+use crate::compensator::Compensator;
 use crate::failure::Failure;
 use crate::logs::{ColumnKeywords, Logs};
 use crate::long_call::{self, Progress};
@@ -7,7 +8,9 @@ use crate::predictor::{Columns, Predictor};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use sinew::compensator::CompensatorSettings;
 use sinew_identify::adapt::adapt;
+use sinew_identify::compensate::input_named;
 use sinew_identify::evaluate::{evaluate, predict};
 use sinew_identify::identify::{Identification, Keep, Options, identify as identify_logs};
 use sinew_identify::log::{Dataset, RequestedRoles};
@@ -182,6 +185,25 @@ impl Model {
             let options = Options { seed, models: Vec::new(), keep: Keep::Judged };
             Ok(adapt(&model, &data, &options, &|stage, done| progress.tell(stage, done))?.into())
         })
+    }
+
+    /// A compensator before its first sample: the inverse of the model.
+    #[pyo3(signature = (near, min, max, rate, tolerance))]
+    fn compensator(
+        &self,
+        near: Option<&str>,
+        min: Option<f64>,
+        max: Option<f64>,
+        rate: Option<f64>,
+        tolerance: Option<f64>,
+    ) -> PyResult<Compensator> {
+        let named = |column: &str| {
+            input_named(&self.model, column).ok_or_else(|| {
+                Failure::refused(format!("near: expected an input of the model, got {column}"))
+            })
+        };
+        let near = near.map(named).transpose()?;
+        Compensator::new(&self.model, &CompensatorSettings { near, min, max, rate, tolerance })
     }
 
     /// A predictor before its first sample.

@@ -7,6 +7,7 @@ pub(super) fn label(variant: CompensationVariant) -> &'static str {
         CompensationVariant::None => "no compensation",
         CompensationVariant::Capstan => "static capstan",
         CompensationVariant::Paper => "the paper’s network",
+        CompensationVariant::Inverted => "identified from the log alone, inverted",
         CompensationVariant::NoObserver => "encoders, no observer",
         CompensationVariant::NoDisturbanceObserver => "observer, no disturbance observer",
         CompensationVariant::Observer => "observer",

@@ -8,6 +8,7 @@
 //! |---|---|
 //! | [`transmission`] | laws of friction and elasticity of a cable, and the discretised cable in its sheath |
 //! | [`predictor`] | far-end tension from drive-side samples; cable observer; model file |
+//! | [`compensator`] | the inverse: the near-side command for a desired far end, from the same model file |
 //! | [`drive`] | motor, reducer, winch, their control loops and sensors |
 //! | [`body`] | joints, kinematic tree, inverse and forward dynamics |
 //! | [`muscle`] | lengths, moment arms and bends of cables over a body |
@@ -61,6 +62,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod body;
+pub mod compensator;
 pub mod control;
 #[cfg(feature = "description")]
 pub mod description;

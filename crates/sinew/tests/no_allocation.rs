@@ -108,6 +108,33 @@ fn a_step_with_an_ensemble_never_allocates() {
 }
 
 #[test]
+fn a_command_of_the_inverse_never_allocates_whatever_the_model() {
+    use sinew::compensator::{Compensator, CompensatorSettings};
+    for seed in 0..64 {
+        let model = common::random_models::model(seed);
+        let width = model.inputs.len();
+        let mut compensator = Compensator::new(model, &CompensatorSettings::default()).unwrap();
+        let mut sum = 0.0;
+        let counted = calls(|| {
+            for k in 0..120_u32 {
+                let t = f64::from(k) * 5e-3;
+                let desired = if k % 40 == 9 { f64::NAN } else { 40.0 + 20.0 * (3.0 * t).sin() };
+                let inputs = if k % 30 == 7 { [60.0, 0.0, 0.0] } else { [f64::NAN, f64::NAN, 0.0] };
+                let time_s = if k > 80 { t + 2.0 } else { t };
+                let sample = Sample { time_s, inputs: &inputs[..width] };
+                sum += compensator.command(&sample, desired).value;
+                sum += compensator.step(&sample, desired).value;
+                if k % 50 == 49 {
+                    compensator.reset();
+                }
+            }
+        });
+        assert_eq!(counted, 0, "{seed}");
+        assert!(sum.is_finite());
+    }
+}
+
+#[test]
 fn a_step_of_cables_never_allocates_in_whatever_state_they_are() {
     let law = CableLaw::new(&CablePath::bench(), &CableParameters::bench(), 12).unwrap();
     let mut cables = CableBatch::new(&vec![law.clone(); 15]).unwrap();

@@ -160,6 +160,55 @@ pub(crate) struct PredictArguments {
     pub(crate) out: PathBuf,
 }
 
+/// Command the near side so that the far end is as desired: the inverse of a model, sample by sample and
+/// causally.
+///
+/// DESIRED has the columns of the model's logs under their names: time, the far end as it is desired, and the
+/// inputs that are known, such as the anchor's displacement. The near column, which is commanded, may be left
+/// out: the drive is then taken to follow. Where it is there, it is what was measured, and the model's state
+/// follows it. For the observer of a cable the command is the motor's position, and a near tension that is
+/// not there is what the model expects.
+///
+/// The output has the same columns with the command in the near one, and command_low, command_high (the
+/// model's 95 % band through the inverse), gate and flags: not_attainable, rate_limited, out_of_range,
+/// correction_withdrawn, state_unknown, input_held, reset. Where not_attainable is not set, `sinew predict`
+/// on the output gives what is desired.
+///
+/// Example: sinew compensate out/sheath/model.json desired.csv --max-rate 400 --out command.csv
+#[derive(Debug, Args)]
+pub(crate) struct CompensateArguments {
+    /// A model.json
+    pub(crate) model: PathBuf,
+    /// Table of what is desired
+    #[arg(value_name = "DESIRED")]
+    pub(crate) desired: PathBuf,
+    /// Column that is commanded [default: the motor of a cable's observer, else the first tension or torque,
+    /// else the first position]
+    #[arg(long, value_name = "COL")]
+    pub(crate) near: Option<String>,
+    /// Largest rate of the command, in its unit per second: what the drive can follow, also across the dead
+    /// band [default: of a motor's position its training range in a second; else the largest change that the
+    /// model accepts from one sample to the next]
+    #[arg(long, value_name = "RATE", value_parser = number("a finite number > 0", |rate| rate > 0.0))]
+    pub(crate) max_rate: Option<f64>,
+    /// Smallest command [default: the training range, widened by itself; a tension not below 0; a motor's
+    /// position has none]
+    #[arg(long, value_name = "X", value_parser = number("a finite number", |_| true))]
+    pub(crate) min: Option<f64>,
+    /// Largest command [default: as for --min]
+    #[arg(long, value_name = "X", value_parser = number("a finite number", |_| true))]
+    pub(crate) max: Option<f64>,
+    /// Error of the far end, in its unit, that is no reason to move: above the noise of what is desired it
+    /// keeps the command from crossing the dead band to and fro [default: 2e-7 of the far end's range]
+    #[arg(long, value_name = "X", value_parser = number("a finite number >= 0", |x| x >= 0.0))]
+    pub(crate) tolerance: Option<f64>,
+    #[command(flatten)]
+    pub(crate) columns: ColumnArguments,
+    /// File to write
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) out: PathBuf,
+}
+
 /// Adapt a model to another specimen with a short log that contains the far-end signal.
 ///
 /// An exchanged cable or tool cannot be detected from near-side signals: after an exchange, record a few

@@ -50,7 +50,7 @@ pub(crate) struct LiveArguments {
     pub(crate) duration: f64,
     /// Compensation of the cables' transmission losses
     #[arg(long, value_name = "NAME", default_value = "observer",
-        value_parser = compensation(&CompensationVariant::ALL))]
+        value_parser = compensation(&CompensationVariant::ARM))]
     pub(crate) compensation: CompensationVariant,
     /// Seconds after which the program ends [default: with Ctrl-C]
     #[arg(long, value_name = "SECONDS", value_parser = number("0 to 1e6 s", |s| (0.0..=1e6).contains(&s)))]

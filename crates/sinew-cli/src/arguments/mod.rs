@@ -29,8 +29,8 @@ pub(crate) use ethercat::{
 pub(crate) use export::{ExportArguments, ExportForm};
 pub(crate) use fault::{Component, FaultArgument, OFFERED};
 pub(crate) use identification::{
-    AdaptArguments, DemoArguments, EvaluateArguments, IdentifyArguments, PredictArguments, RoleArguments,
-    WriteArguments,
+    AdaptArguments, CompensateArguments, DemoArguments, EvaluateArguments, IdentifyArguments,
+    PredictArguments, RoleArguments, WriteArguments,
 };
 pub(crate) use link::{LinkArguments, LinkKeyArguments, LinkVerb, LinkWatchArguments};
 pub(crate) use live::LiveArguments;
@@ -108,6 +108,7 @@ pub(crate) enum Verb {
     Identify(IdentifyArguments),
     Evaluate(EvaluateArguments),
     Predict(PredictArguments),
+    Compensate(CompensateArguments),
     Adapt(AdaptArguments),
     Export(ExportArguments),
     Demo(DemoArguments),

@@ -1,4 +1,4 @@
-//! Arguments of a motion of a machine: what `sinew track` and `sinew run` share.
+//! Arguments of a motion of a machine: what `sinew track` and `sinew run` fraction.
 
 use super::fault::FaultArgument;
 use super::path::{PathArgument, PathParser};
@@ -41,7 +41,7 @@ pub(crate) struct MotionArguments {
     pub(crate) hold: f64,
     /// Compensation of the cables' transmission losses
     #[arg(long, value_name = "NAME", default_value = "observer",
-        value_parser = compensation(&CompensationVariant::ALL))]
+        value_parser = compensation(&CompensationVariant::ARM))]
     pub(crate) compensation: CompensationVariant,
     /// Mass carried at the end point, 0 to 100 kg; known to the controller [default: the machine's]
     #[arg(long, value_name = "KG", value_parser = number("0 to 100 kg", |kg| (0.0..=100.0).contains(&kg)))]

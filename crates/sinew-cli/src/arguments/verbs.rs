@@ -5,7 +5,10 @@ use clap::{Command, CommandFactory};
 
 /// The groups of `--help`.
 const GROUPS: [(&str, &[&str]); 6] = [
-    ("Identify a transmission", &["identify", "evaluate", "predict", "adapt", "export", "demo"]),
+    (
+        "Identify a transmission",
+        &["identify", "evaluate", "predict", "compensate", "adapt", "export", "demo"],
+    ),
     ("Describe and design a machine", &["machine", "design"]),
     ("Run it", &["track", "run", "live", "link", "ethercat"]),
     ("Look at what happened", &["log"]),

@@ -2,6 +2,7 @@
 
 pub(crate) mod adapt;
 mod columns;
+pub(crate) mod compensate;
 pub(crate) mod completions;
 pub(crate) mod demo;
 pub(crate) mod design;

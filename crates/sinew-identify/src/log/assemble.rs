@@ -13,6 +13,21 @@ use crate::Error;
 
 /// Reads all logs and puts them together.
 pub(super) fn assemble(roles: Roles, logs: Vec<OpenLog>, options: &ReadOptions) -> Result<Dataset, Error> {
+    let mut dataset = gather(roles, logs, options)?;
+    check_signals(&mut dataset, options.far_required)?;
+    Ok(counted_samples(dataset))
+}
+
+/// The same of signals that may all be constant: references, not measurements.
+pub(super) fn assemble_references(
+    roles: Roles,
+    logs: Vec<OpenLog>,
+    options: &ReadOptions,
+) -> Result<Dataset, Error> {
+    Ok(counted_samples(gather(roles, logs, options)?))
+}
+
+fn gather(roles: Roles, logs: Vec<OpenLog>, options: &ReadOptions) -> Result<Dataset, Error> {
     refuse_large(&roles, &logs)?;
     let far_required = options.far_required;
     let mut read = Vec::with_capacity(logs.len());
@@ -32,13 +47,17 @@ pub(super) fn assemble(roles: Roles, logs: Vec<OpenLog>, options: &ReadOptions) 
     if far_required {
         drop_duplicates(&mut dataset);
     }
-    check_signals(&mut dataset, far_required)?;
+    Ok(dataset)
+}
+
+/// Adds samples and durations to the account of the logs.
+fn counted_samples(mut dataset: Dataset) -> Dataset {
     for sequence in &dataset.sequences {
         let info = &mut dataset.logs[sequence.log];
         info.samples += sequence.row.len();
         info.duration_s += duration(sequence);
     }
-    Ok(dataset)
+    dataset
 }
 
 fn duration(sequence: &Sequence) -> f64 {

@@ -51,7 +51,7 @@ mod units;
 mod uses;
 
 pub use memory_limit::MEMORY_LIMIT_BYTES;
-pub use read::{read_bytes, read_bytes_with_roles, read_dataset, read_with_roles};
+pub use read::{read_bytes, read_bytes_with_roles, read_dataset, read_references, read_with_roles};
 pub use signal_checks::MIN_SCORED;
 pub use times::{GAP_INTERVALS, GAP_TYPICAL};
 pub use types::{

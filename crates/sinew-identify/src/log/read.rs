@@ -1,6 +1,6 @@
 //! The entry points: logs and roles in, a dataset out.
 
-use super::assemble::{assemble, complete};
+use super::assemble::{assemble, assemble_references, complete};
 use super::names::{Meaning, meaning};
 use super::naming;
 use super::open::{OpenLog, open_bytes, open_paths};
@@ -39,7 +39,16 @@ pub fn read_bytes(
 /// # Errors
 /// As [`read_dataset`].
 pub fn read_with_roles(roles: &Roles, options: &ReadOptions) -> Result<Dataset, Error> {
-    with_roles(roles, options, open_paths(&options.paths)?)
+    with_roles(roles, options, open_paths(&options.paths)?, assemble)
+}
+
+/// Reads tables of references with the columns of a model: as [`read_with_roles`], but signals may be
+/// constant and few.
+///
+/// # Errors
+/// As [`read_dataset`].
+pub fn read_references(roles: &Roles, options: &ReadOptions) -> Result<Dataset, Error> {
+    with_roles(roles, options, open_paths(&options.paths)?, assemble_references)
 }
 
 /// The same from memory: `logs` are names and contents; [`ReadOptions::paths`] is not used.
@@ -51,7 +60,7 @@ pub fn read_bytes_with_roles(
     roles: &Roles,
     options: &ReadOptions,
 ) -> Result<Dataset, Error> {
-    with_roles(roles, options, open_bytes(logs)?)
+    with_roles(roles, options, open_bytes(logs)?, assemble)
 }
 
 /// Reads, and reads again without the columns that turned out to be labels.
@@ -101,7 +110,15 @@ fn one_group_is_none(flags: &RequestedRoles, dataset: &Dataset) -> Result<(), Er
     }
 }
 
-fn with_roles(roles: &Roles, options: &ReadOptions, mut logs: Vec<OpenLog>) -> Result<Dataset, Error> {
+/// How logs with known roles become a dataset.
+type Assemble = fn(Roles, Vec<OpenLog>, &ReadOptions) -> Result<Dataset, Error>;
+
+fn with_roles(
+    roles: &Roles,
+    options: &ReadOptions,
+    mut logs: Vec<OpenLog>,
+    assemble: Assemble,
+) -> Result<Dataset, Error> {
     check_skip(options.skip_s)?;
     check_rate(options.columns.rate_hz)?;
     let mut roles = roles.clone();

@@ -84,6 +84,9 @@ fn actuation_mode(
                 networks.map(|network| Compensation::Network(Box::new(network))).collect(),
             )
         }
+        CompensationVariant::Inverted => {
+            return Err(Error::experiment("compensation variant", "one that an arm supports", &variant));
+        }
         CompensationVariant::NoObserver => ActuationMode::WinchSpeed(CableStateSource::Encoders),
         CompensationVariant::NoDisturbanceObserver
         | CompensationVariant::Observer

@@ -73,7 +73,7 @@ pub fn reproduce_arm(
     let trajectory = plan(machine, &motion, Some(options.duration))?;
     progress("calibrating the arm's cables", 0.0);
     let arm = CalibratedArm::new(machine, options.seed)?;
-    let variants: Vec<CompensationVariant> = CompensationVariant::ALL
+    let variants: Vec<CompensationVariant> = CompensationVariant::ARM
         .into_iter()
         .filter(|variant| {
             options.all || matches!(variant, CompensationVariant::None | CompensationVariant::Observer)

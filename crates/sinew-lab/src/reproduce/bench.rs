@@ -7,7 +7,7 @@ use super::results::{
     WithoutJointEncoder,
 };
 use super::trial::{TraceRow, Trial, run_trial};
-use crate::calibrate::{calibrate, calibrated_cable, calibration_runs, capstan, observer};
+use crate::calibrate::{calibrate, calibrated_cable, calibration_runs, capstan, inverted, observer};
 use crate::experiment::bench::{AnchorSource, BenchRun, MuscleControl, Programme};
 use crate::paper::SPEEDS;
 use crate::{CompensationVariant, Error};
@@ -94,10 +94,12 @@ pub fn reproduce_bench(
         || calibrate(CompensationVariant::Paper, &logs, options.seed),
     );
     let fit = fit?;
+    progress("identification from the log alone", 0.15);
     let compensations = [
         (CompensationVariant::None, Compensation::None),
         (CompensationVariant::Capstan, capstan(&fit)?),
         (CompensationVariant::Paper, paper?),
+        (CompensationVariant::Inverted, inverted(&logs, options.seed)?),
         (CompensationVariant::Observer, observer(&fit)?),
     ];
     progress("elongation", 0.25);
@@ -108,7 +110,7 @@ pub fn reproduce_bench(
         compensations.iter().map(|(variant, compensation)| (*variant, Some(compensation))).collect();
     steerings.push((CompensationVariant::Perfect, None));
     let trials = all_speeds(&specimen, &steerings, AnchorSource::JointEncoder, options)?;
-    let without_joint_encoder = without_joint_encoder(&specimen, &compensations[3].1, options)?;
+    let without_joint_encoder = without_joint_encoder(&specimen, &compensations[4].1, options)?;
     let done = AtomicUsize::new(0);
     let others = (1..=options.specimens)
         .into_par_iter()

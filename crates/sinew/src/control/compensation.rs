@@ -1,5 +1,6 @@
 //! From the desired tension at the anchor to the command of the drive.
 
+use super::inverse::InverseCompensation;
 use super::stretch::{FarEndReference, StretchController, direction};
 use crate::Error;
 use crate::drive::DriveCommand;
@@ -19,6 +20,8 @@ pub enum Compensation {
     Network(Box<NetworkCompensation>),
     /// The cable's observer with the stretch controller of its law.
     Observer(Box<ObserverCompensation>),
+    /// The inverse of an identified model.
+    Inverse(Box<InverseCompensation>),
 }
 
 /// Command and estimates of a compensation after a sample.
@@ -47,6 +50,10 @@ impl Compensation {
         let near = sample.tension_in;
         let (tension, tension_out) = match self {
             Self::Observer(observer) => return observer.step(interval, reference, sample),
+            Self::Inverse(inverse) => {
+                let (command, tension_out) = inverse.step(interval, reference, sample);
+                return Ok(CompensationOutput { command, tension_out, stretch: f64::NAN });
+            }
             Self::None => (reference.tension_out, near),
             Self::Capstan(capstan) => (
                 capstan.drive_tension(reference)?,

@@ -7,6 +7,7 @@ pub mod arm;
 pub mod capability;
 pub mod compensation;
 pub mod demand;
+pub mod inverse;
 pub mod stretch;
 pub mod supervisor;
 pub mod tension;

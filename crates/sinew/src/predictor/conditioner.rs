@@ -71,6 +71,14 @@ impl Conditioner {
         self.started = false;
     }
 
+    /// Takes over the state of a conditioner of as many inputs; nothing is allocated.
+    pub(super) fn copy_state(&mut self, from: &Self) {
+        self.values.copy_from_slice(&from.values);
+        self.held.copy_from_slice(&from.held);
+        (self.time_s, self.dt_s) = (from.time_s, from.dt_s);
+        (self.started, self.any_held) = (from.started, from.any_held);
+    }
+
     /// Processes one sample. An entry of `inputs` that is absent, NaN or beyond [`MAX_MAGNITUDE`] counts as
     /// missing; a time that is not finite counts as one interval after the last.
     #[inline]

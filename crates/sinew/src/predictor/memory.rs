@@ -2,7 +2,7 @@
 //! filters.
 
 use super::axis::{Axis, AxisOutput, AxisState};
-use super::cable::{CableEstimate, ObservedCable, SequenceObserver};
+use super::cable::{CableEstimate, CablePlace, ObservedCable, SequenceObserver};
 use super::signal::Signal;
 use crate::transmission::{ClampCell, ClampStep, saturate};
 use alloc::vec;
@@ -139,9 +139,7 @@ impl Memory {
     /// `far`, projected onto its band, where the far end is measured (training), else at [`ClampCell::start`]
     /// (prediction). `inputs: [inputs of the model]`.
     pub fn step_from(&mut self, law: &MemoryLaw, dt_s: f64, inputs: &[f64], far: Option<f64>) {
-        for (value, signal) in self.signals.iter_mut().zip(&law.signals) {
-            *value = signal.value(inputs);
-        }
+        self.read_signals(law, inputs);
         if let Some(cell) = &law.cell {
             self.step_cell(cell, far);
         } else if let Some(observer) = &mut self.observer {
@@ -149,6 +147,50 @@ impl Memory {
         } else if let Some(axis) = &law.axis {
             self.cell = CellOutput::from_axis(&self.axis.step(axis, self.started, dt_s, &self.signals, far));
         }
+        self.finish(law, dt_s);
+    }
+
+    /// Advances by one sample after the first whose near tension of the observed cable is not known: it is
+    /// what the observer expects, and is written to `inputs`. Without an observer as [`step`](Self::step).
+    pub(super) fn step_expecting(&mut self, law: &MemoryLaw, dt_s: f64, inputs: &mut [f64], tension: usize) {
+        let Some(observer) = &mut self.observer else { return self.step(law, dt_s, inputs) };
+        // A tension that is missing corrects nothing, as one that is expected does.
+        inputs[tension] = f64::NAN;
+        let estimate = observer.step(self.started, dt_s, inputs);
+        inputs[tension] = estimate.tension_in;
+        self.cell = CellOutput::from_cable(&estimate);
+        self.read_signals(law, inputs);
+        self.finish(law, dt_s);
+    }
+
+    /// Where the observed cable is; none without one, and before the first sample.
+    pub(super) fn cable_place(&self) -> Option<CablePlace> {
+        self.observer.as_ref()?.place()
+    }
+
+    /// Takes over the state of a memory of the same law; nothing is allocated.
+    pub(super) fn copy_state(&mut self, from: &Self) {
+        self.signals.copy_from_slice(&from.signals);
+        self.previous.copy_from_slice(&from.previous);
+        self.states.copy_from_slice(&from.states);
+        self.features.copy_from_slice(&from.features);
+        self.branches.copy_from_slice(&from.branches);
+        if let (Some(observer), Some(from)) = (&mut self.observer, &from.observer) {
+            observer.copy_state(from);
+        }
+        self.axis.clone_from(&from.axis);
+        (self.cell, self.started) = (from.cell, from.started);
+    }
+
+    #[inline]
+    fn read_signals(&mut self, law: &MemoryLaw, inputs: &[f64]) {
+        for (value, signal) in self.signals.iter_mut().zip(&law.signals) {
+            *value = signal.value(inputs);
+        }
+    }
+
+    #[inline]
+    fn finish(&mut self, law: &MemoryLaw, dt_s: f64) {
         self.step_features(law, dt_s);
         self.previous.copy_from_slice(&self.signals);
         self.started = true;

@@ -23,6 +23,7 @@ mod step;
 mod tests;
 
 pub use axis::{Axis, AxisForce, AxisMotion, AxisSlip, Differentiator};
+pub(crate) use cable::CablePlace;
 pub use cable::{
     CableColumns, CableEstimate, CableModel, CableObserver, CableObservers, CableSample, ObservedCable,
 };

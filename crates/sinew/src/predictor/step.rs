@@ -1,5 +1,6 @@
 //! The predictor: one prediction per sample.
 
+use super::cable::CablePlace;
 use super::conditioner::{Conditioner, SampleKind};
 use super::memory::Memory;
 use super::model::Model;
@@ -145,8 +146,52 @@ impl Predictor {
         if kind == SampleKind::First {
             self.memory.reset();
         }
-        let inputs = self.conditioner.values();
-        self.memory.step(&model.estimator.law, self.conditioner.dt_s(), inputs);
+        self.memory.step(&model.estimator.law, self.conditioner.dt_s(), self.conditioner.values());
+        self.conclude(kind)
+    }
+
+    /// Prediction at a sample without a near tension of the observed cable, which is input `tension` and is
+    /// then what the model expects. `inputs`, one per input, become those that the model took.
+    pub(crate) fn step_expecting(&mut self, time_s: f64, inputs: &mut [f64], tension: usize) -> Prediction {
+        let model = &self.model;
+        let kind = self.conditioner.update(&model.guards, model.gap_s, time_s, inputs);
+        if kind != SampleKind::Next {
+            // Nothing is expected at the first sample of a sequence.
+            self.memory.reset();
+        }
+        inputs.copy_from_slice(self.conditioner.values());
+        self.memory.step_expecting(&model.estimator.law, self.conditioner.dt_s(), inputs, tension);
+        self.conclude(kind)
+    }
+
+    /// What a sample would be to this predictor: its kind, the seconds since the one before, and the inputs
+    /// as it would take them.
+    pub(crate) fn arrival(&mut self, time_s: f64, inputs: &[f64]) -> (SampleKind, f64, &[f64]) {
+        let model = &self.model;
+        let kind = self.conditioner.update(&model.guards, model.gap_s, time_s, inputs);
+        (kind, self.conditioner.dt_s(), self.conditioner.values())
+    }
+
+    /// The mean of the last prediction.
+    pub(crate) fn last_mean(&self) -> f64 {
+        self.last.mean
+    }
+
+    /// Where the observed cable is; none without one, and before the first sample.
+    pub(crate) fn cable_place(&self) -> Option<CablePlace> {
+        self.memory.cable_place()
+    }
+
+    /// Takes over the state of a predictor of the same model; nothing is allocated.
+    pub(crate) fn copy_state(&mut self, from: &Self) {
+        self.conditioner.copy_state(&from.conditioner);
+        self.memory.copy_state(&from.memory);
+        self.last = from.last;
+    }
+
+    #[inline]
+    fn conclude(&mut self, kind: SampleKind) -> Prediction {
+        let (model, inputs) = (&self.model, self.conditioner.values());
         let estimate = model.estimator.estimate(&self.memory, &mut self.scratch);
         let outside = inputs.iter().zip(&model.guards).any(|(v, limit)| *v < limit.low || *v > limit.high);
         self.last = Prediction {

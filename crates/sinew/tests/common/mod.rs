@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "not every test file needs every helper")]
 
 pub(crate) mod chains;
+pub(crate) mod random_models;
 
 use sinew::body::Robot;
 use sinew::machine::Machine;
@@ -134,7 +135,7 @@ pub(crate) fn complete() -> Model {
 }
 
 /// Networks with small differences.
-fn ensemble(features: usize, hidden: usize) -> Ensemble {
+pub(crate) fn ensemble(features: usize, hidden: usize) -> Ensemble {
     let per_network = |k: usize, size: f32| -> PerNetwork {
         std::array::from_fn(|member| size * ((k * MEMBERS + member) as f32 * 0.7 + (k as f32)).sin())
     };

@@ -1,6 +1,6 @@
 //! Tests of the library by its public items.
 //!
-//! One program, so that what the tests share is compiled and linked once.
+//! One program, so that what the tests fraction is compiled and linked once.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
@@ -11,6 +11,7 @@ mod cable_plant;
 mod capability;
 #[path = "../common/mod.rs"]
 mod common;
+mod compensator;
 mod description;
 mod drive;
 mod energy;

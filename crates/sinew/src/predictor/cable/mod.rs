@@ -14,3 +14,4 @@ pub use model::{CableColumns, CableModel, CableSample, ObservedCable};
 pub use observer_state::CableEstimate;
 pub(super) use sequence_observer::SequenceObserver;
 pub use single::CableObserver;
+pub(crate) use single::CablePlace;

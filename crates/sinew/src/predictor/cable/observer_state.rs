@@ -214,6 +214,11 @@ impl ObserverState {
         }
     }
 
+    /// Last positions of motor and anchor, m; none before the first sample.
+    pub(super) fn positions(&self) -> Option<(f64, f64)> {
+        self.last
+    }
+
     /// The drag factor as it was set in the law last.
     pub(super) fn law_drag_factor(&self) -> f64 {
         self.law_drag_factor

@@ -2,7 +2,7 @@
 
 use super::model::{CableColumns, ObservedCable};
 use super::observer_state::CableEstimate;
-use super::single::CableObserver;
+use super::single::{CableObserver, CablePlace};
 
 /// An observer with the columns of the inputs that it takes.
 #[derive(Debug, Clone)]
@@ -29,5 +29,16 @@ impl SequenceObserver {
         let estimate = self.observer.step(dt_s, &self.columns.sample(inputs));
         self.innovation = estimate.innovation;
         estimate
+    }
+
+    /// Where the cable is; none before the first row.
+    pub(in crate::predictor) fn place(&self) -> Option<CablePlace> {
+        self.observer.place()
+    }
+
+    /// Takes over the state of an observer of the same model; nothing is allocated.
+    pub(in crate::predictor) fn copy_state(&mut self, from: &Self) {
+        self.observer.copy_state(&from.observer);
+        self.innovation = from.innovation;
     }
 }

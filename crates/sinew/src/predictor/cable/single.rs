@@ -50,6 +50,19 @@ pub struct CableObserver {
     state: ObserverState,
 }
 
+/// Where an observed cable is.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CablePlace {
+    /// Position of the motor, m.
+    pub(crate) motor: f64,
+    /// Position of the anchor, m.
+    pub(crate) anchor: f64,
+    /// Stretch, m.
+    pub(crate) stretch: f64,
+    /// Drag as a multiple of the model's.
+    pub(crate) drag_factor: f64,
+}
+
 impl CableObserver {
     /// An observer before its first sample.
     ///
@@ -82,6 +95,24 @@ impl CableObserver {
             let _ = self.cable.scale_drag(factor);
         }
         estimate
+    }
+
+    /// Last positions of motor and anchor, m, none before the first sample; stretch, m; drag as a multiple of
+    /// the model's.
+    pub(in crate::predictor) fn place(&self) -> Option<CablePlace> {
+        let (motor, anchor) = self.state.positions()?;
+        Some(CablePlace {
+            motor,
+            anchor,
+            stretch: self.cable.stretch(),
+            drag_factor: self.state.law_drag_factor(),
+        })
+    }
+
+    /// Takes over the state of an observer of the same model; nothing is allocated.
+    pub(super) fn copy_state(&mut self, from: &Self) {
+        self.cable.copy_state(&from.cable);
+        self.state.clone_from(&from.state);
     }
 
     /// The estimated cable with its profile.

@@ -195,6 +195,18 @@ impl<const N: usize> LaneGroup<N> {
         lanes
     }
 
+    /// Takes over the state of lanes of the same laws, with their wraps, bends and drag; creep is not part of
+    /// it. Nothing is allocated.
+    pub(super) fn copy_state(&mut self, from: &Self) {
+        self.nodes.copy_from_slice(&from.nodes);
+        self.memory.copy_from_slice(&from.memory);
+        self.tension.copy_from_slice(&from.tension);
+        self.slip.copy_from_slice(&from.slip);
+        self.drag_factor = from.drag_factor;
+        self.stretch = from.stretch;
+        self.energy = from.energy;
+    }
+
     /// Writes one node of one lane from its law.
     pub(super) fn refresh(&mut self, lane: usize, node: usize) {
         let law = self.laws[lane].nodes[node];

@@ -98,6 +98,12 @@ impl Cable {
         self.ends = self.lanes.ends_at_rest(0);
     }
 
+    /// Takes over the state of a cable of the same law that does not creep; nothing is allocated.
+    pub(crate) fn copy_state(&mut self, from: &Self) {
+        self.lanes.copy_state(&from.lanes);
+        self.ends = from.ends;
+    }
+
     /// Whether every node slid in the same direction in the last step.
     pub(crate) fn slides_everywhere(&self) -> bool {
         self.lanes.slides_everywhere(0)
