@@ -78,6 +78,10 @@ pub(crate) struct MachineNewArguments {
     #[arg(long, value_name = "SHARE", default_value_t = 0.6,
         value_parser = number("a number in (0, 1]", |share| share > 0.0 && share <= 1.0))]
     pub(crate) share: f64,
+    /// Force at the end point that the muscles exert beside the weight of the body [default: half of the moving
+    /// weight]
+    #[arg(long, value_name = "N", value_parser = number("0 to 100000 N", |n| (0.0..=1e5).contains(&n)))]
+    pub(crate) tip_force: Option<f64>,
 }
 
 /// Map what a machine can do over its workspace: torques and forces, payload, speed, stiffness, and which

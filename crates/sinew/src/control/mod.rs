@@ -7,9 +7,12 @@ pub mod arm;
 pub mod capability;
 pub mod compensation;
 pub mod demand;
+#[cfg(feature = "description")]
+pub mod scaling;
 pub mod stretch;
 pub mod supervisor;
 pub mod tension;
+pub mod working_tension;
 
 #[cfg(test)]
 mod tests;

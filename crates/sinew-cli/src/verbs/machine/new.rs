@@ -10,7 +10,7 @@ use crate::output::{Written, one_line, refuse_overwrite, write_all};
 use crate::table::{number, percent, table};
 use serde::Serialize;
 use sinew::body::Poses;
-use sinew::control::demand::SizingMotion;
+use sinew::control::demand::{MissingTorque, SizingMotion};
 use sinew::description::{Description, machine_of, to_toml};
 use sinew::machine::{Machine, Task};
 use sinew::muscle::MuscleDynamics;
@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
     let mut machine = of_body(body, &source, arguments)?;
     machine.task = movable(&machine)?;
     let motion = SizingMotion { period: arguments.period, share: arguments.share };
-    let choice = choice::of(&machine, &motion)?;
+    let choice = choice::of(&machine, &motion, arguments.tip_force)?;
     let body = match source {
         Source::Robot { muscles } => Body::File {
             body: relative(body, out)?,
@@ -96,8 +96,13 @@ const LEAST_SPAN: f64 = 0.01;
 #[derive(Debug, Serialize)]
 struct NewMachine<'a> {
     file: String,
-    thin_rope: bool,
+    /// Of the catalogue; none for the default cable.
+    cord: Option<&'a str>,
+    /// With which the body works; none for the default cable.
+    working_tension_n: Option<f64>,
     unreachable_share: f64,
+    /// The part of it in which smaller tensions would do.
+    overpowered_share: f64,
     muscles: Vec<Muscle<'a>>,
 }
 
@@ -134,11 +139,14 @@ fn report(choice: &Choice, out: &Path, json: bool, written: Vec<Written>) -> Res
     });
     let demands = &choice.demands;
     #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
-    let unreachable_share = demands.unreachable as f64 / demands.samples as f64;
+    let [unreachable_share, overpowered_share] =
+        [demands.unreachable, demands.overpowered].map(|count| count as f64 / demands.samples as f64);
     let answer = NewMachine {
         file: out.display().to_string(),
-        thin_rope: choice.thin.is_some(),
+        cord: choice.scaling.as_ref().map(|(scaling, _)| scaling.cord.name.as_str()),
+        working_tension_n: choice.scaling.as_ref().map(|(scaling, _)| scaling.working.tension),
         unreachable_share,
+        overpowered_share,
         muscles: muscles.collect(),
     };
     let strong = choice.used.iter().all(|used| *used <= 1.0) && demands.unreachable == 0;
@@ -147,18 +155,36 @@ fn report(choice: &Choice, out: &Path, json: bool, written: Vec<Written>) -> Res
         return Ok(Answer { outcome, content: Content::json(&answer)?, written });
     }
     let mut text = summary(&answer);
-    if let (Some((joint, missing)), true) = (demands.missing, demands.unreachable > 0) {
-        let joint = choice.machine.robot.independent_joints()[joint];
-        let joint = &choice.machine.robot.parts().joints[joint];
-        let (name, unit) = (one_line(&joint.name), joint.kind.torque_unit());
-        text += &format!(
-            "\nIn {} of the motion no tensions give the torque, whatever the drives; most is missing at {name}: {} {unit}\n",
-            percent(Some(unreachable_share)),
-            number(Some(missing))
-        );
+    if let Some(missing) = &demands.missing {
+        text += &unreachable_text(choice, unreachable_share, missing);
     }
     text.push('\n');
     Ok(Answer { outcome, content: Content::Text(text), written })
+}
+
+/// Why tensions do not give the torque, and what helps.
+fn unreachable_text(choice: &Choice, fraction: f64, missing: &MissingTorque) -> String {
+    let (parts, demands) = (choice.machine.robot.parts(), &choice.demands);
+    let joint = &parts.joints[choice.machine.robot.independent_joints()[missing.joint]];
+    let unit = joint.kind.torque_unit();
+    let (name, torque) = (one_line(&joint.name), number(Some(missing.torque)));
+    let share = percent(Some(fraction));
+    let against = missing.against.map(|(muscle, tension, arm)| {
+        let (newtons, arm) = (number(Some(tension)), number(Some(1e3 * arm.abs())));
+        let name = one_line(&parts.tendons[muscle].name);
+        format!("`{name}`, which pulls with {newtons} N at {arm} mm even where it is slackest")
+    });
+    match against {
+        Some(against) if 2 * demands.overpowered > demands.unreachable => format!(
+            "\nIn {share} of the motion the smallest tensions of some muscles overpower the others, whatever their drives: most is missing \
+             at `{name}`, {torque} {unit}, against {against}. Smaller `tension_limits_n` with a thinner cable, another path of that muscle \
+             or a longer moment arm of its opponents help.\n"
+        ),
+        _ => format!(
+            "\nIn {share} of the motion no tensions give the torque, whatever the drives; most is missing at {name}: {torque} {unit}. \
+             It needs a muscle that pulls this way, or a longer moment arm.\n"
+        ),
+    }
 }
 
 fn summary(answer: &NewMachine<'_>) -> String {
