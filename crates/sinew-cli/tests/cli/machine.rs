@@ -287,6 +287,95 @@ fn a_small_hand_moves_with_tendons_as_strong_as_its_file_says_and_no_stronger() 
     assert!(bench.succeeds("machine map hand.toml --poses 10").stdout.contains("`endpoint = \"SITE\"`"));
 }
 
+/// A palm with two fingers of two joints and one, described by their joints alone.
+fn hand_of_joints() -> String {
+    let link = |name: &str, mass: f64| {
+        let inertia = mass * 2e-4;
+        format!(
+            "<link name=\"{name}\"><inertial><origin xyz=\"0.02 0 0\"/><mass value=\"{mass}\"/><inertia ixx=\"{inertia}\" \
+             iyy=\"{inertia}\" izz=\"{inertia}\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>"
+        )
+    };
+    let joint = |name: &str, parent: &str, child: &str, y: f64| {
+        format!(
+            "<joint name=\"{name}\" type=\"revolute\"><parent link=\"{parent}\"/><child link=\"{child}\"/><origin xyz=\"0.04 {y} 0\"/>\
+             <axis xyz=\"0 1 0\"/><limit lower=\"0\" upper=\"1.4\" effort=\"1\" velocity=\"5\"/></joint>"
+        )
+    };
+    format!(
+        "<robot name=\"hand\">{}{}{}{}{}{}{}</robot>",
+        "<link name=\"palm\"/>",
+        link("base", 0.02),
+        link("tip", 0.012),
+        link("thumb", 0.015),
+        joint("index_base", "palm", "base", 0.02),
+        joint("index_tip", "base", "tip", 0.0),
+        joint("thumb_base", "palm", "thumb", -0.02),
+    )
+}
+
+#[test]
+fn a_hand_of_joints_alone_gets_tendons_on_pulleys_and_moves() {
+    let bench = Bench::new();
+    bench.write("hand.urdf", hand_of_joints());
+    bench.refuses("machine new hand.urdf --out hand.toml", &["muscles"]);
+    for (routing, names) in [
+        ("", vec!["index_base_f", "index_tip_f", "index_tip_e", "thumb_base_f", "thumb_base_e"]),
+        (
+            " --routing 2n",
+            vec![
+                "index_base_f",
+                "index_base_e",
+                "index_tip_f",
+                "index_tip_e",
+                "thumb_base_f",
+                "thumb_base_e",
+            ],
+        ),
+    ] {
+        let answer = json(
+            &bench,
+            &format!("machine new hand.urdf --pulleys 8mm{routing} --out hand.toml --force --json"),
+        );
+        let muscles = answer["muscles"].as_array().unwrap();
+        assert_eq!(
+            muscles.iter().map(|muscle| muscle["muscle"].as_str().unwrap()).collect::<Vec<_>>(),
+            names
+        );
+        bench.succeeds("track hand.toml --path tour --repeats 1 --seed 2");
+    }
+    bench.refuses("machine new hand.toml --pulleys 8mm --out again.toml", &["joints alone"]);
+    bench.refuses_usage("machine new hand.urdf --pulleys 8cm --out a.toml", &["--pulleys", "8mm"]);
+    bench.refuses_usage("machine new hand.urdf --routing 2n --out a.toml", &["--pulleys"]);
+}
+
+#[test]
+fn a_tendon_that_is_passive_in_its_file_is_told_where_it_becomes_a_muscle() {
+    let bench = Bench::new();
+    let hand = knuckle(20);
+    let told = |text: &str| {
+        bench.write("hand.xml", text);
+        let answer = json(&bench, "machine new hand.xml --out hand.toml --force --json");
+        answer["warnings"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|w| w.as_str().unwrap().to_owned())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(told(&hand), Vec::<String>::new());
+    let spring =
+        told(&hand.replace("<spatial name=\"extensor\">", "<spatial name=\"extensor\" stiffness=\"350\">"));
+    assert!(spring.len() == 1 && spring[0].contains("`extensor`") && spring[0].contains("350"), "{spring:?}");
+    let start = hand.find("<motor tendon=\"extensor\"").unwrap();
+    let end = start + hand[start..].find("/>").unwrap() + 2;
+    let cord = told(&format!("{}{}", &hand[..start], &hand[end..]));
+    assert!(cord.len() == 1 && cord[0].contains("no actuator") && cord[0].contains("`extensor`"), "{cord:?}");
+    // Of a body whose tendons nothing pulls, all are muscles.
+    let actuators = hand.find("<actuator>").unwrap();
+    assert_eq!(told(&format!("{}</mujoco>", &hand[..actuators])), Vec::<String>::new());
+}
+
 #[test]
 fn a_wrong_machine_file_is_refused_with_file_line_field_and_the_nearest_name() {
     let bench = Bench::new();

@@ -4,16 +4,16 @@ use super::choice::{self, Choice};
 use super::draft::{self, Body};
 use super::names::print_warnings;
 use crate::answer::{Answer, Content, Outcome};
-use crate::arguments::{General, MachineNewArguments};
+use crate::arguments::{General, MachineNewArguments, Routing};
 use crate::error::Error;
 use crate::output::{Written, one_line, refuse_overwrite, write_all};
 use crate::table::{number, percent, table};
 use serde::Serialize;
-use sinew::body::Poses;
+use sinew::body::{Parts, Poses};
 use sinew::control::demand::{MissingTorque, SizingMotion};
 use sinew::description::{Description, machine_of, to_toml};
 use sinew::machine::{Machine, Task};
-use sinew::muscle::MuscleDynamics;
+use sinew::muscle::{MuscleDynamics, PulleyRouting, with_pulleys};
 use sinew::twin::arm::ArmSpecimen;
 use sinew_lab::machine_file::{Source, load_machine, load_robot, machine_in, source_of};
 use std::path::{Component, Path, PathBuf};
@@ -31,9 +31,12 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
     let source = source_of(body, arguments.muscles.as_deref())?;
     let mut machine = of_body(body, &source, arguments)?;
     machine.task = movable(&machine)?;
+    let passive = passive(machine.robot.parts());
+    passive.iter().for_each(|warning| eprintln!("warning: {}", one_line(warning)));
     let motion = SizingMotion { period: arguments.period, share: arguments.share };
     let choice = choice::of(&machine, &motion, arguments.tip_force)?;
     let body = match source {
+        Source::Robot { .. } if arguments.pulleys.is_some() => Body::Tables(to_toml(machine.robot.parts())),
         Source::Robot { muscles } => Body::File {
             body: relative(body, out)?,
             muscles: muscles.map(|muscles| relative(&muscles, out)).transpose()?,
@@ -45,18 +48,56 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
     let written = machine_in(out, &text)?;
     ArmSpecimen::nominal(&written.machine).map_err(|error| written.places.error(error))?;
     let written = write_all(&[(out.clone(), text.as_bytes())])?;
-    report(&choice, out, general.json, written)
+    report(&choice, out, passive, general.json, written)
+}
+
+/// Tendons that pull by themselves in the body's description, or that nothing pulls: all are muscles with drives
+/// in a machine.
+fn passive(parts: &Parts) -> Vec<String> {
+    let driven = |tendon: usize| parts.actuators.iter().any(|actuator| actuator.tendon == tendon);
+    let some_driven = (0..parts.tendons.len()).any(driven);
+    let mut warnings = Vec::new();
+    for (index, tendon) in parts.tendons.iter().enumerate() {
+        let mut pulls = Vec::new();
+        for (what, value, unit) in
+            [("a stiffness", tendon.stiffness, "N/m"), ("a damping", tendon.damping, "N s/m")]
+        {
+            if value > 0.0 {
+                pulls.push(format!("{what} of {} {unit}", number(Some(value))));
+            }
+        }
+        let name = &tendon.name;
+        if !pulls.is_empty() {
+            let pulls = pulls.join(" and ");
+            warnings.push(format!(
+                "tendon `{name}` has {pulls}, which is left out: it is a muscle with a drive here"
+            ));
+        } else if some_driven && !driven(index) {
+            warnings.push(format!(
+                "no actuator of the body pulls tendon `{name}`: it is a muscle with a drive here"
+            ));
+        }
+    }
+    warnings
 }
 
 /// The machine of defaults around a body; of a machine file the body alone.
 fn of_body(body: &Path, source: &Source, arguments: &MachineNewArguments) -> Result<Machine, Error> {
     let muscles = arguments.muscles.as_deref();
-    let described = match source {
-        Source::Robot { .. } => load_machine(body, muscles)?,
-        Source::Machine => {
+    let described = match (source, arguments.pulleys) {
+        (Source::Robot { .. }, None) => load_machine(body, muscles)?,
+        (_, pulleys) => {
             let loaded = load_robot(body, muscles)?;
             print_warnings(&loaded.warnings);
-            machine_of(Description::of(&loaded.robot, &body.display().to_string()))?
+            let routing = match arguments.routing {
+                Routing::OneMore => PulleyRouting::OneMore,
+                Routing::Two => PulleyRouting::Two,
+            };
+            let routed = pulleys.map(|radius| with_pulleys(&loaded.robot, radius, routing)).transpose()?;
+            machine_of(Description::of(
+                routed.as_ref().unwrap_or(&loaded.robot),
+                &body.display().to_string(),
+            ))?
         }
     };
     print_warnings(&described.warnings);
@@ -103,6 +144,8 @@ struct NewMachine<'a> {
     unreachable_share: f64,
     /// The part of it in which smaller tensions would do.
     overpowered_share: f64,
+    /// Of tendons that are passive in the body's description.
+    warnings: Vec<String>,
     muscles: Vec<Muscle<'a>>,
 }
 
@@ -120,7 +163,13 @@ struct Muscle<'a> {
     used: f64,
 }
 
-fn report(choice: &Choice, out: &Path, json: bool, written: Vec<Written>) -> Result<Answer, Error> {
+fn report(
+    choice: &Choice,
+    out: &Path,
+    warnings: Vec<String>,
+    json: bool,
+    written: Vec<Written>,
+) -> Result<Answer, Error> {
     let tendons = &choice.machine.robot.parts().tendons;
     let muscles = tendons.iter().enumerate().map(|(index, tendon)| {
         let (drive, required) = (&choice.drives[choice.drive_of[index]], &choice.required[index]);
@@ -147,6 +196,7 @@ fn report(choice: &Choice, out: &Path, json: bool, written: Vec<Written>) -> Res
         working_tension_n: choice.scaling.as_ref().map(|(scaling, _)| scaling.working.tension),
         unreachable_share,
         overpowered_share,
+        warnings,
         muscles: muscles.collect(),
     };
     let strong = choice.used.iter().all(|used| *used <= 1.0) && demands.unreachable == 0;

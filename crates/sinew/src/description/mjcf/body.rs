@@ -156,6 +156,14 @@ fn weigh(
         InertiaFrom::Auto => inertial.is_none(),
         InertiaFrom::Geoms => inertial.is_none() || !solids.is_empty() || unknown.is_some(),
     };
+    let unknown = unknown.filter(|&mesh| {
+        let matters = moves(import, body) || import.compiler.total_mass.is_some();
+        if !matters {
+            let what = "a mesh in a body that does not move is left out of its mass, which changes no motion";
+            import.pass_over(mesh, "mesh of the world", what);
+        }
+        matters
+    });
     let (given, at) = match inertial {
         Some(at) if !from_geoms => (explicit(import, at)?, at),
         _ if from_geoms => {
@@ -176,6 +184,17 @@ fn weigh(
     let body = &mut import.parts.bodies[body];
     (body.mass, body.center_of_mass, body.inertia) = (mass, center, tensor);
     Ok(())
+}
+
+/// Whether a joint lies between a body and the world.
+fn moves(import: &Import<'_>, mut body: usize) -> bool {
+    while body != 0 {
+        if import.parts.joints.iter().any(|joint| joint.body == body) {
+            return true;
+        }
+        body = import.parts.bodies[body].parent;
+    }
+    false
 }
 
 fn explicit(import: &Import<'_>, element: usize) -> Result<Inertia, DescriptionError> {
