@@ -143,7 +143,7 @@ struct NewMachine<'a> {
     working_tension_n: Option<f64>,
     unreachable_share: f64,
     /// The part of it in which smaller tensions would do.
-    overpowered_share: f64,
+    overpowered_fraction: f64,
     /// Of tendons that are passive in the body's description.
     warnings: Vec<String>,
     muscles: Vec<Muscle<'a>>,
@@ -188,14 +188,14 @@ fn report(
     });
     let demands = &choice.demands;
     #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
-    let [unreachable_share, overpowered_share] =
+    let [unreachable_share, overpowered_fraction] =
         [demands.unreachable, demands.overpowered].map(|count| count as f64 / demands.samples as f64);
     let answer = NewMachine {
         file: out.display().to_string(),
         cord: choice.scaling.as_ref().map(|(scaling, _)| scaling.cord.name.as_str()),
         working_tension_n: choice.scaling.as_ref().map(|(scaling, _)| scaling.working.tension),
         unreachable_share,
-        overpowered_share,
+        overpowered_fraction,
         warnings,
         muscles: muscles.collect(),
     };
