@@ -156,18 +156,16 @@ fn weigh(
         InertiaFrom::Auto => inertial.is_none(),
         InertiaFrom::Geoms => inertial.is_none() || !solids.is_empty() || unknown.is_some(),
     };
-    let unknown = unknown.filter(|&mesh| {
-        let matters = moves(import, body) || import.compiler.total_mass.is_some();
-        if !matters {
-            let what = "a mesh in a body that does not move is left out of its mass, which changes no motion";
-            import.pass_over(mesh, "mesh of the world", what);
-        }
-        matters
-    });
     let (given, at) = match inertial {
         Some(at) if !from_geoms => (explicit(import, at)?, at),
         _ if from_geoms => {
-            if let Some(mesh) = unknown {
+            let matters = unknown.filter(|_| moves(import, body) || import.compiler.total_mass.is_some());
+            if let (Some(mesh), None) = (unknown, matters) {
+                let what =
+                    "a mesh in a body that does not move is left out of its mass, which changes no motion";
+                import.pass_over(mesh, "mesh of the world", what);
+            }
+            if let Some(mesh) = matters {
                 let problem = "is a mesh that carries inertia, which is not computed from meshes: expected an \
                                <inertial> in its body, or mass=\"0\" here";
                 return Err(import.tree.error(mesh, "", problem));

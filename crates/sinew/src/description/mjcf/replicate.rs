@@ -59,16 +59,17 @@ fn copies(tree: &mut Tree, index: usize, most: usize, compiler: &Compiler) -> Re
         let orientation = turn::euler(angles.map(|angle| angle * (copy + 1) as f64), compiler.sequence);
         place = Place { position: place.point(offset), orientation };
     }
-    let all = &mut tree.elements[index];
-    all.name = "frame".to_string();
-    all.attributes.retain(|(name, _)| name == "childclass");
     follow(tree, names, &suffixes, |tree, original, suffix| {
         if within(tree, original) > most.saturating_sub(tree.elements.len()) {
             let problem = format!("makes more than {MOST} elements with all that refers to them");
             return Err(tree.error(index, "count", problem));
         }
         Ok(clone(tree, original, suffix))
-    })
+    })?;
+    let all = &mut tree.elements[index];
+    all.name = "frame".to_string();
+    all.attributes.retain(|(name, _)| name == "childclass");
+    Ok(())
 }
 
 /// Number of elements of one copy, including its frame.
