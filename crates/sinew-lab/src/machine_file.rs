@@ -107,7 +107,7 @@ pub enum Source {
 /// # Errors
 /// As [`load_machine`].
 pub fn source_of(path: &Path, muscles: Option<&Path>) -> Result<Source, MachineFileError> {
-    match (text_of(path, muscles)?, Format::of(path)) {
+    match (text_of(path, muscles)?, Format::from_path(path)) {
         (Text::Toml { name, text }, Ok(Format::Toml)) if !has_machine_keys(&name, &text)? => {
             Ok(Source::Robot { muscles: None })
         }
@@ -150,7 +150,7 @@ fn text_of(path: &Path, muscles: Option<&Path>) -> Result<Text, MachineFileError
     if let Some((name, text)) = built_in {
         return Ok(Text::Toml { name: (*name).to_owned(), text: (*text).to_owned() });
     }
-    let format = Format::of(path)?;
+    let format = Format::from_path(path)?;
     let text = read_text(path)?;
     let name = path.display().to_string();
     if muscles.is_some() && format != Format::Urdf {
@@ -204,7 +204,7 @@ impl Format {
     ///
     /// # Errors
     /// [`MachineFileError::Format`] for any other.
-    pub fn of(path: &Path) -> Result<Self, MachineFileError> {
+    pub fn from_path(path: &Path) -> Result<Self, MachineFileError> {
         match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
             Some("toml") => Ok(Self::Toml),
             Some("xml" | "mjcf") => Ok(Self::Mjcf),

@@ -48,7 +48,7 @@ pub(crate) struct MachineShowArguments {
 
 /// Write a commented machine file for a body, with drives that are strong enough for a motion.
 ///
-/// The motion: every joint moves sinusoidally over a share of its range, all at one period and at any phases.
+/// The motion: every joint moves sinusoidally over a fraction of its range, all at one period and at any phases.
 /// The torques it needs are distributed over the muscles; every muscle gets the lightest drive of the
 /// catalogue that holds its largest tension and reaches its speed with a quarter to spare. Where the default
 /// cable of 3 mm gives a joint a dead band above 0.2 rad, and the tensions are small enough, the machine gets
@@ -74,10 +74,10 @@ pub(crate) struct MachineNewArguments {
     #[arg(long, value_name = "SECONDS", default_value_t = 4.0,
         value_parser = number("0.01 to 3600 s", |s| (0.01..=3600.0).contains(&s)))]
     pub(crate) period: f64,
-    /// Share of every joint's range that the motion covers
-    #[arg(long, value_name = "SHARE", default_value_t = 0.6,
-        value_parser = number("a number in (0, 1]", |share| share > 0.0 && share <= 1.0))]
-    pub(crate) share: f64,
+    /// Fraction of every joint's range that the motion covers
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.6,
+        value_parser = number("a number in (0, 1]", |fraction| fraction > 0.0 && fraction <= 1.0))]
+    pub(crate) fraction: f64,
     /// Radius of pulleys, m or as 8mm: tendons of constant moment arms for a body that is described by its joints
     /// alone
     #[arg(long, value_name = "RADIUS", value_parser = radius, conflicts_with = "muscles")]
@@ -142,7 +142,7 @@ pub(crate) struct MachineMapArguments {
 /// For every joint it says what limits it, and whether a faster winch, a stiffer cable, a straighter sheath
 /// or a finer encoder would help, found by evaluating the rules again with that one number changed. The table
 /// of muscles gives the margins of the loop in which the winches damp the joints, the least over poses and
-/// over machines drawn within the tolerances. `track` derives the same gains anew from the cables that it has
+/// over machines sampled within the tolerances. `track` derives the same gains anew from the cables that it has
 /// identified; a file written here can be changed by hand and given to it with --gains.
 ///
 /// Example: sinew machine tune finger --out gains.json --report gains.html
@@ -153,7 +153,7 @@ pub(crate) struct MachineTuneArguments {
     /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) muscles: Option<PathBuf>,
-    /// Number of machines drawn within the tolerances for the margins, 0 to 1000
+    /// Number of machines sampled within the tolerances for the margins, 0 to 1000
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(0..=1000))]
     pub(crate) specimens: u32,
     /// Write the gains (JSON), for `sinew track --gains`

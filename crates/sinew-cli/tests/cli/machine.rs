@@ -58,7 +58,7 @@ fn a_pose_that_a_machine_leaves_by_itself_and_a_wrap_that_it_may_lose_are_named(
     let bench = Bench::new();
     let held = json(&bench, "machine show bench_joint --json");
     assert!(
-        held["held_winches"][0]["unstable_rate_per_s"] == 0.0
+        held["locked_winches"][0]["unstable_rate_per_s"] == 0.0
             && held["warnings"] == Value::from(Vec::<Value>::new())
     );
     // The arm leaves a pose under gravity, too slowly for a warning.
@@ -134,7 +134,7 @@ fn a_new_machine_file_runs_at_once_and_an_existing_one_is_kept() {
     bench.refuses("machine new leg.xml --out leg.xml --force", &["leg.xml", "read by this run"]);
     bench.refuses("machine new leg.xml --out other.xml", &["other.xml", ".toml"]);
     bench.refuses("machine new foot.xml --out foot.toml", &["foot.xml"]);
-    bench.refuses_usage("machine new leg.xml --out a.toml --share 0", &["--share", "(0, 1]"]);
+    bench.refuses_usage("machine new leg.xml --out a.toml --fraction 0", &["--fraction", "(0, 1]"]);
 }
 
 #[test]
@@ -474,7 +474,7 @@ fn every_built_in_machine_is_drawn_with_its_cables() {
 #[test]
 fn a_motion_that_simulated_machines_of_the_design_do_not_track_is_refused_unless_asked_for() {
     let bench = Bench::new();
-    // Anchors nearer to the drum than the tolerance of the attachments: drawn machines lose a wrap, and the
+    // Anchors nearer to the drum than the tolerance of the attachments: sampled machines lose a wrap, and the
     // lever.
     let text = include_str!("../../../../models/bench_joint.toml");
     let near = text

@@ -20,7 +20,7 @@ use alloc::vec::Vec;
 /// | symbol | field    | unit | domain | meaning                                             |
 /// |--------|----------|------|--------|-----------------------------------------------------|
 /// | T      | `period` | s    | > 0    | of every joint                                      |
-/// | s      | `share`  | 1    | (0, 1] | share of the joint's range that the motion covers    |
+/// | s      | `fraction`  | 1    | (0, 1] | fraction of the joint's range that the motion covers    |
 /// | m, w   |          | rad or m |    | middle and width of the joint's range                |
 /// | p      |          | rad  |        | any phases: every combination of phases has to be possible |
 ///
@@ -30,19 +30,19 @@ pub struct SizingMotion {
     /// s, > 0.
     pub period: f64,
     /// 1, in (0, 1].
-    pub share: f64,
+    pub fraction: f64,
 }
 
 /// Largest demand on one drive over a motion, at the cable.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DriveDemand {
-    /// Tension at the drive's outlet while it takes up cable, N.
+    /// Tension at the drive's outlet while it winds in cable, N.
     pub tension: f64,
     /// Speed, m/s.
     pub speed: f64,
     /// Acceleration, m/s^2.
     pub acceleration: f64,
-    /// Difference between the greatest and the least length of the muscle over the ranges of all joints, and
+    /// Difference between the greatest and the smallest length of the muscle over the ranges of all joints, and
     /// the stretch of the cable under the largest tension, m.
     pub stroke: f64,
 }
@@ -79,10 +79,10 @@ const CELLS: usize = 8;
 /// Sampled instants.
 const SAMPLES: usize = 400;
 /// Largest tension that is considered, N: none.
-const MOST_TENSION: f64 = 1e6;
+const MAX_TENSION: f64 = 1e6;
 
 /// Demands on the drives of a machine by a motion with its payload, from inverse dynamics and the
-/// distribution of least tensions.
+/// distribution of minimum tensions.
 ///
 /// # Assumes
 /// Friction of a cable is that of sliding toward the drive, `T_in = (T_out - T_0) e^A`, at the largest
@@ -92,7 +92,7 @@ const MOST_TENSION: f64 = 1e6;
 /// [`Error::OutOfDomain`] for a motion outside its domain; as [`Machine::validate`].
 pub fn drive_demands(machine: &Machine, motion: &SizingMotion) -> Result<DriveDemands, Error> {
     positive("period", motion.period)?;
-    within("share", "a number in (0, 1]", motion.share, motion.share > 0.0 && motion.share <= 1.0)?;
+    within("fraction", "a number in (0, 1]", motion.fraction, motion.fraction > 0.0 && motion.fraction <= 1.0)?;
     let machine = &machine.loaded()?;
     let mut dynamics = MuscleDynamics::new(&machine.robot)?;
     let start = machine.laws(CELLS)?;
@@ -100,7 +100,7 @@ pub fn drive_demands(machine: &Machine, motion: &SizingMotion) -> Result<DriveDe
     let bends = machine.sheath_bends()?;
     let minimum: Vec<f64> = tension_limits(machine, &laws).iter().map(|[least, _]| *least).collect();
     let mut sampler = Sampler::new(machine, motion)?;
-    // Less than its least tension no muscle is ever asked for.
+    // Less than its minimum tension no muscle is ever asked for.
     let least = minimum
         .iter()
         .zip(&laws)
@@ -144,7 +144,7 @@ impl Sampler {
         let ranges = machine.ranges()?;
         Ok(Self {
             middle: ranges.iter().map(|[low, high]| 0.5 * (low + high)).collect(),
-            amplitude: ranges.iter().map(|[low, high]| 0.5 * motion.share * (high - low)).collect(),
+            amplitude: ranges.iter().map(|[low, high]| 0.5 * motion.fraction * (high - low)).collect(),
             rate: 2.0 * core::f64::consts::PI / motion.period,
             points: EvenPoints::new(ranges.len()),
         })
@@ -154,8 +154,8 @@ impl Sampler {
     fn next(&mut self) -> [Vec<f64>; 3] {
         let mut state = [vec![], vec![], vec![]];
         let point = self.points.next().into_iter().flatten();
-        for ((middle, amplitude), share) in self.middle.iter().zip(&self.amplitude).zip(point) {
-            let phase = 2.0 * core::f64::consts::PI * share;
+        for ((middle, amplitude), fraction) in self.middle.iter().zip(&self.amplitude).zip(point) {
+            let phase = 2.0 * core::f64::consts::PI * fraction;
             let (sine, cosine) = (libm::sin(phase), libm::cos(phase));
             state[0].push(middle + amplitude * sine);
             state[1].push(amplitude * self.rate * cosine);
@@ -165,7 +165,7 @@ impl Sampler {
     }
 }
 
-/// Least tensions for the torque of an instant.
+/// Minimum tensions for the torque of an instant.
 struct Torques {
     distribution: Distribution,
     minimum: Vec<f64>,
@@ -182,7 +182,7 @@ impl Torques {
         Self {
             distribution: Distribution::new(muscles, joints),
             minimum,
-            maximum: vec![MOST_TENSION; muscles],
+            maximum: vec![MAX_TENSION; muscles],
             zeros: vec![0.0; muscles],
             ones: vec![1.0; muscles],
             torque: vec![0.0; joints],
@@ -260,9 +260,9 @@ fn strokes(machine: &Machine, dynamics: &mut MuscleDynamics) -> Result<Vec<f64>,
     let mut travel = vec![[f64::INFINITY, f64::NEG_INFINITY]; machine.muscles.len()];
     for (sample, point) in EvenPoints::new(ranges.len()).take(SAMPLES).enumerate() {
         // Half of them at corners of the ranges, where lengths are extreme.
-        let share = |share: f64| if sample % 2 == 0 { share } else { libm::rint(share) };
+        let fraction = |fraction: f64| if sample % 2 == 0 { fraction } else { libm::rint(fraction) };
         let q: Vec<f64> =
-            ranges.iter().zip(point).map(|([low, high], x)| low + share(x) * (high - low)).collect();
+            ranges.iter().zip(point).map(|([low, high], x)| low + fraction(x) * (high - low)).collect();
         dynamics.evaluate(&q)?;
         for ([least, most], length) in travel.iter_mut().zip(dynamics.lengths()) {
             (*least, *most) = (least.min(*length), most.max(*length));
@@ -278,13 +278,13 @@ mod tests {
     use crate::control::tests::{Slide, slides};
 
     /// So slow that nothing accelerates.
-    const SLOW: SizingMotion = SizingMotion { period: 1e4, share: 1.0 };
+    const SLOW: SizingMotion = SizingMotion { period: 1e4, fraction: 1.0 };
     const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
     fn machine(gravity: f64, ranges: &[[f64; 2]], arms: &[&[f64]]) -> Machine {
         let slide = |range: &[f64; 2]| Slide { axis: UP, mass: 2.0, range: *range };
         let along: Vec<Slide> = ranges.iter().map(slide).collect();
-        let mut machine = Machine::of(&slides(gravity, &along, arms)).unwrap();
+        let mut machine = Machine::from_robot(&slides(gravity, &along, arms)).unwrap();
         machine.muscles.iter_mut().for_each(|design| design.tension = [Some(20.0), None]);
         machine
     }
@@ -292,10 +292,10 @@ mod tests {
     #[test]
     fn a_share_of_nothing_and_one_beyond_the_range_are_refused() {
         let machine = machine(0.0, &[[-0.1, 0.1]], &[&[1.0], &[-1.0]]);
-        for share in [0.0, -0.5, 1.0 + 1e-9, f64::NAN] {
-            assert!(drive_demands(&machine, &SizingMotion { share, ..SLOW }).is_err(), "{share}");
+        for fraction in [0.0, -0.5, 1.0 + 1e-9, f64::NAN] {
+            assert!(drive_demands(&machine, &SizingMotion { fraction, ..SLOW }).is_err(), "{fraction}");
         }
-        assert!(drive_demands(&machine, &SizingMotion { share: 1.0, ..SLOW }).is_ok());
+        assert!(drive_demands(&machine, &SizingMotion { fraction: 1.0, ..SLOW }).is_ok());
     }
 
     #[test]
@@ -351,14 +351,14 @@ mod tests {
     #[test]
     fn samples_are_instants_of_sines_of_evenly_spread_phases() {
         let machine = machine(0.0, &[[-0.1, 0.3], [-0.2, 0.2]], &[&[1.0, 1.0], &[-1.0, -1.0]]);
-        let motion = SizingMotion { period: 3.0, share: 0.5 };
+        let motion = SizingMotion { period: 3.0, fraction: 0.5 };
         let rate = core::f64::consts::TAU / 3.0;
         let mut sampler = Sampler::new(&machine, &motion).unwrap();
         let mut means = [[0.0; 2]; 2];
         for _ in 0..1000 {
             let [q, v, a] = sampler.next();
             for (j, middle) in [0.1, 0.0].into_iter().enumerate() {
-                // A share of 0.5 of 0.4 m is an amplitude of 0.1 m.
+                // A fraction of 0.5 of 0.4 m is an amplitude of 0.1 m.
                 let (sine, cosine) = ((q[j] - middle) / 0.1, v[j] / (0.1 * rate));
                 assert!((sine * sine + cosine * cosine - 1.0).abs() < 1e-15);
                 assert!((a[j] + 0.1 * rate * rate * sine).abs() < 4e-16);
@@ -381,7 +381,7 @@ mod tests {
         };
         parts.sites = vec![site("anchor", 1, 0.1), site("sheath", 0, 0.3)];
         parts.tendons[0].path = TendonPath::Spatial(vec![PathElement::Site(1), PathElement::Site(0)]);
-        Machine::of(&Robot::new(parts).unwrap()).unwrap()
+        Machine::from_robot(&Robot::new(parts).unwrap()).unwrap()
     }
 
     #[test]
@@ -392,7 +392,7 @@ mod tests {
             [([-1.0, 0.5], length(0.0), length(1.0)), ([0.2, 1.2], length(0.2), length(1.2))]
         {
             let machine = hinge(range);
-            let demand = drive_demands(&machine, &SizingMotion { share: 0.5, ..SLOW }).unwrap().muscles[0];
+            let demand = drive_demands(&machine, &SizingMotion { fraction: 0.5, ..SLOW }).unwrap().muscles[0];
             let compliance: f64 = machine.laws(CELLS).unwrap()[0].compliance().iter().sum();
             let stroke = longest - shortest + demand.tension * compliance;
             assert!((demand.stroke - stroke).abs() < 2e-6, "{} {stroke}", demand.stroke);

@@ -84,7 +84,7 @@ impl Scaling {
     ///
     /// # Errors
     /// As [`working_tension`].
-    pub fn of(
+    pub fn new(
         machine: &Machine,
         cords: &[CatalogueCord],
         tip_force: Option<f64>,
@@ -176,7 +176,7 @@ impl Scaling {
         for (design, [low, high]) in machine.muscles.iter_mut().zip(&self.tension) {
             design.cable = self.cable();
             design.drive.load_cell = self.load_cell();
-            [design.drive.least_tension, design.drive.most_tension] = self.drive_limits();
+            [design.drive.min_tension, design.drive.max_tension] = self.drive_limits();
             design.tension = [Some(*low), Some(*high)];
         }
         machine
@@ -205,13 +205,13 @@ mod tests {
 
     fn machine(mass: f64, sheath: f64) -> Machine {
         let slide = Slide { axis: [0.0, 0.0, 1.0], mass, range: [-0.1, 0.1] };
-        let mut machine = Machine::of(&slides(9.81, &[slide], &[&[1.0], &[-1.0]])).unwrap();
+        let mut machine = Machine::from_robot(&slides(9.81, &[slide], &[&[1.0], &[-1.0]])).unwrap();
         machine.muscles.iter_mut().for_each(|design| design.bend = sheath);
         machine
     }
 
     fn scaled(mass: f64, bend: f64) -> Option<Scaling> {
-        Scaling::of(&machine(mass, bend), &Catalogue::built_in().unwrap().cords, None).unwrap()
+        Scaling::new(&machine(mass, bend), &Catalogue::built_in().unwrap().cords, None).unwrap()
     }
 
     #[test]
@@ -267,7 +267,7 @@ mod tests {
         let mut machine = machine(0.2, 0.0);
         machine.muscles[1].tension = [None, Some(0.6)];
         let cords = Catalogue::built_in().unwrap().cords;
-        let found = Scaling::of(&machine, &cords, None).unwrap().unwrap();
+        let found = Scaling::new(&machine, &cords, None).unwrap().unwrap();
         assert_eq!(found.tension[0], found.common);
         assert!((found.tension[1][1] - 0.6).abs() < 1e-15 && found.tension[1][0] <= 0.12 + 1e-15);
         found.applied(&machine).validate().unwrap();
@@ -275,6 +275,6 @@ mod tests {
 
     #[test]
     fn without_cords_nothing_is_scaled() {
-        assert_eq!(Scaling::of(&machine(0.2, 0.0), &[], None).unwrap(), None);
+        assert_eq!(Scaling::new(&machine(0.2, 0.0), &[], None).unwrap(), None);
     }
 }

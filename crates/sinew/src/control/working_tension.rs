@@ -167,7 +167,7 @@ impl Held {
         Ok(rows)
     }
 
-    /// The largest of the least tensions for a torque; none where no tensions give it.
+    /// The largest of the minimum tensions for a torque; none where no tensions give it.
     fn largest(&mut self, torque: &[f64], pose: &[f64]) -> Result<Option<WorkingTension>, Error> {
         let moment_arms = self.dynamics.moment_arms();
         let solution = self.distribution.solve(&Problem {
@@ -201,7 +201,7 @@ mod tests {
     fn machine(gravity: f64, joints: usize, arms: &[&[f64]]) -> Machine {
         let all: Vec<Slide> =
             (0..joints).map(|_| Slide { axis: UP, mass: 2.0, range: [-0.1, 0.1] }).collect();
-        Machine::of(&slides(gravity, &all, arms)).unwrap()
+        Machine::from_robot(&slides(gravity, &all, arms)).unwrap()
     }
 
     #[test]

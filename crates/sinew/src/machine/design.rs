@@ -23,7 +23,7 @@ use alloc::vec::Vec;
 /// use sinew::machine::Machine;
 /// let text = include_str!("../../../../models/lm_arm.toml");
 /// let parts = sinew::description::from_toml("lm_arm.toml", text).expect("a model of this repository").parts;
-/// let machine = Machine::of(&Robot::new(parts)?)?;
+/// let machine = Machine::from_robot(&Robot::new(parts)?)?;
 /// assert_eq!((machine.muscles.len(), machine.encoders.len()), (15, 7));
 /// # Ok::<(), sinew::Error>(())
 /// ```
@@ -57,7 +57,7 @@ pub struct Machine {
     pub devices: Vec<Device>,
 }
 
-/// The least of what the actuators of a muscle allow, N; none where they limit no tension.
+/// The smallest of what the actuators of a muscle allow, N; none where they limit no tension.
 fn largest_tension(parts: &crate::body::Parts, muscle: usize) -> Option<f64> {
     let actuators = parts.actuators.iter().filter(|actuator| actuator.tendon == muscle);
     actuators.filter_map(crate::body::Actuator::largest_tension).reduce(f64::min).filter(|most| *most > 0.0)
@@ -72,7 +72,7 @@ impl Machine {
     ///
     /// # Errors
     /// As [`validate`](Self::validate).
-    pub fn of(robot: &Robot) -> Result<Self, Error> {
+    pub fn from_robot(robot: &Robot) -> Result<Self, Error> {
         let parts = robot.parts();
         let sheath =
             |tendon: &crate::body::Tendon| tendon.sheath.as_ref().map(|sheath| [sheath.length, sheath.bend]);
@@ -172,7 +172,7 @@ impl Machine {
     pub fn poses(&self, places: usize) -> Result<Vec<Vec<f64>>, Error> {
         let ranges = self.ranges()?;
         let within = |point: Vec<f64>| {
-            ranges.iter().zip(point).map(|([low, high], share)| low + share * (high - low)).collect()
+            ranges.iter().zip(point).map(|([low, high], fraction)| low + fraction * (high - low)).collect()
         };
         let spread = EvenPoints::new(ranges.len()).map(within);
         Ok(core::iter::once(self.start.clone()).chain(spread).take(places).collect())

@@ -8,7 +8,7 @@ use sinew::drive::sizing::{Choice as Selected, Requirement, choose};
 use sinew::drive::{Catalogue, CatalogueWinch, Winch};
 use sinew::machine::Machine;
 
-/// Share of tension and speed of a drive that the motion may use.
+/// Fraction of tension and speed of a drive that the motion may use.
 const USED: f64 = 0.8;
 /// Time in which a winch crosses the dead band of its cable, s.
 const CROSSING: f64 = 0.4;
@@ -39,14 +39,14 @@ pub(super) struct Choice {
     pub(super) demands: DriveDemands,
     /// The requirement on every muscle's drive.
     pub(super) required: Vec<Requirement>,
-    /// The share of its nearest limit that every muscle's drive uses; above 1 it is too weak.
+    /// The fraction of its nearest limit that every muscle's drive uses; above 1 it is too weak.
     pub(super) used: Vec<f64>,
 }
 
 /// Chooses cables and drives for a motion, and a force at the end point, N.
 pub(super) fn of(machine: &Machine, motion: &SizingMotion, tip_force: Option<f64>) -> Result<Choice, Error> {
     let mut catalogue = Catalogue::built_in()?;
-    let scaling = Scaling::of(machine, &catalogue.cords, tip_force)?;
+    let scaling = Scaling::new(machine, &catalogue.cords, tip_force)?;
     let machine = scaling.as_ref().map_or_else(|| machine.clone(), |scaling| scaling.applied(machine));
     let demands = drive_demands(&machine, motion)?;
     let required: Vec<Requirement> = demands

@@ -215,7 +215,7 @@ fn drive(out: &mut String, choice: &Choice, drive: &ChosenDrive, motion: &Sizing
         most(|required| required.tension),
         most(|required| required.speed),
         most(|required| required.acceleration),
-        (100.0 * motion.share).round(),
+        (100.0 * motion.fraction).round(),
         motion.period
     );
     let used = mine().map(|muscle| choice.used[muscle]).fold(0.0, f64::max);
@@ -249,7 +249,7 @@ fn drive(out: &mut String, choice: &Choice, drive: &ChosenDrive, motion: &Sizing
                 winch.turns_per_layer,
                 winch.layers
             );
-            let _ = writeln!(out, "most_tension_n = {most:?}\nleast_tension_n = {least:?}");
+            let _ = writeln!(out, "max_tension_n = {most:?}\nleast_tension_n = {least:?}");
         }
     }
 }

@@ -33,7 +33,7 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
     machine.task = movable(&machine)?;
     let passive = passive(machine.robot.parts());
     passive.iter().for_each(|warning| eprintln!("warning: {}", one_line(warning)));
-    let motion = SizingMotion { period: arguments.period, share: arguments.share };
+    let motion = SizingMotion { period: arguments.period, fraction: arguments.fraction };
     let choice = choice::of(&machine, &motion, arguments.tip_force)?;
     let body = match source {
         Source::Robot { .. } if arguments.pulleys.is_some() => Body::Tables(to_toml(machine.robot.parts())),
@@ -94,7 +94,7 @@ fn of_body(body: &Path, source: &Source, arguments: &MachineNewArguments) -> Res
                 Routing::Two => PulleyRouting::Two,
             };
             let routed = pulleys.map(|radius| with_pulleys(&loaded.robot, radius, routing)).transpose()?;
-            machine_of(Description::of(
+            machine_of(Description::from_robot(
                 routed.as_ref().unwrap_or(&loaded.robot),
                 &body.display().to_string(),
             ))?
@@ -120,7 +120,7 @@ fn movable(machine: &Machine) -> Result<Task, Error> {
     }
     let span: [f64; 3] = std::array::from_fn(|k| high[k] - low[k]);
     let most = span.into_iter().fold(0.0, f64::max);
-    let axes = span.map(|span| span > LEAST_SPAN * most);
+    let axes = span.map(|span| span > MIN_SPAN * most);
     let count = axes.iter().filter(|moves| **moves).count();
     Ok(if (1..=machine.encoders.len()).contains(&count) {
         Task::EndPoint { site, axes }
@@ -129,9 +129,9 @@ fn movable(machine: &Machine) -> Result<Task, Error> {
     })
 }
 
-/// Poses over which the end point's coordinates are compared, and the least of their spans over the largest.
+/// Poses over which the end point's coordinates are compared, and the smallest of their spans over the largest.
 const POSES: usize = 60;
-const LEAST_SPAN: f64 = 0.01;
+const MIN_SPAN: f64 = 0.01;
 
 /// What is printed with `--json`.
 #[derive(Debug, Serialize)]
@@ -141,7 +141,7 @@ struct NewMachine<'a> {
     cord: Option<&'a str>,
     /// With which the body works; none for the default cable.
     working_tension_n: Option<f64>,
-    unreachable_share: f64,
+    unreachable_fraction: f64,
     /// The part of it in which smaller tensions would do.
     overpowered_fraction: f64,
     /// Of tendons that are passive in the body's description.
@@ -188,25 +188,25 @@ fn report(
     });
     let demands = &choice.demands;
     #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
-    let [unreachable_share, overpowered_fraction] =
+    let [unreachable_fraction, overpowered_fraction] =
         [demands.unreachable, demands.overpowered].map(|count| count as f64 / demands.samples as f64);
     let answer = NewMachine {
         file: out.display().to_string(),
         cord: choice.scaling.as_ref().map(|(scaling, _)| scaling.cord.name.as_str()),
         working_tension_n: choice.scaling.as_ref().map(|(scaling, _)| scaling.working.tension),
-        unreachable_share,
+        unreachable_fraction,
         overpowered_fraction,
         warnings,
         muscles: muscles.collect(),
     };
     let strong = choice.used.iter().all(|used| *used <= 1.0) && demands.unreachable == 0;
-    let outcome = Outcome::of(strong);
+    let outcome = Outcome::new(strong);
     if json {
         return Ok(Answer { outcome, content: Content::json(&answer)?, written });
     }
     let mut text = summary(&answer);
     if let Some(missing) = &demands.missing {
-        text += &unreachable_text(choice, unreachable_share, missing);
+        text += &unreachable_text(choice, unreachable_fraction, missing);
     }
     text.push('\n');
     Ok(Answer { outcome, content: Content::Text(text), written })
@@ -218,7 +218,7 @@ fn unreachable_text(choice: &Choice, fraction: f64, missing: &MissingTorque) -> 
     let joint = &parts.joints[choice.machine.robot.independent_joints()[missing.joint]];
     let unit = joint.kind.torque_unit();
     let (name, torque) = (one_line(&joint.name), number(Some(missing.torque)));
-    let share = percent(Some(fraction));
+    let fraction = percent(Some(fraction));
     let against = missing.against.map(|(muscle, tension, arm)| {
         let (newtons, arm) = (number(Some(tension)), number(Some(1e3 * arm.abs())));
         let name = one_line(&parts.tendons[muscle].name);
@@ -226,12 +226,12 @@ fn unreachable_text(choice: &Choice, fraction: f64, missing: &MissingTorque) -> 
     });
     match against {
         Some(against) if 2 * demands.overpowered > demands.unreachable => format!(
-            "\nIn {share} of the motion the smallest tensions of some muscles overpower the others, whatever their drives: most is missing \
+            "\nIn {fraction} of the motion the smallest tensions of some muscles overpower the others, whatever their drives: most is missing \
              at `{name}`, {torque} {unit}, against {against}. Smaller `tension_limits_n` with a thinner cable, another path of that muscle \
              or a longer moment arm of its opponents help.\n"
         ),
         _ => format!(
-            "\nIn {share} of the motion no tensions give the torque, whatever the drives; most is missing at {name}: {torque} {unit}. \
+            "\nIn {fraction} of the motion no tensions give the torque, whatever the drives; most is missing at {name}: {torque} {unit}. \
              It needs a muscle that pulls this way, or a longer moment arm.\n"
         ),
     }

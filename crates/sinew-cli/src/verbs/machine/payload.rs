@@ -43,7 +43,7 @@ pub(super) fn payload(machine: &Machine, poses: &[Vec<f64>], progress: &Progress
         let model = CapabilityModel::new(&machine.with(change)?)?;
         let median = |seconds: f64| {
             let held = model.clone().holding_for(seconds).held_payloads(poses)?;
-            Ok::<f64, Error>(Spread::of(&masses(&held)).median_kg)
+            Ok::<f64, Error>(Spread::new(&masses(&held)).median_kg)
         };
         payload.raised.push(Raised {
             change: change.name(),
@@ -75,7 +75,7 @@ fn held_for(
         words,
         seconds: seconds.is_finite().then_some(seconds),
         poses: each.iter().flatten().count(),
-        spread: Spread::of(&each),
+        spread: Spread::new(&each),
         limited_by: most.map(|((muscle, limit), poses)| Limit {
             muscle: machine.robot.parts().tendons[muscle].name.clone(),
             limit: limit.name(),

@@ -56,7 +56,7 @@ pub fn synthesize(
 ) -> Result<(ArmGains, Characteristics), Error> {
     let laws = models.iter().map(CableModel::law).collect::<Result<Vec<CableLaw>, Error>>()?;
     let (limits, found) = characterize(machine, &laws, poses)?;
-    let pace = Pace::of(machine);
+    let pace = Pace::from_machine(machine);
     let rules = &pace.rules;
     let resolution = machine.encoders.iter().flatten().map(|encoder| encoder.resolution);
     let resolution = resolution.fold(0.0, f64::max);
@@ -68,8 +68,8 @@ pub fn synthesize(
         damping: 0.53,
         observer_bandwidth: rules.observer_bandwidth,
         max_bandwidth_ratio: pace.max_bandwidth_ratio,
-        feedback_share: 0.05,
-        creep_feedback_share: 0.16,
+        feedback_fraction: 0.05,
+        creep_feedback_fraction: 0.16,
         slip_filter_time: 0.009,
         rest_time_constant: 0.38,
         joints: joints.map(|(encoder, joint)| of_joint(&pace, encoder.as_ref(), joint)).collect(),
@@ -104,21 +104,21 @@ pub fn characterize(
     let laws = &machine.laws_at_largest_bend(laws, poses)?;
     let limits = tension_limits(machine, laws);
     let working: Vec<f64> =
-        limits.iter().zip(laws).map(|([least, _], law)| law.pretension() + WORKING_SHARE * least).collect();
+        limits.iter().zip(laws).map(|([least, _], law)| law.pretension() + WORKING_FRACTION * least).collect();
     let mut model = MuscleDynamics::new(&machine.robot)?;
     let found = Characteristics::new(&mut model, laws, &working, poses, machine.attachment_tolerance())?;
     Ok((limits, found))
 }
 
-const WORKING_SHARE: f64 = 1.2;
+const WORKING_FRACTION: f64 = 1.2;
 
-/// Least and largest desired tension at every anchor, N; the first is never above the second: `[muscles]`.
+/// Smallest and largest desired tension at every anchor, N; the first is never above the second: `[muscles]`.
 #[must_use]
 pub fn tension_limits(machine: &Machine, laws: &[CableLaw]) -> Vec<[f64; 2]> {
     let limits = machine.muscles.iter().zip(laws).map(|(design, law)| {
         let drive = &design.drive;
         let (pretension, angle) = (law.pretension(), law.friction_angle());
-        let margin = (14.0 * drive.load_cell.noise).max(1.5 * drive.least_tension * libm::exp(angle));
+        let margin = (14.0 * drive.load_cell.noise).max(1.5 * drive.min_tension * libm::exp(angle));
         let least = design.tension[0].unwrap_or(pretension + margin);
         let most = drive.working_tension() * libm::exp(-angle) + pretension;
         [least, design.tension[1].map_or(most, |limit| limit.min(most)).max(least)]
@@ -181,8 +181,8 @@ fn of_muscle(
     (resolution, attachment): (f64, f64),
 ) -> MuscleGains {
     // A muscle that moves no joint in these poses keeps finite gains.
-    let arm = muscle.arm.max(LEAST_ARM);
-    let speed = drive.speed_at(SPEED_SHARE * drive.working_tension());
+    let arm = muscle.arm.max(MIN_ARM);
+    let speed = drive.speed_at(SPEED_FRACTION * drive.working_tension());
     let count = resolution * arm;
     let tolerance = (5.5 * count).max(0.0072 * muscle.dead_band);
     MuscleGains {
@@ -194,8 +194,8 @@ fn of_muscle(
         max_winch_acceleration: drive.acceleration,
         stop_deceleration: 0.4 * drive.acceleration,
         presliding_distance: 3.8e-3 * arm,
-        pre_travel_gain: rules.pre_travel_gain,
-        pre_travel_integral: rules.pre_travel_integral,
+        backlash_gain: rules.backlash_gain,
+        backlash_integral: rules.backlash_integral,
         tension,
         rest_tolerance: [tolerance, 1.55 * tolerance],
         rest_error: [(0.04 * arm).min(5e-4).max(8.0 * count), (0.08 * arm).min(1e-3).max(16.0 * count)],
@@ -206,25 +206,25 @@ fn of_muscle(
         max_tension_rate: 40.0 * drive.load_cell.range,
         max_equal_tensions: equal_samples(drive, *period),
         missing_tension: (0.38 * tension[0]).max(10.0 * drive.load_cell.noise),
-        least_drive_tension: drive.least_tension,
-        slack_tension: drive.least_tension + 0.14 * tension[0],
+        min_drive_tension: drive.min_tension,
+        slack_tension: drive.min_tension + 0.14 * tension[0],
         load_cell_noise: drive.load_cell.noise,
-        moment_arm_error: LEAST_ARM_ERROR.max(ATTACHMENT_SHARE * attachment / arm),
+        moment_arm_error: MIN_ARM_ERROR.max(ATTACHMENT_FRACTION * attachment / arm),
     }
 }
 
 /// Relative error of an estimated tension.
 const MODEL_ERROR: f64 = 0.02;
 
-/// Share of a drive's working tension at which its speed is given.
-const SPEED_SHARE: f64 = 0.8;
+/// Fraction of a drive's working tension at which its speed is given.
+const SPEED_FRACTION: f64 = 0.8;
 
-/// Least relative error of a moment arm, and the share of an attachment's tolerance that is one.
-const LEAST_ARM_ERROR: f64 = 0.015;
-const ATTACHMENT_SHARE: f64 = 0.8;
+/// Smallest relative error of a moment arm, and the fraction of an attachment's tolerance that is one.
+const MIN_ARM_ERROR: f64 = 0.015;
+const ATTACHMENT_FRACTION: f64 = 0.8;
 
 /// Least moment arm of a muscle, m.
-const LEAST_ARM: f64 = 1e-5;
+const MIN_ARM: f64 = 1e-5;
 
 /// Number of equal samples of a load cell that noise produces once in 1e12: each with the probability
 /// `r/(2 sqrt(pi) sigma)`; at least those of 8 ms, and four. What noise does is a number of samples whatever
@@ -247,7 +247,7 @@ mod tests {
 
     /// Three joints with a muscle each.
     fn lever() -> Machine {
-        Machine::of(&crate::muscle::tests::robots::chain(false)).unwrap()
+        Machine::from_robot(&crate::muscle::tests::robots::chain(false)).unwrap()
     }
 
     fn laws() -> Vec<CableLaw> {
@@ -265,7 +265,7 @@ mod tests {
         let (mut machine, laws) = (lever(), laws());
         machine.muscles[0].drive.load_cell.noise = 2.0;
         machine.muscles[1].drive.load_cell.noise = 0.0;
-        machine.muscles[1].drive.least_tension = 20.0;
+        machine.muscles[1].drive.min_tension = 20.0;
         let limits = tension_limits(&machine, &laws);
         let pretension = laws[0].pretension();
         assert_near(&[limits[0][0]], &[pretension + 14.0 * 2.0]);
@@ -362,9 +362,9 @@ mod tests {
         // Each alone takes the speed of an anchor at 60/s; four together at 240/s, of which these rules allow
         // a part.
         let rules = |shared_damping| ControlRules { shared_damping, ..ControlRules::default() };
-        for (shared, share) in [(0.5, 0.125), (2.0, 0.5), (5.0, 1.0)] {
+        for (shared, fraction) in [(0.5, 0.125), (2.0, 0.5), (5.0, 1.0)] {
             let gains = damping(&rules(shared), &[200.0; 4], &[4e4; 16]);
-            assert_near(&gains, &[share * 60.0 / 4e4; 4]);
+            assert_near(&gains, &[fraction * 60.0 / 4e4; 4]);
         }
         // Muscles of different strength, one of which is alone: no sum above the limit, and not far below it.
         let interaction = [4e4, 9e4, 0.0, 4e4, 9e4, 0.0, 0.0, 0.0, 100.0];
@@ -389,8 +389,8 @@ mod tests {
     fn muscle_gains(drive: &DriveParameters, arm: f64, dead_band: f64, resolution: f64) -> MuscleGains {
         let rules = ControlRules {
             position_gain: 0.8,
-            pre_travel_gain: 5.0,
-            pre_travel_integral: 4.0,
+            backlash_gain: 5.0,
+            backlash_integral: 4.0,
             ..ControlRules::default()
         };
         let muscle = MuscleCharacteristics { arm, dead_band, ..MuscleCharacteristics::default() };
@@ -407,7 +407,7 @@ mod tests {
         assert_near(&[gains.winch_deceleration, gains.stop_deceleration], &[1.4, 1.6]);
         assert_near(&[gains.max_winch_acceleration, gains.max_tension_rate], &[4.0, 40e3]);
         assert_near(
-            &[gains.position_gain, gains.pre_travel_gain, gains.pre_travel_integral],
+            &[gains.position_gain, gains.backlash_gain, gains.backlash_integral],
             &[0.8, 5.0, 4.0],
         );
         // 30 mrad of the moment arm, but of 3 ms to 4 ms of travel.
@@ -439,9 +439,9 @@ mod tests {
     fn a_missing_tension_exceeds_the_noise_and_a_slack_cable_the_tension_at_which_its_drive_stops() {
         let at = |noise: f64| {
             let load_cell = LoadCell { noise, ..LoadCell::one_kilonewton() };
-            let drive = DriveParameters { load_cell, least_tension: 2.0, ..DriveParameters::mc_am() };
+            let drive = DriveParameters { load_cell, min_tension: 2.0, ..DriveParameters::mc_am() };
             let gains = muscle_gains(&drive, 0.01, 0.01, 1e-6);
-            [gains.missing_tension, gains.least_drive_tension, gains.slack_tension]
+            [gains.missing_tension, gains.min_drive_tension, gains.slack_tension]
         };
         assert_near(&at(0.4), &[0.38 * 20.0, 2.0, 2.0 + 0.14 * 20.0]);
         assert_near(&at(1.5), &[15.0, 2.0, 2.0 + 0.14 * 20.0]);

@@ -53,10 +53,10 @@ pub(super) fn world(import: &mut Import<'_>) -> Result<(), DescriptionError> {
 }
 
 fn total_mass(import: &mut Import<'_>) {
-    let Some(wanted) = import.compiler.total_mass else { return };
+    let Some(desired) = import.compiler.total_mass else { return };
     let sum: f64 = import.parts.bodies.iter().map(|body| body.mass).sum();
     if sum > 0.0 {
-        let scale = wanted / sum;
+        let scale = desired / sum;
         for body in &mut import.parts.bodies {
             body.mass *= scale;
             body.inertia = body.inertia.map(|x| x * scale);
@@ -219,18 +219,18 @@ fn explicit(import: &Import<'_>, element: usize) -> Result<Inertia, DescriptionE
 fn bounded(import: &Import<'_>, at: usize, given: Inertia) -> Result<Inertia, DescriptionError> {
     let compiler = &import.compiler;
     let mut inertia = given;
-    inertia.mass = inertia.mass.max(compiler.least_mass);
+    inertia.mass = inertia.mass.max(compiler.min_mass);
     let (moments, axes) = inertia::principal(given.tensor);
-    let least = compiler.least_inertia;
-    let mut wanted = moments.map(|x| if least > 0.0 { x.max(least) } else { x });
-    let sum: f64 = wanted.iter().sum();
-    if compiler.balance && wanted.iter().any(|x| 2.0 * x > sum) {
-        wanted = [sum / 3.0; 3];
+    let least = compiler.min_inertia;
+    let mut desired = moments.map(|x| if least > 0.0 { x.max(least) } else { x });
+    let sum: f64 = desired.iter().sum();
+    if compiler.balance && desired.iter().any(|x| 2.0 * x > sum) {
+        desired = [sum / 3.0; 3];
     }
     // Values within the bounds keep their bits.
     let tolerance = 1e-15 * sum.abs();
-    if moments.iter().zip(wanted).any(|(have, want)| (have - want).abs() > tolerance) {
-        inertia.tensor = inertia::compose(wanted, axes);
+    if moments.iter().zip(desired).any(|(have, want)| (have - want).abs() > tolerance) {
+        inertia.tensor = inertia::compose(desired, axes);
     }
     inertia::possible(inertia.tensor).map_err(|problem| import.tree.error(at, "", problem))?;
     Ok(inertia)

@@ -30,7 +30,7 @@ tension_limits_n = [20.0, 500.0]
 #[test]
 fn a_pendulum_demands_its_weight_its_inertia_and_its_speed() {
     let machine = read(WHEEL).unwrap().machine;
-    let motion = SizingMotion { period: 2.0, share: 0.5 };
+    let motion = SizingMotion { period: 2.0, fraction: 0.5 };
     let demands = drive_demands(&machine, &motion).unwrap();
     assert_eq!((demands.unreachable, demands.missing), (0, None));
     let (amplitude, rate) = (0.5, 2.0 * PI / motion.period);
@@ -55,7 +55,7 @@ fn a_pendulum_demands_its_weight_its_inertia_and_its_speed() {
 fn a_payload_and_a_faster_motion_demand_more() {
     let mut machine = model("planar_leg").machine;
     let demand = |machine: &sinew::machine::Machine, period| {
-        drive_demands(machine, &SizingMotion { period, share: 0.6 }).unwrap()
+        drive_demands(machine, &SizingMotion { period, fraction: 0.6 }).unwrap()
     };
     let slow = demand(&machine, 4.0);
     let fast = demand(&machine, 0.5);
@@ -77,8 +77,8 @@ fn a_payload_and_a_faster_motion_demand_more() {
 fn a_joint_that_cables_pull_one_way_only_is_told() {
     let one = WHEEL.replace("joint = \"axle\", coefficient = 0.03", "joint = \"axle\", coefficient = -0.02");
     let demands =
-        drive_demands(&read(&one).unwrap().machine, &SizingMotion { period: 4.0, share: 1.0 }).unwrap();
+        drive_demands(&read(&one).unwrap().machine, &SizingMotion { period: 4.0, fraction: 1.0 }).unwrap();
     assert!(demands.unreachable > demands.samples / 4, "{}", demands.unreachable);
     assert_eq!(demands.missing.map(|missing| missing.joint), Some(0));
-    assert!(drive_demands(&read(WHEEL).unwrap().machine, &SizingMotion { period: 0.0, share: 1.0 }).is_err());
+    assert!(drive_demands(&read(WHEEL).unwrap().machine, &SizingMotion { period: 0.0, fraction: 1.0 }).is_err());
 }
