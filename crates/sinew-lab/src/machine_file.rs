@@ -214,24 +214,37 @@ impl Format {
     }
 }
 
-/// Text of a file that an MJCF model includes, or the reason why it cannot be read: only files within the
-/// model's folder are read, also after symbolic links are resolved.
+/// Text of a file that an MJCF model includes, or the reason why it cannot be read: below the nearest folder
+/// that holds both the model and the file, also after symbolic links are resolved, which may not be the root of
+/// the file system.
 ///
 /// # Errors
 /// The reason.
 pub fn include(folder: &Path, file: &str) -> Result<String, String> {
     let name = Path::new(file);
-    let inside = name.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-    let path = folder.join(name);
-    let root = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let real = |path: &Path| path.canonicalize();
-    let outside = || "lies outside the model's folder: expected a file within it".to_owned();
-    if !inside {
+    let (mut below, mut up) = (0_usize, 0_usize);
+    for part in name.components() {
+        match part {
+            Component::Normal(_) => below += 1,
+            Component::CurDir => {}
+            Component::ParentDir if below > 0 => below -= 1,
+            Component::ParentDir => up += 1,
+            Component::RootDir | Component::Prefix(_) => {
+                return Err("is an absolute path: expected one from the model's folder".to_owned());
+            }
+        }
+    }
+    let unreadable = |e: std::io::Error| format!("cannot be read: {e}");
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let common = folder.canonicalize().map_err(unreadable)?;
+    let common = common.ancestors().nth(up).filter(|common| up == 0 || common.parent().is_some());
+    let outside = || {
+        let problem = "lies outside the folder that holds it and the model: expected a file within it";
+        problem.to_owned()
+    };
+    let path = folder.join(name).canonicalize().map_err(unreadable)?;
+    if !common.is_some_and(|common| path.starts_with(common)) {
         return Err(outside());
     }
-    match (real(root), real(&path)) {
-        (Ok(root), Ok(path)) if path.starts_with(&root) => read_text(&path).map_err(|e| e.to_string()),
-        (Ok(_), Ok(_)) => Err(outside()),
-        (Err(e), _) | (_, Err(e)) => Err(format!("cannot be read: {e}")),
-    }
+    read_text(&path).map_err(|e| e.to_string())
 }

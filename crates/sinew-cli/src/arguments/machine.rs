@@ -1,7 +1,7 @@
 //! Arguments of the verbs about machines.
 
 use super::values::number;
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
 /// Machine files: a body with its cables, drives, sensors and task.
@@ -78,6 +78,38 @@ pub(crate) struct MachineNewArguments {
     #[arg(long, alias = "share", value_name = "FRACTION", default_value_t = 0.6,
         value_parser = number("a number in (0, 1]", |fraction| fraction > 0.0 && fraction <= 1.0))]
     pub(crate) fraction: f64,
+    /// Radius of pulleys, m or as 8mm: tendons of constant moment arms for a body that is described by its joints
+    /// alone
+    #[arg(long, value_name = "RADIUS", value_parser = radius, conflicts_with = "muscles")]
+    pub(crate) pulleys: Option<f64>,
+    /// Tendons of a chain of n joints on pulleys: one more than joints, or two for every joint
+    #[arg(long, value_name = "ROUTING", default_value = "n+1", requires = "pulleys")]
+    pub(crate) routing: Routing,
+    /// Force at the end point that the muscles exert beside the weight of the body [default: half of the moving
+    /// weight]
+    #[arg(long, value_name = "N", value_parser = number("0 to 100000 N", |n| (0.0..=1e5).contains(&n)))]
+    pub(crate) tip_force: Option<f64>,
+}
+
+/// How tendons run over pulleys.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Routing {
+    /// One tendon more than joints
+    #[value(name = "n+1")]
+    OneMore,
+    /// Two tendons for every joint
+    #[value(name = "2n")]
+    Two,
+}
+
+/// A length in m, or in mm where it says so.
+fn radius(text: &str) -> Result<f64, String> {
+    let (digits, unit) = text.strip_suffix("mm").map_or((text, 1.0), |digits| (digits, 1e-3));
+    let length = digits.trim().parse::<f64>().map(|length| length * unit);
+    length
+        .ok()
+        .filter(|r| (1e-4..=1.0).contains(r))
+        .ok_or_else(|| "expected a radius from 0.1mm to 1 m, such as 8mm".to_owned())
 }
 
 /// Map what a machine can do over its workspace: torques and forces, payload, speed, stiffness, and which

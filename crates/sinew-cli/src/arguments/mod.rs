@@ -41,6 +41,7 @@ pub(crate) use log::{
 pub(crate) use machine::{
     MachineArguments, MachineBodyArguments, MachineConvertArguments, MachineEvaluateArguments,
     MachineMapArguments, MachineNewArguments, MachineShowArguments, MachineTuneArguments, MachineVerb,
+    Routing,
 };
 pub(crate) use motion::MotionArguments;
 pub(crate) use page::PageArguments;

@@ -223,18 +223,158 @@ fn a_body_that_cannot_run_is_refused_before_a_machine_file_is_written() {
 }
 
 #[test]
-fn small_joints_get_thin_rope_and_a_machine_is_copied_with_its_body() {
+fn a_body_gets_cord_limits_and_drums_of_its_size_and_a_machine_is_copied_with_its_body() {
     let bench = Bench::new();
     bench.succeeds("machine convert finger finger.toml");
     let answer = json(&bench, "machine new finger.toml --out thin.toml --json");
-    assert_eq!(answer["thin_rope"], true);
+    let light = answer["working_tension_n"].as_f64().unwrap();
+    assert!(answer["cord"].as_str().unwrap().contains("mm") && light < 20.0, "{answer}");
     let shown = json(&bench, "machine show thin.toml --json");
     let bands = shown["joints"].as_array().unwrap().iter().map(|joint| joint["dead_band"].as_f64().unwrap());
-    assert!(bands.clone().all(|band| band > 0.0 && band < 0.2), "{:?}", bands.collect::<Vec<_>>());
+    assert!(bands.clone().all(|band| band > 0.0 && band < 0.05), "{:?}", bands.collect::<Vec<_>>());
+    // A force at its tip asks for more.
+    let strong = json(&bench, "machine new finger.toml --out strong.toml --tip-force 3 --json");
+    assert!(strong["working_tension_n"].as_f64().unwrap() > 2.0 * light, "{strong}");
+    bench.refuses_usage("machine new finger.toml --out a.toml --tip-force -1", &["--tip-force", "100000"]);
     bench.succeeds("machine new exosuit_elbow --out suit.toml");
     let text = bench.read("suit.toml");
     assert!(text.contains("[[body]]") && !text.contains("body = \"exo"), "{text}");
     bench.succeeds("machine show suit.toml");
+}
+
+/// A knuckle of 10 g on tendons of at most `newtons`, 6 mm beside its joint.
+fn knuckle(newtons: u32) -> String {
+    let site = |name: &str, x: f64, side: f64| format!("<site name=\"{name}\" pos=\"{x} 0 {side}\"/>");
+    let tendon = |name: &str, from: &str, to: &str| {
+        format!("<spatial name=\"{name}\"><site site=\"{from}\"/><site site=\"{to}\"/></spatial>")
+    };
+    let motor = |tendon: &str| {
+        format!("<motor tendon=\"{tendon}\" gear=\"{newtons}\" ctrllimited=\"true\" ctrlrange=\"-1 0\"/>")
+    };
+    format!(
+        "<mujoco><compiler angle=\"radian\"/><worldbody>{}{}<body name=\"tip\" pos=\"0.01 0 0\"><joint name=\"knuckle\" axis=\"0 1 0\" \
+         range=\"-0.7 0.7\"/><geom type=\"capsule\" fromto=\"0 0 0 0.03 0 0\" size=\"0.005\" mass=\"0.01\"/>{}{}</body></worldbody>\
+         <tendon>{}{}</tendon><actuator>{}{}</actuator></mujoco>",
+        site("a", 0.0, 0.006),
+        site("b", 0.0, -0.006),
+        site("c", 0.01, 0.006),
+        site("d", 0.01, -0.006),
+        tendon("extensor", "a", "c"),
+        tendon("flexor", "b", "d"),
+        motor("extensor"),
+        motor("flexor"),
+    )
+}
+
+#[test]
+fn a_small_hand_moves_with_tendons_as_strong_as_its_file_says_and_no_stronger() {
+    let bench = Bench::new();
+    for newtons in [2, 20] {
+        bench.write("hand.xml", knuckle(newtons));
+        bench.succeeds("machine new hand.xml --out hand.toml --force");
+        let shown = json(&bench, "machine show hand.toml --json");
+        for muscle in shown["muscles"].as_array().unwrap() {
+            let limits = muscle["tension_limits_n"].as_array().unwrap();
+            let [taut, most] = [0, 1].map(|k| limits[k].as_f64().unwrap());
+            assert!(taut < 1.0 && taut < 0.5 * most && most <= f64::from(newtons), "{muscle}");
+        }
+        bench.succeeds("track hand.toml --path tour --repeats 1 --seed 3");
+    }
+    let text = bench.read("hand.toml");
+    assert!(text.contains("# endpoint = \"c\"") || text.contains("# endpoint = \"d\""), "{text}");
+    let run = bench.run("track hand.toml --path tour --repeats 1 --payload 0.01");
+    assert!(run.stderr.contains("name a site of the body as `endpoint` in [task]"), "{}", run.stderr);
+    bench.succeeds("machine new hand.xml --out hand.toml --force");
+    assert!(bench.succeeds("machine map hand.toml --poses 10").stdout.contains("`endpoint = \"SITE\"`"));
+}
+
+/// A palm with two fingers of two joints and one, described by their joints alone.
+fn hand_of_joints() -> String {
+    let link = |name: &str, mass: f64| {
+        let inertia = mass * 2e-4;
+        format!(
+            "<link name=\"{name}\"><inertial><origin xyz=\"0.02 0 0\"/><mass value=\"{mass}\"/><inertia ixx=\"{inertia}\" \
+             iyy=\"{inertia}\" izz=\"{inertia}\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>"
+        )
+    };
+    let joint = |name: &str, parent: &str, child: &str, y: f64| {
+        format!(
+            "<joint name=\"{name}\" type=\"revolute\"><parent link=\"{parent}\"/><child link=\"{child}\"/><origin xyz=\"0.04 {y} 0\"/>\
+             <axis xyz=\"0 1 0\"/><limit lower=\"0\" upper=\"1.4\" effort=\"1\" velocity=\"5\"/></joint>"
+        )
+    };
+    format!(
+        "<robot name=\"hand\">{}{}{}{}{}{}{}</robot>",
+        "<link name=\"palm\"/>",
+        link("base", 0.02),
+        link("tip", 0.012),
+        link("thumb", 0.015),
+        joint("index_base", "palm", "base", 0.02),
+        joint("index_tip", "base", "tip", 0.0),
+        joint("thumb_base", "palm", "thumb", -0.02),
+    )
+}
+
+#[test]
+fn a_hand_of_joints_alone_gets_tendons_on_pulleys_and_moves() {
+    let bench = Bench::new();
+    bench.write("hand.urdf", hand_of_joints());
+    bench.refuses("machine new hand.urdf --out hand.toml", &["muscles"]);
+    for (routing, names) in [
+        ("", vec!["index_base_f", "index_tip_f", "index_tip_e", "thumb_base_f", "thumb_base_e"]),
+        (
+            " --routing 2n",
+            vec![
+                "index_base_f",
+                "index_base_e",
+                "index_tip_f",
+                "index_tip_e",
+                "thumb_base_f",
+                "thumb_base_e",
+            ],
+        ),
+    ] {
+        let answer = json(
+            &bench,
+            &format!("machine new hand.urdf --pulleys 8mm{routing} --out hand.toml --force --json"),
+        );
+        let muscles = answer["muscles"].as_array().unwrap();
+        assert_eq!(
+            muscles.iter().map(|muscle| muscle["muscle"].as_str().unwrap()).collect::<Vec<_>>(),
+            names
+        );
+        bench.succeeds("track hand.toml --path tour --repeats 1 --seed 2");
+    }
+    bench.refuses("machine new hand.toml --pulleys 8mm --out again.toml", &["joints alone"]);
+    bench.refuses_usage("machine new hand.urdf --pulleys 8cm --out a.toml", &["--pulleys", "8mm"]);
+    bench.refuses_usage("machine new hand.urdf --routing 2n --out a.toml", &["--pulleys"]);
+}
+
+#[test]
+fn a_tendon_that_is_passive_in_its_file_is_told_where_it_becomes_a_muscle() {
+    let bench = Bench::new();
+    let hand = knuckle(20);
+    let told = |text: &str| {
+        bench.write("hand.xml", text);
+        let answer = json(&bench, "machine new hand.xml --out hand.toml --force --json");
+        answer["warnings"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|w| w.as_str().unwrap().to_owned())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(told(&hand), Vec::<String>::new());
+    let spring =
+        told(&hand.replace("<spatial name=\"extensor\">", "<spatial name=\"extensor\" stiffness=\"350\">"));
+    assert!(spring.len() == 1 && spring[0].contains("`extensor`") && spring[0].contains("350"), "{spring:?}");
+    let start = hand.find("<motor tendon=\"extensor\"").unwrap();
+    let end = start + hand[start..].find("/>").unwrap() + 2;
+    let cord = told(&format!("{}{}", &hand[..start], &hand[end..]));
+    assert!(cord.len() == 1 && cord[0].contains("no actuator") && cord[0].contains("`extensor`"), "{cord:?}");
+    // Of a body whose tendons nothing pulls, all are muscles.
+    let actuators = hand.find("<actuator>").unwrap();
+    assert_eq!(told(&format!("{}</mujoco>", &hand[..actuators])), Vec::<String>::new());
 }
 
 #[test]

@@ -67,15 +67,41 @@ fn a_mesh_is_drawn_where_it_can_be_read_and_named_where_it_cannot() {
 }
 
 #[test]
+fn a_model_includes_files_that_lie_beside_its_folder_but_no_link_leads_out_of_what_holds_both() {
+    let bench = Bench::new();
+    for folder in ["all/robot", "all/shared", "away"] {
+        std::fs::create_dir_all(bench.path(folder)).unwrap();
+    }
+    let body = "<mujoco><worldbody><body name=\"tip\"><joint name=\"j\" range=\"0 1\"/><geom size=\".1\"/></body></worldbody></mujoco>";
+    bench.write("all/shared/tip.xml", body);
+    bench.write("away/tip.xml", body);
+    let model = |file: &str| format!("<mujoco>\n<include file=\"{file}\"/></mujoco>");
+    bench.write("all/robot/leg.xml", model("../shared/tip.xml"));
+    assert!(bench.succeeds("machine body all/robot/leg.xml").stdout.contains("1 joints"));
+    bench.write("m.toml", "body = \"all/robot/leg.xml\"\n");
+    assert!(bench.succeeds("machine body m.toml").stdout.contains("1 joints"));
+    bench.write("all/robot/leg.xml", model("../shared/gone.xml"));
+    bench.refuses("machine body all/robot/leg.xml", &["leg.xml:2", "gone.xml", "cannot be read"]);
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(bench.path("away/tip.xml"), bench.path("all/shared/link.xml")).unwrap();
+        bench.write("all/robot/leg.xml", model("../shared/link.xml"));
+        bench.refuses("machine body all/robot/leg.xml", &["leg.xml:2", "link.xml", "outside"]);
+    }
+}
+
+#[test]
 fn bad_robots_and_poses_are_refused_with_their_place() {
     let bench = Bench::new();
-    bench.write("out.xml", "<mujoco>\n<include file=\"../secret.xml\"/></mujoco>");
+    bench.write("out.xml", "<mujoco>\n<include file=\"/secret.xml\"/></mujoco>");
+    bench.write("up.xml", format!("<mujoco>\n<include file=\"{}tmp\"/></mujoco>", "../".repeat(40)));
     bench.write("circle.xml", "<mujoco>\n<include file=\"circle.xml\"/></mujoco>");
     bench.write("unit.toml", "[[body]]\nname = \"b\"\nmass_g = 1\n");
     bench.write("poses.csv", "elbow_flexion\nfar\n");
     bench.write("names.csv", "elbow\n1\n");
     for (arguments, words) in [
-        ("machine body out.xml", ["out.xml:2", "outside"]),
+        ("machine body out.xml", ["out.xml:2", "absolute"]),
+        ("machine body up.xml", ["up.xml:2", "outside"]),
         ("machine body circle.xml", ["circle.xml", "included already"]),
         ("machine body unit.toml", ["unit.toml:3", "mass_g"]),
         ("machine body robot.step", ["robot.step", ".toml"]),

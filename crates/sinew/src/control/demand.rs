@@ -52,12 +52,26 @@ pub struct DriveDemand {
 pub struct DriveDemands {
     /// `[muscles]`.
     pub muscles: Vec<DriveDemand>,
-    /// Sampled instants at which no tensions give the torque, whatever the drives.
+    /// Sampled instants at which no tensions from the smallest on give the torque, whatever the drives.
     pub unreachable: usize,
-    /// Index of the joint with the largest missing torque, and that torque, Nm or N.
-    pub missing: Option<(usize, f64)>,
+    /// Those of them at which smaller tensions would.
+    pub overpowered: usize,
+    /// The largest missing torque.
+    pub missing: Option<MissingTorque>,
     /// All sampled instants.
     pub samples: usize,
+}
+
+/// A torque that no tensions give.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MissingTorque {
+    /// Independent joint.
+    pub joint: usize,
+    /// Nm or N.
+    pub torque: f64,
+    /// The muscle whose smallest tension pulls most against it, that tension, N, and its moment arm, m; none
+    /// where no muscle does.
+    pub against: Option<(usize, f64, f64)>,
 }
 
 /// Cells of a cable.
@@ -98,7 +112,8 @@ pub fn drive_demands(machine: &Machine, motion: &SizingMotion) -> Result<DriveDe
         .map(|(least, law)| DriveDemand { tension: near_tension(*least, law), ..DriveDemand::default() });
     let least = least.collect();
     let mut torques = Torques::new(minimum, machine.encoders.len());
-    let mut demands = DriveDemands { muscles: least, unreachable: 0, missing: None, samples: SAMPLES };
+    let mut demands =
+        DriveDemands { muscles: least, unreachable: 0, overpowered: 0, missing: None, samples: SAMPLES };
     for _ in 0..SAMPLES {
         let [q, v, a] = sampler.next();
         dynamics.evaluate(&q)?;
@@ -203,11 +218,21 @@ impl Torques {
             }
         } else {
             demands.unreachable += 1;
-            for (joint, missing) in solution.residual.iter().enumerate() {
-                if demands.missing.is_none_or(|(_, most)| missing.abs() > most.abs()) {
-                    demands.missing = Some((joint, *missing));
+            for (joint, torque) in solution.residual.iter().enumerate() {
+                if demands.missing.is_none_or(|missing| torque.abs() > missing.torque.abs()) {
+                    let against = against(dynamics.moment_arms(), &self.minimum, (joint, *torque), v.len());
+                    demands.missing = Some(MissingTorque { joint, torque: *torque, against });
                 }
             }
+            let solution = self.distribution.solve(&Problem {
+                moment_arms: dynamics.moment_arms(),
+                torque: &self.torque,
+                minimum: &self.zeros,
+                maximum: &self.maximum,
+                reference: &self.zeros,
+                weight: &self.ones,
+            })?;
+            demands.overpowered += usize::from(solution.status == Status::Optimal);
         }
         dynamics.anchor_motion(v, &mut self.motion);
         for (demand, speed) in demands.muscles.iter_mut().zip(&self.motion) {
@@ -219,6 +244,19 @@ impl Torques {
         }
         Ok(())
     }
+}
+
+/// The muscle whose smallest tension pulls most against the torque that is missing at a joint.
+fn against(
+    moment_arms: &[f64],
+    minimum: &[f64],
+    (joint, torque): (usize, f64),
+    joints: usize,
+) -> Option<(usize, f64, f64)> {
+    let arms = moment_arms.chunks_exact(joints).zip(minimum).enumerate();
+    let pulls = arms.map(|(muscle, (row, tension))| (muscle, *tension, row[joint]));
+    let wrong = pulls.filter(|(_, tension, arm)| tension * arm * torque < 0.0);
+    wrong.max_by(|a, b| (a.1 * a.2).abs().total_cmp(&(b.1 * b.2).abs()))
 }
 
 /// Travel of every muscle over the ranges of all joints, m.
@@ -271,13 +309,33 @@ mod tests {
         let machine = machine(9.81, &[[-0.1, 0.1]; 2], &[&[-1.0, 0.0], &[0.0, -3.0]]);
         let demands = drive_demands(&machine, &SLOW).unwrap();
         assert_eq!(demands.unreachable, demands.samples);
-        let (joint, missing) = demands.missing.unwrap();
+        assert_eq!(demands.overpowered, 0, "smaller tensions lift no weight");
+        let missing = demands.missing.unwrap();
         // 4 kg and 20 N are missing at the lower slide, 2 kg and 60 N at the upper one.
-        assert_eq!(joint, 1);
-        assert!((missing - (2.0 * 9.81 + 60.0)).abs() < 3e-7, "{missing}");
+        assert_eq!((missing.joint, missing.against), (1, Some((1, 20.0, -3.0))));
+        assert!((missing.torque - (2.0 * 9.81 + 60.0)).abs() < 3e-7, "{missing:?}");
         for (demand, law) in demands.muscles.iter().zip(machine.laws(CELLS).unwrap()) {
             let tension = (20.0 - law.pretension()) * libm::exp(law.friction_angle());
             assert!((demand.tension - tension).abs() < 1e-14, "{} {tension}", demand.tension);
+        }
+    }
+
+    #[test]
+    fn a_weight_that_the_smallest_tension_of_its_cable_lifts_off_is_overpowered_and_the_cable_named() {
+        // A cable lifts each of two weights, nothing but the weight pulls down.
+        let arms: &[&[f64]] = &[&[1.0, 0.0], &[0.0, 1.0]];
+        for (smallest, overpowered) in [(1.0, false), (19.0, false), (25.0, true)] {
+            let mut machine = machine(9.81, &[[-0.1, 0.1]; 2], arms);
+            machine.muscles.iter_mut().for_each(|design| design.tension = [Some(smallest), None]);
+            let demands = drive_demands(&machine, &SLOW).unwrap();
+            assert_eq!(demands.overpowered > 0, overpowered, "{smallest}");
+            assert_eq!(demands.overpowered, demands.unreachable);
+            if overpowered {
+                // 25 N lift the upper weight of 19.62 N.
+                let missing = demands.missing.unwrap();
+                assert_eq!((missing.joint, missing.against), (1, Some((1, 25.0, 1.0))));
+                assert!((missing.torque + 25.0 - 19.62).abs() < 1e-6, "{missing:?}");
+            }
         }
     }
 

@@ -8,9 +8,12 @@ pub mod capability;
 pub mod compensation;
 pub mod demand;
 pub mod inverse;
+#[cfg(feature = "description")]
+pub mod scaling;
 pub mod stretch;
 pub mod supervisor;
 pub mod tension;
+pub mod working_tension;
 
 #[cfg(test)]
 mod tests;

@@ -1,4 +1,4 @@
-//! Motors, reducers and winches to choose from, each number with its source.
+//! Motors, reducers, winches and cords to choose from, each number with its source.
 
 use super::motor::Motor;
 use super::reducer::Reducer;
@@ -6,7 +6,7 @@ use super::winch::Winch;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// Motors, reducers and winches for the design of drives.
+/// Motors, reducers, winches and cords for the design of drives.
 ///
 /// Its file is read by [`Catalogue::from_toml`].
 ///
@@ -25,6 +25,8 @@ pub struct Catalogue {
     pub reducers: Vec<CatalogueReducer>,
     /// In file order, at least one.
     pub winches: Vec<CatalogueWinch>,
+    /// From the thinnest to the thickest; may be empty.
+    pub cords: Vec<CatalogueCord>,
 }
 
 /// A motor with its amplifier.
@@ -97,6 +99,34 @@ pub struct CatalogueWinch {
     pub assumed: Vec<String>,
     /// The winch itself.
     pub parameters: Winch,
+}
+
+/// A cord or a rope in a lined sheath.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CatalogueCord {
+    /// Unique among cords.
+    pub name: String,
+    /// Where its numbers come from.
+    pub source: String,
+    /// Numbers without a source.
+    pub assumed: Vec<String>,
+    /// The cord itself.
+    pub parameters: Cord,
+}
+
+/// Numbers of a [`CatalogueCord`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cord {
+    /// m, > 0.
+    pub diameter: f64,
+    /// Without knots, N, > 0.
+    pub breaking_load: f64,
+    /// `E A`, N, > 0.
+    pub stiffness: f64,
+    /// `mu` in the lining of its sheath, 1, >= 0.
+    pub friction: f64,
+    /// Grease drag of a sheath of 0.5 m, N s/m, >= 0.
+    pub drag: f64,
 }
 
 impl CatalogueReducer {

@@ -22,7 +22,9 @@ mod velocity_loop;
 mod winch;
 
 #[cfg(feature = "description")]
-pub use catalogue::{Catalogue, CatalogueMotor, CatalogueReducer, CatalogueWinch, ReducerLosses};
+pub use catalogue::{
+    Catalogue, CatalogueCord, CatalogueMotor, CatalogueReducer, CatalogueWinch, Cord, ReducerLosses,
+};
 pub use current_loop::CurrentLoop;
 pub use endurance::MotorTemperatures;
 pub use machine::{Drive, DriveCommand, DriveFault, DriveReading, DriveStep};

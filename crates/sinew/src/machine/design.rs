@@ -124,8 +124,7 @@ impl Machine {
         let mut machine = Self { payload: 0.0, ..self.clone() };
         if self.payload > 0.0 {
             let Some(site) = self.payload_site() else {
-                return within("payload", "0 for a machine without an end point", self.payload, false)
-                    .map(|_| machine);
+                return within("payload", NO_END_POINT, self.payload, false).map(|_| machine);
             };
             let site = &self.robot.parts().sites[site];
             machine.robot = self.robot.with_payload(site.body, site.position, self.payload)?;
@@ -232,8 +231,10 @@ impl Machine {
     }
 }
 
-const SOME_MUSCLE: &str = "at least one: a tendon of an MJCF file, a [[muscle]] of a TOML file or, for \
-    NAME.urdf, of NAME.muscles.toml";
+const SOME_MUSCLE: &str = "at least one: a tendon of an MJCF file, a [[muscle]] of a TOML file or, for NAME.urdf, of \
+                          NAME.muscles.toml";
+const NO_END_POINT: &str = "0 for a machine without an end point: name a site of the body as `endpoint` in [task], or \
+                            call one `endpoint`";
 const SOME_JOINT: &str = "at least one hinge or slide that follows no other";
 
 impl Machine {

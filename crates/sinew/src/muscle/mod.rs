@@ -8,6 +8,7 @@ mod circle;
 mod dynamics;
 mod geometry;
 mod path;
+mod pulleys;
 mod sparse_arms;
 mod surface;
 #[cfg(test)]
@@ -16,3 +17,4 @@ mod topology;
 
 pub use dynamics::MuscleDynamics;
 pub use geometry::{Geometry, Muscles};
+pub use pulleys::{PulleyRouting, with_pulleys};

@@ -1,6 +1,6 @@
 //! The text of a new machine file.
 
-use super::choice::{Choice, ChosenDrive, ThinRope};
+use super::choice::{Choice, ChosenDrive};
 use sinew::body::JointKind;
 use sinew::control::demand::SizingMotion;
 use sinew::machine::{Machine, Task};
@@ -111,11 +111,28 @@ fn task(out: &mut String, choice: &Choice) {
                 ["x", "y", "z"].into_iter().zip(axes).filter_map(|(axis, is)| is.then_some(axis)).collect();
             let _ = writeln!(out, "endpoint = {site}\naxes = {axes:?}");
         }
-        Task::Joints => *out += "space = \"joints\"\n",
+        Task::Joints => {
+            *out += "space = \"joints\"\n";
+            out.push_str(&possible_end_point(machine));
+        }
     }
     *out += "\n# The pose that is preferred where the task leaves joints free.\n# [redundancy]\n";
     let _ = writeln!(out, "# rest = {}", by_joint(choice, &machine.redundancy.rest));
     let _ = writeln!(out, "# weight = {}", by_joint(choice, &machine.redundancy.weight));
+}
+
+/// How the file would name a point that carries a payload: the last site of the last body that has one.
+fn possible_end_point(machine: &Machine) -> String {
+    let sites = machine.robot.parts().sites.iter().rev();
+    match sites.max_by_key(|site| site.body) {
+        Some(site) if machine.payload_site().is_none() => {
+            format!(
+                "# A point that carries payloads and can be tracked: a site of the body.\n# endpoint = {}\n",
+                quoted(&site.name)
+            )
+        }
+        _ => String::new(),
+    }
 }
 
 fn joints(out: &mut String, choice: &Choice) {
@@ -144,28 +161,47 @@ fn every_transmission(out: &mut String, choice: &Choice) {
     *out += "# Change of the bend with joints that a sheath passes, rad per rad or m, from the start on: \
         joint = slope.\n";
     *out += "# bend_by_joint = {}\n";
-    let Some(band) = choice.thin else {
+    let Some((scaling, _)) = &choice.scaling else {
         *out += "# The bench's cable; friction and compliance decide most.\n";
         *out += "# cable = { friction = 0.156, pretension_n = 15.5, compliance_per_n = 2.56e-4 }\n";
         return;
     };
-    let (cable, cell) = (ThinRope::cable(), ThinRope::load_cell());
-    let [least, most] = ThinRope::TENSION;
-    let _ = writeln!(out, "tension_limits_n = [{least:?}, {most:?}]");
+    let (cable, cell, cord) = (scaling.cable(), scaling.load_cell(), &scaling.cord);
+    let [taut, most] = scaling.common.map(rounded);
     let _ = write!(
         out,
-        "\n# With the default cable of 3 mm a joint has a dead band of {band:.2} rad: steel rope of 0.5 mm \
-            instead; all\n\
-         # numbers assumed.\n[every_transmission.cable]\nfriction = {:?}\nefficiency = \
-         {:?}\ndrag_n_s_per_m = {:?}\n\
-         drag_fade_n = {:?}\npretension_n = {:?}\ncompliance_per_n = {:?}\n",
-        cable.friction, cable.efficiency, cable.drag, cable.drag_fade, cable.pretension, cable.compliance
+        "# The body works with {:.3} N: its weight and {:.3} N at its end, in the middle of the joints' ranges. Limits of the\n\
+         # tension at the anchors follow from that, and the thinnest cord that breaks at five times the largest at the drive.\n\
+         tension_limits_n = [{taut:?}, {most:?}]\n",
+        scaling.working.tension, scaling.working.tip_force
+    );
+    let _ = write!(
+        out,
+        "\n# {}: {:.3} mm, {:?} N at break; {}.\n[every_transmission.cable]\nfriction = {:?}\nefficiency = {:?}\n\
+         drag_n_s_per_m = {:?}\ndrag_fade_n = {:?}\npretension_n = {:?}\ncompliance_per_n = {:?}\n",
+        cord.name,
+        1e3 * cord.parameters.diameter,
+        cord.parameters.breaking_load,
+        cord.source,
+        cable.friction,
+        cable.efficiency,
+        cable.drag,
+        rounded(cable.drag_fade),
+        rounded(cable.pretension),
+        rounded(cable.compliance)
     );
     let _ = write!(
         out,
         "\n[every_transmission.load_cell]\nnoise_n = {:?}\nresolution_n = {:?}\nrange_n = {:?}\n",
-        cell.noise, cell.resolution, cell.range
+        rounded(cell.noise),
+        rounded(cell.resolution),
+        rounded(cell.range)
     );
+}
+
+/// Three digits: what is chosen is not known better.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
 }
 
 fn drive(out: &mut String, choice: &Choice, drive: &ChosenDrive, motion: &SizingMotion) {
@@ -205,15 +241,18 @@ fn drive(out: &mut String, choice: &Choice, drive: &ChosenDrive, motion: &Sizing
             let _ = writeln!(out, "winch = {}", quoted(winch));
         }
         None => {
-            let winch = ThinRope::winch();
-            let [least, most] = ThinRope::DRIVE;
+            let Some((scaling, winch)) = &choice.scaling else { return };
+            let [least, most] = scaling.drive_limits().map(rounded);
             let _ = writeln!(
                 out,
-                "winch = {{ radius_m = {:?}, lead_m = {:?}, cable_diameter_m = {:?}, turns_per_layer = \
-                    {:?}, layers = {} }}",
-                winch.radius, winch.lead, winch.cable_diameter, winch.turns_per_layer, winch.layers
+                "winch = {{ radius_m = {:?}, lead_m = {:?}, cable_diameter_m = {:?}, turns_per_layer = {:?}, layers = {} }}",
+                rounded(winch.radius),
+                rounded(winch.lead),
+                winch.cable_diameter,
+                winch.turns_per_layer,
+                winch.layers
             );
-            let _ = writeln!(out, "max_tension_n = {most:?}\nleast_tension_n = {least:?}");
+            let _ = writeln!(out, "max_tension_n = {most:?}\nmin_tension_n = {least:?}");
         }
     }
 }
@@ -224,6 +263,13 @@ fn transmissions(out: &mut String, choice: &Choice) {
         let drive = &choice.drives[choice.drive_of[index]].name;
         let _ =
             write!(out, "\n[[transmission]]\nmuscle = {}\ndrive = {}\n", quoted(&tendon.name), quoted(drive));
+        if let Some((scaling, _)) = &choice.scaling {
+            let [taut, most] = scaling.tension[index];
+            if most < scaling.common[1] {
+                *out += "# What its actuator in the body's description allows.\n";
+                let _ = writeln!(out, "tension_limits_n = [{:?}, {most:?}]", rounded(taut));
+            }
+        }
         if let Some(sheath) = &tendon.sheath {
             let _ = writeln!(out, "# sheath_length_m = {:?}", sheath.length);
             let _ = writeln!(out, "# sheath_bend_rad = {:?}", sheath.bend);

@@ -4,16 +4,16 @@ use super::choice::{self, Choice};
 use super::draft::{self, Body};
 use super::names::print_warnings;
 use crate::answer::{Answer, Content, Outcome};
-use crate::arguments::{General, MachineNewArguments};
+use crate::arguments::{General, MachineNewArguments, Routing};
 use crate::error::Error;
 use crate::output::{Written, one_line, refuse_overwrite, write_all};
 use crate::table::{number, percent, table};
 use serde::Serialize;
-use sinew::body::Poses;
-use sinew::control::demand::SizingMotion;
+use sinew::body::{Parts, Poses};
+use sinew::control::demand::{MissingTorque, SizingMotion};
 use sinew::description::{Description, machine_of, to_toml};
 use sinew::machine::{Machine, Task};
-use sinew::muscle::MuscleDynamics;
+use sinew::muscle::{MuscleDynamics, PulleyRouting, with_pulleys};
 use sinew::twin::arm::ArmSpecimen;
 use sinew_lab::machine_file::{Source, load_machine, load_robot, machine_in, source_of};
 use std::path::{Component, Path, PathBuf};
@@ -31,9 +31,12 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
     let source = source_of(body, arguments.muscles.as_deref())?;
     let mut machine = of_body(body, &source, arguments)?;
     machine.task = movable(&machine)?;
+    let passive = passive(machine.robot.parts());
+    passive.iter().for_each(|warning| eprintln!("warning: {}", one_line(warning)));
     let motion = SizingMotion { period: arguments.period, fraction: arguments.fraction };
-    let choice = choice::drives(&machine, &motion)?;
+    let choice = choice::drives(&machine, &motion, arguments.tip_force)?;
     let body = match source {
+        Source::Robot { .. } if arguments.pulleys.is_some() => Body::Tables(to_toml(machine.robot.parts())),
         Source::Robot { muscles } => Body::File {
             body: relative(body, out)?,
             muscles: muscles.map(|muscles| relative(&muscles, out)).transpose()?,
@@ -45,18 +48,56 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
     let written = machine_in(out, &text)?;
     ArmSpecimen::nominal(&written.machine).map_err(|error| written.places.error(error))?;
     let written = write_all(&[(out.clone(), text.as_bytes())])?;
-    report(&choice, out, general.json, written)
+    report(&choice, out, passive, general.json, written)
+}
+
+/// Tendons that pull by themselves in the body's description, or that nothing pulls: all are muscles with drives
+/// in a machine.
+fn passive(parts: &Parts) -> Vec<String> {
+    let driven = |tendon: usize| parts.actuators.iter().any(|actuator| actuator.tendon == tendon);
+    let some_driven = (0..parts.tendons.len()).any(driven);
+    let mut warnings = Vec::new();
+    for (index, tendon) in parts.tendons.iter().enumerate() {
+        let mut pulls = Vec::new();
+        for (what, value, unit) in
+            [("a stiffness", tendon.stiffness, "N/m"), ("a damping", tendon.damping, "N s/m")]
+        {
+            if value > 0.0 {
+                pulls.push(format!("{what} of {} {unit}", number(Some(value))));
+            }
+        }
+        let name = &tendon.name;
+        if !pulls.is_empty() {
+            let pulls = pulls.join(" and ");
+            warnings.push(format!(
+                "tendon `{name}` has {pulls}, which is left out: it is a muscle with a drive here"
+            ));
+        } else if some_driven && !driven(index) {
+            warnings.push(format!(
+                "no actuator of the body pulls tendon `{name}`: it is a muscle with a drive here"
+            ));
+        }
+    }
+    warnings
 }
 
 /// The machine of defaults around a body; of a machine file the body alone.
 fn of_body(body: &Path, source: &Source, arguments: &MachineNewArguments) -> Result<Machine, Error> {
     let muscles = arguments.muscles.as_deref();
-    let described = match source {
-        Source::Robot { .. } => load_machine(body, muscles)?,
-        Source::Machine => {
+    let described = match (source, arguments.pulleys) {
+        (Source::Robot { .. }, None) => load_machine(body, muscles)?,
+        (_, pulleys) => {
             let loaded = load_robot(body, muscles)?;
             print_warnings(&loaded.warnings);
-            machine_of(Description::from_robot(&loaded.robot, &body.display().to_string()))?
+            let routing = match arguments.routing {
+                Routing::OneMore => PulleyRouting::OneMore,
+                Routing::Two => PulleyRouting::Two,
+            };
+            let routed = pulleys.map(|radius| with_pulleys(&loaded.robot, radius, routing)).transpose()?;
+            machine_of(Description::from_robot(
+                routed.as_ref().unwrap_or(&loaded.robot),
+                &body.display().to_string(),
+            ))?
         }
     };
     print_warnings(&described.warnings);
@@ -97,8 +138,15 @@ const MIN_SPAN: f64 = 0.01;
 #[derive(Debug, Serialize)]
 struct NewMachine<'a> {
     file: String,
-    thin_rope: bool,
+    /// Of the catalogue; none for the default cable.
+    cord: Option<&'a str>,
+    /// With which the body works; none for the default cable.
+    working_tension_n: Option<f64>,
     unreachable_fraction: f64,
+    /// The part of it in which smaller tensions would do.
+    overpowered_fraction: f64,
+    /// Of tendons that are passive in the body's description.
+    warnings: Vec<String>,
     muscles: Vec<Muscle<'a>>,
 }
 
@@ -116,7 +164,13 @@ struct Muscle<'a> {
     used: f64,
 }
 
-fn report(choice: &Choice, out: &Path, json: bool, written: Vec<Written>) -> Result<Answer, Error> {
+fn report(
+    choice: &Choice,
+    out: &Path,
+    warnings: Vec<String>,
+    json: bool,
+    written: Vec<Written>,
+) -> Result<Answer, Error> {
     let tendons = &choice.machine.robot.parts().tendons;
     let muscles = tendons.iter().enumerate().map(|(index, tendon)| {
         let (drive, required) = (&choice.drives[choice.drive_of[index]], &choice.required[index]);
@@ -135,11 +189,15 @@ fn report(choice: &Choice, out: &Path, json: bool, written: Vec<Written>) -> Res
     });
     let demands = &choice.demands;
     #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
-    let unreachable_fraction = demands.unreachable as f64 / demands.samples as f64;
+    let [unreachable_fraction, overpowered_fraction] =
+        [demands.unreachable, demands.overpowered].map(|count| count as f64 / demands.samples as f64);
     let answer = NewMachine {
         file: out.display().to_string(),
-        thin_rope: choice.thin.is_some(),
+        cord: choice.scaling.as_ref().map(|(scaling, _)| scaling.cord.name.as_str()),
+        working_tension_n: choice.scaling.as_ref().map(|(scaling, _)| scaling.working.tension),
         unreachable_fraction,
+        overpowered_fraction,
+        warnings,
         muscles: muscles.collect(),
     };
     let strong = choice.used.iter().all(|used| *used <= 1.0) && demands.unreachable == 0;
@@ -148,19 +206,36 @@ fn report(choice: &Choice, out: &Path, json: bool, written: Vec<Written>) -> Res
         return Ok(Answer { outcome, content: Content::json(&answer)?, written });
     }
     let mut text = summary(&answer);
-    if let (Some((joint, missing)), true) = (demands.missing, demands.unreachable > 0) {
-        let joint = choice.machine.robot.independent_joints()[joint];
-        let joint = &choice.machine.robot.parts().joints[joint];
-        let (name, unit) = (one_line(&joint.name), joint.kind.torque_unit());
-        text += &format!(
-            "\nIn {} of the motion no tensions give the torque, whatever the drives; most is missing at \
-                {name}: {} {unit}\n",
-            percent(Some(unreachable_fraction)),
-            number(Some(missing))
-        );
+    if let Some(missing) = &demands.missing {
+        text += &unreachable_text(choice, unreachable_fraction, missing);
     }
     text.push('\n');
     Ok(Answer { outcome, content: Content::Text(text), written })
+}
+
+/// Why tensions do not give the torque, and what helps.
+fn unreachable_text(choice: &Choice, fraction: f64, missing: &MissingTorque) -> String {
+    let (parts, demands) = (choice.machine.robot.parts(), &choice.demands);
+    let joint = &parts.joints[choice.machine.robot.independent_joints()[missing.joint]];
+    let unit = joint.kind.torque_unit();
+    let (name, torque) = (one_line(&joint.name), number(Some(missing.torque)));
+    let fraction = percent(Some(fraction));
+    let against = missing.against.map(|(muscle, tension, arm)| {
+        let (newtons, arm) = (number(Some(tension)), number(Some(1e3 * arm.abs())));
+        let name = one_line(&parts.tendons[muscle].name);
+        format!("`{name}`, which pulls with {newtons} N at {arm} mm even where it is slackest")
+    });
+    match against {
+        Some(against) if 2 * demands.overpowered > demands.unreachable => format!(
+            "\nIn {fraction} of the motion the smallest tensions of some muscles overpower the others, whatever their drives: most is missing \
+             at `{name}`, {torque} {unit}, against {against}. Smaller `tension_limits_n` with a thinner cable, another path of that muscle \
+             or a longer moment arm of its opponents help.\n"
+        ),
+        _ => format!(
+            "\nIn {fraction} of the motion no tensions give the torque, whatever the drives; most is missing at {name}: {torque} {unit}. \
+             It needs a muscle that pulls this way, or a longer moment arm.\n"
+        ),
+    }
 }
 
 fn summary(answer: &NewMachine<'_>) -> String {

@@ -76,7 +76,10 @@ pub fn synthesize(
         muscles: muscles
             .map(|(((design, muscle), limits), rate_gain)| {
                 let gains = of_muscle(&pace, &design.drive, muscle, limits, (resolution, attachment));
-                MuscleGains { rate_gain, ..gains }
+                // The model's error at the largest tension. Up to a limit that is the drive's alone no motion goes.
+                let most = design.tension[1].map_or(0.0, |_| limits[1]);
+                let missing_tension = gains.missing_tension.max(MODEL_ERROR * most);
+                MuscleGains { rate_gain, missing_tension, ..gains }
             })
             .collect(),
     };
@@ -212,6 +215,9 @@ fn of_muscle(
         moment_arm_error: MIN_ARM_ERROR.max(ATTACHMENT_FRACTION * attachment / arm),
     }
 }
+
+/// Relative error of an estimated tension.
+const MODEL_ERROR: f64 = 0.02;
 
 /// Fraction of a drive's working tension at which its speed is given.
 const SPEED_FRACTION: f64 = 0.8;
@@ -439,6 +445,20 @@ mod tests {
         };
         assert_near(&at(0.4), &[0.38 * 20.0, 2.0, 2.0 + 0.14 * 20.0]);
         assert_near(&at(1.5), &[15.0, 2.0, 2.0 + 0.14 * 20.0]);
+    }
+
+    #[test]
+    fn a_tension_that_the_machine_states_is_missing_above_the_error_of_the_model_at_it() {
+        let missing = |stated: [Option<f64>; 2]| {
+            let mut machine = lever();
+            machine.muscles[0].tension = stated;
+            machine.muscles[0].drive.load_cell.noise = 1e-3;
+            let (gains, _) =
+                synthesize(&machine, &vec![CableModel::bench(); 3], &machine.poses(4).unwrap()).unwrap();
+            gains.muscles[0].missing_tension
+        };
+        assert_near(&[missing([Some(3.0), Some(100.0)]), missing([Some(30.0), Some(100.0)])], &[2.0, 11.4]);
+        assert_near(&[missing([Some(3.0), None])], &[1.14]);
     }
 
     /// Probability that two readings of a load cell are equal, summed over its counts.

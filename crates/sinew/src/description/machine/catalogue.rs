@@ -1,13 +1,14 @@
-//! From the text of a catalogue to motors, reducers and winches.
+//! From the text of a catalogue to motors, reducers, winches and cords.
 
-use super::fields::{Field, MOTOR, REDUCER, WINCH, complete, keys};
+use super::fields::{CORD, Field, MOTOR, REDUCER, WINCH, complete, keys};
 use super::listing::{Listing, ValueSource};
 use crate::Error;
 use crate::description::document::{Document, Named, Table};
 use crate::description::domain::{FROM_ONE, NON_NEGATIVE, POSITIVE};
 use crate::description::error::DescriptionError;
 use crate::drive::{
-    Catalogue, CatalogueMotor, CatalogueReducer, CatalogueWinch, Motor, ReducerLosses, Winch,
+    Catalogue, CatalogueCord, CatalogueMotor, CatalogueReducer, CatalogueWinch, Cord, Motor, ReducerLosses,
+    Winch,
 };
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -33,9 +34,9 @@ impl Catalogue {
 
     /// Reads a catalogue and checks every number; `file` names the text in errors.
     ///
-    /// TOML: tables `[[motor]]`, `[[reducer]]`, `[[winch]]`, each with a `name`, a `source`, the
-    /// keys of the numbers that have none in `assumed` (`"all"` for every one), catalogue data, and
-    /// `parameters` as [`Motor`], [`ReducerLosses`], [`Winch`].
+    /// TOML: tables `[[motor]]`, `[[reducer]]`, `[[winch]]` and, where there are any, `[[cord]]`, each with a
+    /// `name`, a `source`, the keys of the numbers that have none in `assumed` (`"all"` for every one),
+    /// catalogue data, and `parameters` as [`Motor`], [`ReducerLosses`], [`Winch`], [`Cord`].
     ///
     /// # Errors
     /// The first error: file, line, entry, key, value and what was expected.
@@ -43,11 +44,12 @@ impl Catalogue {
         let document = Document::new(file, text);
         let table = document.parse()?;
         let root = document.root(&table, "catalogue");
-        root.check_keys(&["motor", "reducer", "winch"])?;
+        root.check_keys(&["motor", "reducer", "winch", "cord"])?;
         Ok(Self {
             motors: entries(&root, "motor", &OF_MOTOR, motor)?,
             reducers: entries(&root, "reducer", &OF_REDUCER, reducer)?,
             winches: entries(&root, "winch", &[], winch)?,
+            cords: cords(&root)?,
         })
     }
 }
@@ -65,13 +67,30 @@ fn entries<T>(
     own: &[&'static str],
     read: fn(&Table<'_>, Named) -> Result<T, DescriptionError>,
 ) -> Result<Vec<T>, DescriptionError> {
-    let known: Vec<&str> = ENTRY.iter().chain(own).copied().collect();
-    let tables = root.tables(kind, "name", &known)?;
-    if tables.is_empty() {
+    let found = any_entries(root, kind, own, read)?;
+    if found.is_empty() {
         let none = alloc::format!("there is no {kind}: expected at least one table [[{kind}]]");
         return Err(root.error(&none));
     }
+    Ok(found)
+}
+
+fn any_entries<T>(
+    root: &Table<'_>,
+    kind: &str,
+    own: &[&'static str],
+    read: fn(&Table<'_>, Named) -> Result<T, DescriptionError>,
+) -> Result<Vec<T>, DescriptionError> {
+    let known: Vec<&str> = ENTRY.iter().chain(own).copied().collect();
+    let tables = root.tables(kind, "name", &known)?;
     tables.into_iter().map(|(table, named)| read(&table, named)).collect()
+}
+
+/// From the thinnest to the thickest.
+fn cords(root: &Table<'_>) -> Result<Vec<CatalogueCord>, DescriptionError> {
+    let mut cords = any_entries(root, "cord", &[], cord)?;
+    cords.sort_by(|a, b| a.parameters.diameter.total_cmp(&b.parameters.diameter));
+    Ok(cords)
 }
 
 /// `own` are the numbers beside the parameters.
@@ -153,6 +172,13 @@ fn winch(table: &Table<'_>, named: Named) -> Result<CatalogueWinch, DescriptionE
     Ok(CatalogueWinch { name, source, assumed, parameters })
 }
 
+fn cord(table: &Table<'_>, named: Named) -> Result<CatalogueCord, DescriptionError> {
+    let Head { name, source, assumed } = head(table, named, &[], CORD)?;
+    let none = Cord { diameter: 0.0, breaking_load: 0.0, stiffness: 0.0, friction: 0.0, drag: 0.0 };
+    // Every number has a domain of its own: nothing is left to validate.
+    Ok(CatalogueCord { name, source, assumed, parameters: parameters(table, CORD, none, |_| Ok(()))? })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -172,6 +198,25 @@ mod tests {
         assert_eq!(catalogue.reducer("class_53").unwrap().reducer(53.0), Reducer::ratio_53());
         assert_eq!(catalogue.winch("drum_15mm").unwrap().parameters, Winch::fifteen_millimetres());
         assert!(catalogue.motors.len() >= 5 && catalogue.reducers.len() >= 4);
+    }
+
+    #[test]
+    fn cords_come_from_the_thinnest_to_the_thickest_and_may_be_missing() {
+        let cords = Catalogue::built_in().unwrap().cords;
+        let rises = |of: fn(&Cord) -> f64| {
+            cords.windows(2).all(|pair| of(&pair[0].parameters) < of(&pair[1].parameters))
+        };
+        assert!(cords.len() >= 5 && rises(|cord| cord.diameter));
+        // Of one make, a thicker cord holds more and is stiffer.
+        for make in ["braid", "steel"] {
+            let same: Vec<_> = cords.iter().filter(|cord| cord.name.starts_with(make)).collect();
+            let holds = |of: fn(&Cord) -> f64| {
+                same.windows(2).all(|pair| of(&pair[0].parameters) < of(&pair[1].parameters))
+            };
+            assert!(same.len() > 2 && holds(|cord| cord.breaking_load) && holds(|cord| cord.stiffness));
+        }
+        let without = &OURS[..OURS.find("[[cord]]").unwrap()];
+        assert!(Catalogue::from_toml("motors.toml", without).unwrap().cords.is_empty());
     }
 
     /// What the catalogue says with one text in the place of another; the error is in the changed line.
@@ -241,9 +286,12 @@ mod tests {
 
     #[test]
     fn every_kind_of_part_says_where_its_numbers_come_from() {
-        for (kind, name) in
-            [("motor", "maxon_re35_24v"), ("reducer", "maxon_gp32c_3"), ("winch", "drum_15mm")]
-        {
+        for (kind, name) in [
+            ("motor", "maxon_re35_24v"),
+            ("reducer", "maxon_gp32c_3"),
+            ("winch", "drum_15mm"),
+            ("cord", "steel_0_5mm"),
+        ] {
             let at = OURS.find(&format!("name = \"{name}\"")).unwrap();
             let (before, entry) = OURS.split_at(at);
             let changed = |key: &str, to: &str| {
@@ -256,7 +304,7 @@ mod tests {
             };
             assert!(changed("source", "source = \"\"").contains("expected where its numbers come from"));
             // A number of no part, the beginning of one's name, and a number of another part.
-            let foreign = if kind == "winch" { "backlash_rad" } else { "lead_m" };
+            let foreign = if kind == "winch" || kind == "cord" { "backlash_rad" } else { "lead_m" };
             for number in ["colour", "r", "assume", foreign] {
                 let problem = changed("assumed", &format!("assumed = [\"{number}\"]"));
                 assert!(problem.contains(number), "{problem}");

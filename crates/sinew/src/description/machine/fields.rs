@@ -7,7 +7,7 @@ use crate::description::domain::{
     BELOW_ONE, Domain, FINITE, HOTTER_THAN_ROOM, LAG, LAYERS, NON_NEGATIVE, POSITIVE, UP_TO_ONE,
 };
 use crate::description::error::DescriptionError;
-use crate::drive::{LoadCell, Motor, ReducerLosses, Winch};
+use crate::drive::{Cord, LoadCell, Motor, ReducerLosses, Winch};
 use crate::machine::{ControlRules, SafetyLimits, Tolerances};
 use crate::transmission::cable::{CableParameters, Weakening};
 use alloc::format;
@@ -76,6 +76,14 @@ pub(super) const WINCH: &[Field<Winch>] = &[
         get: |w| Some(f64::from(w.layers)),
         set: |w, x| w.layers = x as u8,
     },
+];
+
+pub(super) const CORD: &[Field<Cord>] = fields![
+    "diameter_m": POSITIVE => diameter,
+    "breaking_load_n": POSITIVE => breaking_load,
+    "stiffness_n": POSITIVE => stiffness,
+    "friction": NON_NEGATIVE => friction,
+    "drag_n_s_per_m": NON_NEGATIVE => drag,
 ];
 
 pub(super) const CABLE: &[Field<CableParameters>] = fields![

@@ -122,7 +122,9 @@ pub(super) fn payload(
     let mass = entry.as_ref().map_or(Ok(0.0), |entry| entry.number(NON_NEGATIVE))?;
     if let (Some(entry), None, true) = (&entry, end_point, mass > 0.0) {
         return Err(
-            entry.problem(", but there is no end point that carries it: expected 0, or a site `endpoint`")
+            entry.problem(
+                ", but there is no end point that carries it: expected 0, a site of the body as `endpoint` in [task], or a site `endpoint`",
+            )
         );
     }
     listing.begin("[payload]");

@@ -159,9 +159,15 @@ fn weigh(
     let (given, at) = match inertial {
         Some(at) if !from_geoms => (explicit(import, at)?, at),
         _ if from_geoms => {
-            if let Some(mesh) = unknown {
-                let problem = "is a mesh that carries inertia, which is not computed from meshes: expected \
-                    an <inertial> in its body, or mass=\"0\" here";
+            let matters = unknown.filter(|_| moves(import, body) || import.compiler.total_mass.is_some());
+            if let (Some(mesh), None) = (unknown, matters) {
+                let what =
+                    "a mesh in a body that does not move is left out of its mass, which changes no motion";
+                import.pass_over(mesh, "mesh of the world", what);
+            }
+            if let Some(mesh) = matters {
+                let problem = "is a mesh that carries inertia, which is not computed from meshes: expected an \
+                               <inertial> in its body, or mass=\"0\" here";
                 return Err(import.tree.error(mesh, "", problem));
             }
             (inertia::total(solids), element)
@@ -176,6 +182,17 @@ fn weigh(
     let body = &mut import.parts.bodies[body];
     (body.mass, body.center_of_mass, body.inertia) = (mass, center, tensor);
     Ok(())
+}
+
+/// Whether a joint lies between a body and the world.
+fn moves(import: &Import<'_>, mut body: usize) -> bool {
+    while body != 0 {
+        if import.parts.joints.iter().any(|joint| joint.body == body) {
+            return true;
+        }
+        body = import.parts.bodies[body].parent;
+    }
+    false
 }
 
 fn explicit(import: &Import<'_>, element: usize) -> Result<Inertia, DescriptionError> {

@@ -13,6 +13,7 @@ mod mesh;
 mod place;
 mod ranges;
 mod replicate;
+mod replicate_references;
 mod schema;
 mod sheath;
 mod shell;

@@ -1,7 +1,9 @@
-//! `replicate`: copies are expanded, each in its own frame, before other elements are read.
+//! `replicate`: copies are expanded, each in its own frame and with what refers to it, before other elements are
+//! read.
 
 use super::compiler::Compiler;
 use super::place::{HERE, Place};
+use super::replicate_references::{follow, names_within};
 use crate::description::attributes::{Attributes, shortened};
 use crate::description::error::DescriptionError;
 use crate::description::orientation as turn;
@@ -35,19 +37,21 @@ fn copies(tree: &mut Tree, index: usize, most: usize, compiler: &Compiler) -> Re
     let separator = at.text("sep").unwrap_or_default().to_string();
     let angles = at.array_or("euler", [0.0; 3])?.map(|angle| angle * compiler.radians);
     let offset = at.array_or("offset", [0.0; 3])?;
-    if count.saturating_mul(within(tree, index)) > most - tree.elements.len() {
+    if count.saturating_mul(within(tree, index)) > most.saturating_sub(tree.elements.len()) {
         return Err(at.error(
             "count",
             format!("is {count}: with all that it holds, copies are more than {MOST} elements"),
         ));
     }
+    let names = names_within(tree, index);
     let inside = core::mem::take(&mut tree.elements[index].children);
     let digits = count.to_string().len();
+    let suffixes: Vec<String> = (0..count).map(|copy| format!("{separator}{copy:0digits$}")).collect();
     let mut place = HERE;
-    for copy in 0..count {
+    for (copy, suffix) in suffixes.iter().enumerate() {
         let frame = blank(tree, index, &place);
         for &child in &inside {
-            let child = clone(tree, child, &format!("{separator}{copy:0digits$}"));
+            let child = clone(tree, child, suffix);
             tree.elements[frame].children.push(child);
         }
         tree.elements[index].children.push(frame);
@@ -55,6 +59,13 @@ fn copies(tree: &mut Tree, index: usize, most: usize, compiler: &Compiler) -> Re
         let orientation = turn::euler(angles.map(|angle| angle * (copy + 1) as f64), compiler.sequence);
         place = Place { position: place.point(offset), orientation };
     }
+    follow(tree, names, &suffixes, |tree, original, suffix| {
+        if within(tree, original) > most.saturating_sub(tree.elements.len()) {
+            let problem = format!("makes more than {MOST} elements with all that refers to them");
+            return Err(tree.error(index, "count", problem));
+        }
+        Ok(clone(tree, original, suffix))
+    })?;
     let all = &mut tree.elements[index];
     all.name = "frame".to_string();
     all.attributes.retain(|(name, _)| name == "childclass");

@@ -5,7 +5,7 @@
 mod geoms;
 mod pinocchio;
 
-use sinew::body::{Parts, Robot};
+use sinew::body::{Parts, PathElement, Robot, TendonPath};
 use sinew::description::{Description, DescriptionError, from_mjcf, from_toml, from_urdf, to_mjcf, to_toml};
 
 const MIXED_ROBOT: &str = include_str!("mixed_robot.xml");
@@ -114,7 +114,7 @@ fn bad_mjcf_is_refused_with_its_line_and_element() {
     refused(&world("<body>\n<joint range=\"2 1\"/></body>"), 4, &["`range`", "2 1"]);
     refused(&world("<site name=\"a\"/>\n<site name=\"a\"/>"), 4, &["taken already"]);
     refused(&world("<body pos=\"0 nan 0\"/>"), 3, &["`pos`", "nan"]);
-    refused(&world("<body>\n<geom type=\"mesh\" mesh=\"a\"/></body>"), 4, &["mesh", "<inertial>"]);
+    refused(&world("<body><joint/>\n<geom type=\"mesh\" mesh=\"a\"/></body>"), 4, &["mesh", "<inertial>"]);
     refused("\n<!DOCTYPE a [<!ENTITY b \"c\">]><mujoco model=\"&b;\"/>", 2, &["document type"]);
     refused(&world(&("<body>".repeat(10_000) + &"</body>".repeat(10_000))), 3, &["1000"]);
     refused(
@@ -310,6 +310,59 @@ fn copies_stand_where_mujoco_puts_them() {
     }
     let bomb = "<replicate count=\"99999\">".repeat(9) + "<site/>" + &"</replicate>".repeat(9);
     refused(&world(&bomb), 3, &["<replicate>", "`count`", "99999", "100000 elements"]);
+}
+
+#[test]
+fn what_refers_to_a_copy_is_copied_with_it_in_mujocos_order() {
+    let copies = "<site name=\"hub\"/><replicate count=\"3\" sep=\"-\" euler=\"0 0 120\"><body><joint name=\"j\"/><geom name=\"g\" \
+        size=\".02\"/><site name=\"tip\" pos=\".1 0 0\"/></body></replicate><body><joint name=\"own\"/><geom size=\".1\"/></body>";
+    let text = format!(
+        "<mujoco><worldbody>{copies}</worldbody><tendon><spatial name=\"spoke\"><site site=\"hub\"/><geom geom=\"g\" \
+         sidesite=\"tip\"/><site site=\"tip\"/></spatial><fixed name=\"sum\"><joint joint=\"j\" coef=\"1\"/></fixed>\
+         <fixed name=\"own\"><joint joint=\"own\" coef=\"2\"/></fixed></tendon><equality><joint joint1=\"j\" joint2=\"own\"/></equality>\
+         <actuator><motor name=\"m\" tendon=\"spoke\"/><motor name=\"o\" tendon=\"own\"/></actuator></mujoco>"
+    );
+    let robot = parts(&text);
+    // MuJoCo 4.0: the copies of one suffix stand together, behind what is no copy.
+    let names: Vec<&str> = robot.tendons.iter().map(|tendon| tendon.name.as_str()).collect();
+    assert_eq!(names, ["own", "spoke-0", "sum-0", "spoke-1", "sum-1", "spoke-2", "sum-2"]);
+    let pulled: Vec<(&str, usize)> = robot.actuators.iter().map(|a| (a.name.as_str(), a.tendon)).collect();
+    assert_eq!(pulled, [("o", 0), ("m-0", 1), ("m-1", 3), ("m-2", 5)]);
+    let followers: Vec<usize> = robot.couplings.iter().map(|coupling| coupling.follower).collect();
+    assert_eq!(followers, [0, 1, 2]);
+    let robot = Robot::new(robot).unwrap();
+    assert_eq!(robot.parts().tendons[3].path, {
+        let site = |name: &str| robot.site(name).unwrap();
+        let wrap = robot.parts().wraps.iter().position(|wrap| wrap.name == "g-1").unwrap();
+        TendonPath::Spatial(vec![
+            PathElement::Site(site("hub")),
+            PathElement::Wrap { wrap, side: Some(site("tip-1")) },
+            PathElement::Site(site("tip-1")),
+        ])
+    });
+    // Tendons of copies count as elements, too.
+    let many = "<replicate count=\"20000\"><site name=\"s\"/></replicate>";
+    let legs = "<site site=\"s\"/>".repeat(9);
+    let bomb =
+        format!("<mujoco><worldbody>{many}</worldbody><tendon><spatial>{legs}</spatial></tendon></mujoco>");
+    refused(&bomb, 1, &["<replicate>", "100000 elements"]);
+}
+
+#[test]
+fn a_mesh_in_a_body_that_no_joint_moves_needs_no_mass_and_its_omission_is_told() {
+    let palm = |joint: &str| {
+        world(&format!(
+            "<body>{joint}<geom type=\"mesh\" mesh=\"palm\"/><body><geom type=\"mesh\" mesh=\"palm\"/><body><joint name=\"j\"/>\
+             <geom size=\".01\"/></body></body></body>"
+        ))
+    };
+    let read = mjcf(&palm("")).unwrap();
+    assert!(read.parts.bodies[1..3].iter().all(|body| body.mass == 0.0) && read.parts.bodies[3].mass > 0.0);
+    let told = read.warnings.iter().filter(|warning| warning.what.contains("does not move"));
+    assert_eq!(told.count(), 1, "{:?}", read.warnings);
+    assert!(mjcf(&palm("<joint name=\"k\"/>")).is_err(), "it moves");
+    let scaled = palm("").replacen("<worldbody>", "<compiler settotalmass=\"1\"/><worldbody>", 1);
+    assert!(mjcf(&scaled).is_err(), "its mass scales the others");
 }
 
 #[test]

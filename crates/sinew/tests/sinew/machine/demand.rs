@@ -79,7 +79,7 @@ fn a_joint_that_cables_pull_one_way_only_is_told() {
     let demands =
         drive_demands(&read(&one).unwrap().machine, &SizingMotion { period: 4.0, fraction: 1.0 }).unwrap();
     assert!(demands.unreachable > demands.samples / 4, "{}", demands.unreachable);
-    assert_eq!(demands.missing.map(|(joint, _)| joint), Some(0));
+    assert_eq!(demands.missing.map(|missing| missing.joint), Some(0));
     assert!(
         drive_demands(&read(WHEEL).unwrap().machine, &SizingMotion { period: 0.0, fraction: 1.0 }).is_err()
     );
