@@ -23,7 +23,8 @@ sinew-runtime: sinew sinew-segment sinew-link sinew-session
 sinew-record: sinew sinew-runtime sinew-session
 sinew-mujoco: sinew
 sinew-gym: sinew
-sinew-cli: sinew sinew-export sinew-identify sinew-lab sinew-report sinew-segment sinew-link sinew-live sinew-runtime sinew-record \
+sinew-cli: sinew sinew-export sinew-identify sinew-lab sinew-report sinew-segment sinew-link sinew-live \
+sinew-runtime sinew-record \
  sinew-session sinew-view
 sinew-py: sinew sinew-identify sinew-lab sinew-report sinew-runtime sinew-mujoco sinew-gym
 ";
@@ -47,7 +48,8 @@ machine: error random body drive muscle predictor trajectory transmission
 description: error math drive transmission muscle body predictor trajectory machine
 control: compensator dispatch random error math trajectory drive transmission muscle body predictor machine
 twin: error math random trajectory drive transmission muscle body machine
-lib: dispatch error math metrics random trajectory drive transmission muscle body predictor compensator machine description control twin
+lib: dispatch error math metrics random trajectory drive transmission muscle body predictor compensator \
+machine description control twin
 ";
 
 /// Parts of the standard library that physics has no business with.

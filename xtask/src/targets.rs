@@ -26,8 +26,8 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
     let strange: Vec<&String> = found.iter().filter(|name| !PORTABLE.contains(&name.as_str())).collect();
     if !strange.is_empty() {
         return Err(format!(
-            "crates/sinew/Cargo.toml: for {TARGET} `sinew` depends on {strange:?}: expected dependencies of processors in a \
-             [target.'cfg(..)'.dependencies], or a crate of {PORTABLE:?}"
+            "crates/sinew/Cargo.toml: for {TARGET} `sinew` depends on {strange:?}: expected dependencies of \
+                processors in a [target.'cfg(..)'.dependencies], or a crate of {PORTABLE:?}"
         ));
     }
     if !installed() {

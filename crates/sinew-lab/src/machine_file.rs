@@ -215,8 +215,8 @@ impl Format {
 }
 
 /// Text of a file that an MJCF model includes, or the reason why it cannot be read: below the nearest folder
-/// that holds both the model and the file, also after symbolic links are resolved, which may not be the root of
-/// the file system.
+/// that holds both the model and the file, also after symbolic links are resolved, which may not be the root
+/// of the file system.
 ///
 /// # Errors
 /// The reason.

@@ -78,15 +78,15 @@ pub(crate) struct MachineNewArguments {
     #[arg(long, alias = "share", value_name = "FRACTION", default_value_t = 0.6,
         value_parser = number("a number in (0, 1]", |fraction| fraction > 0.0 && fraction <= 1.0))]
     pub(crate) fraction: f64,
-    /// Radius of pulleys, m or as 8mm: tendons of constant moment arms for a body that is described by its joints
-    /// alone
+    /// Radius of pulleys, m or as 8mm: tendons of constant moment arms for a body that is described by its
+    /// joints alone
     #[arg(long, value_name = "RADIUS", value_parser = radius, conflicts_with = "muscles")]
     pub(crate) pulleys: Option<f64>,
     /// Tendons of a chain of n joints on pulleys: one more than joints, or two for every joint
     #[arg(long, value_name = "ROUTING", default_value = "n+1", requires = "pulleys")]
     pub(crate) routing: Routing,
-    /// Force at the end point that the muscles exert beside the weight of the body [default: half of the moving
-    /// weight]
+    /// Force at the end point that the muscles exert beside the weight of the body [default: half of the
+    /// moving weight]
     #[arg(long, value_name = "N", value_parser = number("0 to 100000 N", |n| (0.0..=1e5).contains(&n)))]
     pub(crate) tip_force: Option<f64>,
 }

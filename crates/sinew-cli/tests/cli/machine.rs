@@ -252,9 +252,10 @@ fn knuckle(newtons: u32) -> String {
         format!("<motor tendon=\"{tendon}\" gear=\"{newtons}\" ctrllimited=\"true\" ctrlrange=\"-1 0\"/>")
     };
     format!(
-        "<mujoco><compiler angle=\"radian\"/><worldbody>{}{}<body name=\"tip\" pos=\"0.01 0 0\"><joint name=\"knuckle\" axis=\"0 1 0\" \
-         range=\"-0.7 0.7\"/><geom type=\"capsule\" fromto=\"0 0 0 0.03 0 0\" size=\"0.005\" mass=\"0.01\"/>{}{}</body></worldbody>\
-         <tendon>{}{}</tendon><actuator>{}{}</actuator></mujoco>",
+        "<mujoco><compiler angle=\"radian\"/><worldbody>{}{}<body name=\"tip\" pos=\"0.01 0 0\"><joint \
+            name=\"knuckle\" axis=\"0 1 0\" range=\"-0.7 0.7\"/><geom type=\"capsule\" fromto=\"0 0 0 0.03 0 \
+            0\" size=\"0.005\" \
+            mass=\"0.01\"/>{}{}</body></worldbody><tendon>{}{}</tendon><actuator>{}{}</actuator></mujoco>",
         site("a", 0.0, 0.006),
         site("b", 0.0, -0.006),
         site("c", 0.01, 0.006),
@@ -293,13 +294,15 @@ fn hand_of_joints() -> String {
     let link = |name: &str, mass: f64| {
         let inertia = mass * 2e-4;
         format!(
-            "<link name=\"{name}\"><inertial><origin xyz=\"0.02 0 0\"/><mass value=\"{mass}\"/><inertia ixx=\"{inertia}\" \
-             iyy=\"{inertia}\" izz=\"{inertia}\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>"
+            "<link name=\"{name}\"><inertial><origin xyz=\"0.02 0 0\"/><mass value=\"{mass}\"/><inertia \
+                ixx=\"{inertia}\" iyy=\"{inertia}\" izz=\"{inertia}\" ixy=\"0\" ixz=\"0\" \
+                iyz=\"0\"/></inertial></link>"
         )
     };
     let joint = |name: &str, parent: &str, child: &str, y: f64| {
         format!(
-            "<joint name=\"{name}\" type=\"revolute\"><parent link=\"{parent}\"/><child link=\"{child}\"/><origin xyz=\"0.04 {y} 0\"/>\
+            "<joint name=\"{name}\" type=\"revolute\"><parent link=\"{parent}\"/><child \
+                link=\"{child}\"/><origin xyz=\"0.04 {y} 0\"/>\
              <axis xyz=\"0 1 0\"/><limit lower=\"0\" upper=\"1.4\" effort=\"1\" velocity=\"5\"/></joint>"
         )
     };

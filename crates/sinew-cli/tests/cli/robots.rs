@@ -72,7 +72,8 @@ fn a_model_includes_files_that_lie_beside_its_folder_but_no_link_leads_out_of_wh
     for folder in ["all/robot", "all/shared", "away"] {
         std::fs::create_dir_all(bench.path(folder)).unwrap();
     }
-    let body = "<mujoco><worldbody><body name=\"tip\"><joint name=\"j\" range=\"0 1\"/><geom size=\".1\"/></body></worldbody></mujoco>";
+    let body = "<mujoco><worldbody><body name=\"tip\"><joint name=\"j\" range=\"0 1\"/><geom \
+        size=\".1\"/></body></worldbody></mujoco>";
     bench.write("all/shared/tip.xml", body);
     bench.write("away/tip.xml", body);
     let model = |file: &str| format!("<mujoco>\n<include file=\"{file}\"/></mujoco>");

@@ -101,7 +101,8 @@ mod tests {
         filling.when("b", false);
         filling.set("x", "1@");
         filling.set("rows", "r\n");
-        let template = "@@ @_f\n//%if a\nA //%here x + //%here x;\n//%if b\nB\n//%else\nC\n//%end\n//%end\n//%slot rows\n";
+        let template = "@@ @_f\n//%if a\nA //%here x + //%here x;\n//%if \
+            b\nB\n//%else\nC\n//%end\n//%end\n//%slot rows\n";
         assert_eq!(filling.render(template, &Name::new("m").unwrap()), "M m_f\nA 1@ + 1@;\nC\nr\n");
     }
 }

@@ -231,10 +231,10 @@ impl Machine {
     }
 }
 
-const SOME_MUSCLE: &str = "at least one: a tendon of an MJCF file, a [[muscle]] of a TOML file or, for NAME.urdf, of \
-                          NAME.muscles.toml";
-const NO_END_POINT: &str = "0 for a machine without an end point: name a site of the body as `endpoint` in [task], or \
-                            call one `endpoint`";
+const SOME_MUSCLE: &str = "at least one: a tendon of an MJCF file, a [[muscle]] of a TOML file or, for \
+    NAME.urdf, of NAME.muscles.toml";
+const NO_END_POINT: &str = "0 for a machine without an end point: name a site of the body as `endpoint` in \
+    [task], or call one `endpoint`";
 const SOME_JOINT: &str = "at least one hinge or slide that follows no other";
 
 impl Machine {

@@ -170,14 +170,17 @@ fn every_transmission(out: &mut String, choice: &Choice) {
     let [taut, most] = scaling.common.map(rounded);
     let _ = write!(
         out,
-        "# The body works with {:.3} N: its weight and {:.3} N at its end, in the middle of the joints' ranges. Limits of the\n\
-         # tension at the anchors follow from that, and the thinnest cord that breaks at five times the largest at the drive.\n\
+        "# The body works with {:.3} N: its weight and {:.3} N at its end, in the middle of the joints' \
+            ranges. Limits of the\n\
+         # tension at the anchors follow from that, and the thinnest cord that breaks at five times the \
+         largest at the drive.\n\
          tension_limits_n = [{taut:?}, {most:?}]\n",
         scaling.working.tension, scaling.working.tip_force
     );
     let _ = write!(
         out,
-        "\n# {}: {:.3} mm, {:?} N at break; {}.\n[every_transmission.cable]\nfriction = {:?}\nefficiency = {:?}\n\
+        "\n# {}: {:.3} mm, {:?} N at break; {}.\n[every_transmission.cable]\nfriction = {:?}\nefficiency = \
+            {:?}\n\
          drag_n_s_per_m = {:?}\ndrag_fade_n = {:?}\npretension_n = {:?}\ncompliance_per_n = {:?}\n",
         cord.name,
         1e3 * cord.parameters.diameter,
@@ -245,7 +248,8 @@ fn drive(out: &mut String, choice: &Choice, drive: &ChosenDrive, motion: &Sizing
             let [least, most] = scaling.drive_limits().map(rounded);
             let _ = writeln!(
                 out,
-                "winch = {{ radius_m = {:?}, lead_m = {:?}, cable_diameter_m = {:?}, turns_per_layer = {:?}, layers = {} }}",
+                "winch = {{ radius_m = {:?}, lead_m = {:?}, cable_diameter_m = {:?}, turns_per_layer = \
+                    {:?}, layers = {} }}",
                 rounded(winch.radius),
                 rounded(winch.lead),
                 winch.cable_diameter,

@@ -51,8 +51,8 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
     report(&choice, out, passive, general.json, written)
 }
 
-/// Tendons that pull by themselves in the body's description, or that nothing pulls: all are muscles with drives
-/// in a machine.
+/// Tendons that pull by themselves in the body's description, or that nothing pulls: all are muscles with
+/// drives in a machine.
 fn passive(parts: &Parts) -> Vec<String> {
     let driven = |tendon: usize| parts.actuators.iter().any(|actuator| actuator.tendon == tendon);
     let some_driven = (0..parts.tendons.len()).any(driven);
@@ -227,13 +227,15 @@ fn unreachable_text(choice: &Choice, fraction: f64, missing: &MissingTorque) -> 
     });
     match against {
         Some(against) if 2 * demands.overpowered > demands.unreachable => format!(
-            "\nIn {fraction} of the motion the smallest tensions of some muscles overpower the others, whatever their drives: most is missing \
-             at `{name}`, {torque} {unit}, against {against}. Smaller `tension_limits_n` with a thinner cable, another path of that muscle \
-             or a longer moment arm of its opponents help.\n"
+            "\nIn {fraction} of the motion the smallest tensions of some muscles overpower the others, \
+                whatever their drives: most is missing at `{name}`, {torque} {unit}, against {against}. \
+                Smaller `tension_limits_n` with a thinner cable, another path of that muscle or a longer \
+                moment arm of its opponents help.\n"
         ),
         _ => format!(
-            "\nIn {fraction} of the motion no tensions give the torque, whatever the drives; most is missing at {name}: {torque} {unit}. \
-             It needs a muscle that pulls this way, or a longer moment arm.\n"
+            "\nIn {fraction} of the motion no tensions give the torque, whatever the drives; most is missing \
+                at {name}: {torque} {unit}. It needs a muscle that pulls this way, or a longer moment \
+                arm.\n"
         ),
     }
 }

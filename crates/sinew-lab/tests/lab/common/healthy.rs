@@ -190,6 +190,6 @@ fn transmission(draw: &mut Draw, thin: bool, radius: f64) -> String {
              [[drive]]\nname = \"small\"\nmotor = \"class_22mm_20w\"\nreducer = \"class_22mm\"\nratio = 29\n\
              winch = {{ radius_m = {drum}, lead_m = 6e-4, cable_diameter_m = 5e-4, turns_per_layer = 10.0, \
              layers = 1 }}\n\
-             max_tension_n = 60.0\nleast_tension_n = 0.3\n"
+             max_tension_n = 60.0\nmin_tension_n = 0.3\n"
         )
 }

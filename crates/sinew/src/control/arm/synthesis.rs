@@ -76,7 +76,8 @@ pub fn synthesize(
         muscles: muscles
             .map(|(((design, muscle), limits), rate_gain)| {
                 let gains = of_muscle(&pace, &design.drive, muscle, limits, (resolution, attachment));
-                // The model's error at the largest tension. Up to a limit that is the drive's alone no motion goes.
+                // The model's error at the largest tension. Up to a limit that is the drive's alone no motion
+                // goes.
                 let most = design.tension[1].map_or(0.0, |_| limits[1]);
                 let missing_tension = gains.missing_tension.max(MODEL_ERROR * most);
                 MuscleGains { rate_gain, missing_tension, ..gains }

@@ -121,11 +121,10 @@ pub(super) fn payload(
     let entry = table.map(|table| table.required("mass_kg")).transpose()?;
     let mass = entry.as_ref().map_or(Ok(0.0), |entry| entry.number(NON_NEGATIVE))?;
     if let (Some(entry), None, true) = (&entry, end_point, mass > 0.0) {
-        return Err(
-            entry.problem(
-                ", but there is no end point that carries it: expected 0, a site of the body as `endpoint` in [task], or a site `endpoint`",
-            )
-        );
+        return Err(entry.problem(
+            ", but there is no end point that carries it: expected 0, a site of the body as `endpoint` \
+                    in [task], or a site `endpoint`",
+        ));
     }
     listing.begin("[payload]");
     listing.number("mass_kg", mass, source_of(entry.map(|entry| entry.line())));

@@ -166,8 +166,8 @@ fn weigh(
                 import.pass_over(mesh, "mesh of the world", what);
             }
             if let Some(mesh) = matters {
-                let problem = "is a mesh that carries inertia, which is not computed from meshes: expected an \
-                               <inertial> in its body, or mass=\"0\" here";
+                let problem = "is a mesh that carries inertia, which is not computed from meshes: expected \
+                    an <inertial> in its body, or mass=\"0\" here";
                 return Err(import.tree.error(mesh, "", problem));
             }
             (inertia::total(solids), element)

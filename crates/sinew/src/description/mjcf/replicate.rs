@@ -1,5 +1,5 @@
-//! `replicate`: copies are expanded, each in its own frame and with what refers to it, before other elements are
-//! read.
+//! `replicate`: copies are expanded, each in its own frame and with what refers to it, before other elements
+//! are read.
 
 use super::compiler::Compiler;
 use super::place::{HERE, Place};

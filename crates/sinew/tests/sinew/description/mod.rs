@@ -314,13 +314,16 @@ fn copies_stand_where_mujoco_puts_them() {
 
 #[test]
 fn what_refers_to_a_copy_is_copied_with_it_in_mujocos_order() {
-    let copies = "<site name=\"hub\"/><replicate count=\"3\" sep=\"-\" euler=\"0 0 120\"><body><joint name=\"j\"/><geom name=\"g\" \
-        size=\".02\"/><site name=\"tip\" pos=\".1 0 0\"/></body></replicate><body><joint name=\"own\"/><geom size=\".1\"/></body>";
+    let copies = "<site name=\"hub\"/><replicate count=\"3\" sep=\"-\" euler=\"0 0 120\"><body><joint \
+        name=\"j\"/><geom name=\"g\" size=\".02\"/><site name=\"tip\" pos=\".1 0 \
+        0\"/></body></replicate><body><joint name=\"own\"/><geom size=\".1\"/></body>";
     let text = format!(
-        "<mujoco><worldbody>{copies}</worldbody><tendon><spatial name=\"spoke\"><site site=\"hub\"/><geom geom=\"g\" \
-         sidesite=\"tip\"/><site site=\"tip\"/></spatial><fixed name=\"sum\"><joint joint=\"j\" coef=\"1\"/></fixed>\
-         <fixed name=\"own\"><joint joint=\"own\" coef=\"2\"/></fixed></tendon><equality><joint joint1=\"j\" joint2=\"own\"/></equality>\
-         <actuator><motor name=\"m\" tendon=\"spoke\"/><motor name=\"o\" tendon=\"own\"/></actuator></mujoco>"
+        "<mujoco><worldbody>{copies}</worldbody><tendon><spatial name=\"spoke\"><site site=\"hub\"/><geom \
+            geom=\"g\" sidesite=\"tip\"/><site site=\"tip\"/></spatial><fixed name=\"sum\"><joint \
+            joint=\"j\" coef=\"1\"/></fixed><fixed name=\"own\"><joint joint=\"own\" \
+            coef=\"2\"/></fixed></tendon><equality><joint joint1=\"j\" \
+            joint2=\"own\"/></equality><actuator><motor name=\"m\" tendon=\"spoke\"/><motor name=\"o\" \
+            tendon=\"own\"/></actuator></mujoco>"
     );
     let robot = parts(&text);
     // MuJoCo 4.0: the copies of one suffix stand together, behind what is no copy.
@@ -352,7 +355,8 @@ fn what_refers_to_a_copy_is_copied_with_it_in_mujocos_order() {
 fn a_mesh_in_a_body_that_no_joint_moves_needs_no_mass_and_its_omission_is_told() {
     let palm = |joint: &str| {
         world(&format!(
-            "<body>{joint}<geom type=\"mesh\" mesh=\"palm\"/><body><geom type=\"mesh\" mesh=\"palm\"/><body><joint name=\"j\"/>\
+            "<body>{joint}<geom type=\"mesh\" mesh=\"palm\"/><body><geom type=\"mesh\" \
+                mesh=\"palm\"/><body><joint name=\"j\"/>\
              <geom size=\".01\"/></body></body></body>"
         ))
     };
