@@ -106,7 +106,10 @@ fn a_value_outside_its_domain_is_refused_with_the_valid_ones() {
         ("twin cable --specimen steel --out o.csv", ["'steel' for '--specimen", "bench, ideal"]),
         ("twin bench --duration -3 --out o.csv", ["'-3' for '--duration", "expected 1 to 3600 s"]),
         ("twin bench --speeds 0.1,2 --out o.csv", ["'2' for '--speeds", "0.005 to 0.15"]),
-        ("twin bench --compensation perfect --out o.csv", ["'perfect'", "none, capstan, paper, inverted, observer]"]),
+        (
+            "twin bench --compensation perfect --out o.csv",
+            ["'perfect'", "none, capstan, paper, inverted, observer]"],
+        ),
         ("design drive --tension -5 --speed 0.1 --acceleration 3 --stroke 0.4", ["--tension", "'-5'"]),
         ("track --path to:0.6,0.2", ["'to:0.6,0.2'", "three numbers within"]),
         ("track --path to:0.6,0.2,nan", ["'to:0.6,0.2,nan'", "three numbers within"]),
