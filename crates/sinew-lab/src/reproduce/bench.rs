@@ -49,7 +49,7 @@ impl BenchOptions {
     /// A quick run.
     #[must_use]
     pub fn quick(seed: u64) -> Self {
-        Self { seed, strokes: 2.0, cycles: 1.6, specimens: 0, identified: 2 }
+        Self { seed, strokes: 2.0, cycles: 1.6, specimens: 0, identified: 3 }
     }
 }
 

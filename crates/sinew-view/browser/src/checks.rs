@@ -113,8 +113,9 @@ async fn positions(page: &Browser, server: Option<&Server>) -> Outcome<()> {
     for _ in 0..5 {
         rest(100).await;
         // The frame that stands: what it shows, and how far each shape lies from its body's pose.
-        let found = page.value(
-            "const v = sinew.view, now = v.now; let worst = 0;
+        let found = page
+            .value(
+                "const v = sinew.view, now = v.now; let worst = 0;
              for (const { mesh, parts } of v.bodies.looks.get('body')) parts.forEach(({ shape, local }, k) \
              => {
                const b = 7 * shape.body, [x, y, z] = [12, 13, 14].map((i) => local.elements[i]), p = \
@@ -127,7 +128,8 @@ async fn positions(page: &Browser, server: Option<&Server>) -> Outcome<()> {
                worst = Math.max(worst, ...at.map((v, i) => Math.abs(p[b + i] + v - drawn[i])));
              });
              return { worst, sequence: now.sequence[0], poses: [...now.body_pose] };",
-        ).await?;
+            )
+            .await?;
         largest = largest.max(found["worst"].as_f64().unwrap_or(f64::NAN));
         let Some(server) = server else { continue };
         let sequence = found["sequence"].as_f64().ok_or("no sequence")?;
@@ -181,11 +183,13 @@ async fn dragged(page: &Browser, requested: &Requested) -> Outcome<()> {
     // Until the machine rests and is drawn so.
     rest(800).await;
     settled(page).await?;
-    let at = page.value(
-        "const v = sinew.view, p = v.surroundings.handle.position.clone().project(v.stage.camera), b = \
+    let at = page
+        .value(
+            "const v = sinew.view, p = v.surroundings.handle.position.clone().project(v.stage.camera), b = \
             v.stage.canvas.getBoundingClientRect();
          return [b.left + (0.5 + 0.5 * p.x) * b.width, b.top + (0.5 - 0.5 * p.y) * b.height];",
-    ).await?;
+        )
+        .await?;
     let from = [0, 1].map(|k| at[k].as_f64().unwrap_or(0.0));
     let before = page.value("return [...sinew.state.end_point]").await?;
     drag(page, from, [-60.0, -70.0], Duration::from_millis(1200)).await?;
@@ -226,8 +230,12 @@ async fn keyboard(page: &Browser) -> Outcome<()> {
     page.value("document.activeElement.blur(); window.scrollTo(0, 0)").await?;
     let all = "[...document.querySelectorAll('a[href], button, input, select, \
         canvas[tabindex]')].filter((e) => !e.disabled && e.checkVisibility())";
-    let count = page.number(&format!("window.reached = new Set(); document.addEventListener('focusin', (e) \
-        => reached.add(e.target)); return {all}.length")).await?;
+    let count = page
+        .number(&format!(
+            "window.reached = new Set(); document.addEventListener('focusin', (e) \
+        => reached.add(e.target)); return {all}.length"
+        ))
+        .await?;
     for _ in 0..(count as usize + 10) {
         key(page, TAB).await?;
     }
@@ -285,13 +293,15 @@ pub(crate) async fn accessible(page: &Browser, requested: &Requested, state: &st
     };
     let script = std::fs::read_to_string(axe).map_err(|e| format!("{}: {e}", axe.display()))?;
     page.value(&script).await?;
-    let found = page.later(
-        "const done = arguments[0]; axe.run({ runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', \
+    let found = page
+        .later(
+            "const done = arguments[0]; axe.run({ runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', \
             'wcag22aa'] }).then((r) =>
            done({ passes: r.passes.length, violations: r.violations.map((v) => `${v.id}: \
            ${v.nodes.slice(0, 3).map((n) => n.html.slice(0, 90) + ' ' + n.any.map((a) => a.message).join(' \
            ')).join(' | ')}`) }), (e) => done({ violations: [String(e)] }))",
-    ).await?;
+        )
+        .await?;
     let broken: Vec<String> =
         found["violations"].as_array().into_iter().flatten().map(Value::to_string).collect();
     println!("accessibility, {state}: {} rules kept, {} broken", found["passes"], broken.len());
@@ -303,11 +313,13 @@ async fn phone(page: &Browser, requested: &Requested) -> Outcome<()> {
     page.size(390, 844).await?;
     settled(page).await?;
     page.picture(&requested.out, "phone").await?;
-    let narrow = page.value(
-        "const s = document.querySelector('#stop').getBoundingClientRect();
+    let narrow = page
+        .value(
+            "const s = document.querySelector('#stop').getBoundingClientRect();
          return { wide: document.documentElement.scrollWidth, stop: [s.left, s.top, s.right, s.bottom], \
          ready: sinew.ready };",
-    ).await?;
+        )
+        .await?;
     let edge = |k: usize| narrow["stop"][k].as_f64().unwrap_or(f64::NAN);
     let inside = edge(0) >= 0.0 && edge(1) >= 0.0 && edge(2) <= 390.0 && edge(3) <= 844.0;
     println!("phone: {} px wide, stop at {}", narrow["wide"], narrow["stop"]);

@@ -51,7 +51,15 @@ pub(crate) struct Machine {
 
 impl Default for Machine {
     fn default() -> Self {
-        Self { time: 0.0, sequence: 0.0, mode: 3, speed: 1.0, paused: false, drag: None, angles: requested(0.0) }
+        Self {
+            time: 0.0,
+            sequence: 0.0,
+            mode: 3,
+            speed: 1.0,
+            paused: false,
+            drag: None,
+            angles: requested(0.0),
+        }
     }
 }
 

@@ -89,12 +89,14 @@ async fn simulated(page: &Browser, program: &Path, folder: &Path, requested: &Re
     for _ in 0..STOPS {
         page.value("sinew.session.command('mode', { request: 'run' })").await?;
         page.until("the machine runs", "sinew.mode === 'run'").await?;
-        let took = page.later(
-            "const done = arguments[0], s = sinew.session, before = s.time;
+        let took = page
+            .later(
+                "const done = arguments[0], s = sinew.session, before = s.time;
              const seen = () => { if (s.mode === 'safe_stop') { s.removeEventListener('state', seen); \
              done(s.time - before); } };
              s.addEventListener('state', seen); document.querySelector('#stop').click();",
-        ).await?;
+            )
+            .await?;
         longest = longest.max(took.as_f64().ok_or("no time of the stop")?);
         page.until("the machine is released", "sinew.mode === 'ready'").await?;
     }
@@ -102,13 +104,15 @@ async fn simulated(page: &Browser, program: &Path, folder: &Path, requested: &Re
     if longest > STOPS_IN && requested.busy.is_none() {
         return Err(format!("the machine stopped {longest} s after the click"));
     }
-    let counts = page.later(&format!(
-        "const done = arguments[0], counts = Array({VIEWERS}).fill(0);
+    let counts = page
+        .later(&format!(
+            "const done = arguments[0], counts = Array({VIEWERS}).fill(0);
          const sockets = counts.map((_, k) => {{ const s = new WebSocket(location.href.replace('http', \
          'ws').split('#')[0] + 'stream', ['sinew.live.1']); s.onmessage = () => {{ counts[k] += 1; }}; \
          return s; }});
          setTimeout(() => {{ sockets.forEach((s) => s.close()); done(counts); }}, 3000);",
-    )).await?;
+        ))
+        .await?;
     let least = counts.as_array().into_iter().flatten().filter_map(Value::as_u64).min().unwrap_or(0);
     println!("{VIEWERS} viewers: at least {least} states in 3 s");
     if least < 10 {
@@ -166,13 +170,16 @@ async fn exported(page: &Browser) -> Outcome<()> {
             saved.push(blob); return make(blob); };
          for (const kind of ['CSV', 'PNG']) document.querySelector(`[aria-label='Save what is shown as \
          ${kind}']`).click();",
-    ).await?;
+    )
+    .await?;
     page.until("both files are made", "saved.length === 2").await?;
-    let found = page.later(
-        "const done = arguments[0]; Promise.all([saved[0].text(), saved[1].arrayBuffer()]).then(([csv, \
+    let found = page
+        .later(
+            "const done = arguments[0]; Promise.all([saved[0].text(), saved[1].arrayBuffer()]).then(([csv, \
             png]) => done({ rows: csv.trim().split('\\n').map((row) => row.split(',').length), head: \
             csv.slice(0, 6), png: png.byteLength }))",
-    ).await?;
+        )
+        .await?;
     let columns: Vec<u64> =
         found["rows"].as_array().into_iter().flatten().filter_map(Value::as_u64).collect();
     let even = columns.len() > 10 && columns.iter().all(|count| *count == columns[0]) && columns[0] > 3;
@@ -202,8 +209,11 @@ async fn recorded(page: &Browser, program: &Path, folder: &Path, requested: &Req
     page.value("document.activeElement.blur()").await?;
     key(page, ' ').await?;
     page.until("the space bar pauses it", "sinew.session.flag('paused')").await?;
-    page.value("const s = document.querySelector('#replay input'); s.value = 5; s.dispatchEvent(new \
-        Event('input')); s.dispatchEvent(new Event('change'))").await?;
+    page.value(
+        "const s = document.querySelector('#replay input'); s.value = 5; s.dispatchEvent(new \
+        Event('input')); s.dispatchEvent(new Event('change'))",
+    )
+    .await?;
     page.until("the scrubber goes to a time", "Math.abs(sinew.session.time - 5) < 1e-9").await?;
     page.until(
         "signals before it are there",
@@ -218,16 +228,23 @@ async fn recorded(page: &Browser, program: &Path, folder: &Path, requested: &Req
     rest(1500).await;
     page.picture(&requested.out, "recording").await?;
     key(page, '[').await?;
-    page.until("an event before it is gone to", "sinew.session.time < 5 && sinew.scene.events.some((e) => \
-        Math.abs(e.time_s - sinew.session.time) < 1e-6)").await?;
+    page.until(
+        "an event before it is gone to",
+        "sinew.session.time < 5 && sinew.scene.events.some((e) => \
+        Math.abs(e.time_s - sinew.session.time) < 1e-6)",
+    )
+    .await?;
     key(page, '.').await?;
     page.until(
         "one cycle is stepped",
         "sinew.scene.events.some((e) => Math.abs(e.time_s + 0.001 - sinew.session.time) < 1e-6)",
     )
     .await?;
-    page.value("const s = [...document.querySelectorAll('#replay select')].at(-1); s.value = ''; \
-        s.dispatchEvent(new Event('change'))").await?;
+    page.value(
+        "const s = [...document.querySelectorAll('#replay select')].at(-1); s.value = ''; \
+        s.dispatchEvent(new Event('change'))",
+    )
+    .await?;
     page.until(
         "the other recording is taken away",
         "sinew.scene.compare === null && !sinew.state.body_pose_2",

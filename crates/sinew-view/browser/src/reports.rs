@@ -67,8 +67,12 @@ async fn looked_at(page: &Browser, file: &Path, requested: &Requested) -> Outcom
     page.go(&address).await?;
     rest(500).await;
     page.picture(&requested.out, &format!("{name}-phone")).await?;
-    let narrow = page.value("return { wide: document.documentElement.scrollWidth, views: \
-        document.querySelectorAll('figure.scene').length }").await?;
+    let narrow = page
+        .value(
+            "return { wide: document.documentElement.scrollWidth, views: \
+        document.querySelectorAll('figure.scene').length }",
+        )
+        .await?;
     let errors = page.console_errors().await?;
     println!("{name}: {} views, {} px wide on a phone", narrow["views"], narrow["wide"]);
     if !errors.is_empty() || failed > 0.0 || narrow["wide"].as_f64().is_none_or(|wide| wide > 390.0) {
