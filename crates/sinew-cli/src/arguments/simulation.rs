@@ -10,14 +10,14 @@ use std::path::PathBuf;
 /// DIR/report.html, numbers in DIR/results.json.
 ///
 /// Calibration, identification and compensation on the bench at six speeds, then the arm along its path with
-/// every compensation variant; all results are labelled as simulated. --quick takes seconds and is coarser:
+/// every compensation variant; all results are labelled as simulated. --quick takes a minute and is coarser:
 /// fewer strokes, no other specimens, a path ten times as fast.
 #[derive(Debug, Args)]
 pub(crate) struct ReproduceArguments {
     /// Part of the paper
     #[arg(long, value_enum, default_value_t = Part::All)]
     pub(crate) part: Part,
-    /// Coarser, in seconds
+    /// Coarser, in a minute
     #[arg(long)]
     pub(crate) quick: bool,
     /// Folder for report.html and results.json; created if missing
