@@ -48,6 +48,8 @@ impl Reach {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::float_cmp, reason = "the bounds are exact")]
+
     use super::*;
 
     const LIMITS: Limits = Limits { near: 0, min: 0.0, max: 100.0, rate: 50.0, tolerance: 0.0 };

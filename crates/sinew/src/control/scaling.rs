@@ -199,6 +199,8 @@ fn largest_bend(machine: &Machine) -> Result<f64, Error> {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::float_cmp, reason = "a limit is taken over as it is")]
+
     use super::*;
     use crate::control::tests::{Slide, slides};
     use crate::drive::Catalogue;

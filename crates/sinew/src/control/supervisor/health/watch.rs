@@ -359,7 +359,7 @@ mod tests {
             match kind {
                 FaultKind::FrictionDrift => assert!((worn.friction.fraction - 0.1).abs() < 0.01, "{worn:?}"),
                 FaultKind::StiffnessDrift => {
-                    assert!((worn.stiffness.fraction + 0.08).abs() < 0.01, "{worn:?}")
+                    assert!((worn.stiffness.fraction + 0.08).abs() < 0.01, "{worn:?}");
                 }
                 _ => assert!((worn.pretension.fraction + 0.3).abs() < 0.03, "{worn:?}"),
             }
