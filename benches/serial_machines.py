@@ -108,7 +108,7 @@ def main():
         mean = [1e3 * error["mean"] for ended, error in runs if ended == "tracked"]
         most = [1e3 * error["max"] for ended, error in runs if ended == "tracked"]
         middle = lambda x: f"{statistics.median(x):.2f}" if x else "-"
-        print(f"{size}: {len(runs)} drawn, {sum(ended == 'refused' for ended, _ in runs)} refused, {len(mean)} tracked, "
+        print(f"{size}: {len(runs)} sampled, {sum(ended == 'refused' for ended, _ in runs)} refused, {len(mean)} tracked, "
               f"median of mean {middle(mean)} mrad, of largest {middle(most)} mrad, p90 of mean "
               f"{sorted(mean)[int(0.9 * (len(mean) - 1))] if mean else float('nan'):.2f}")
 

@@ -146,8 +146,11 @@ fn statements_side_by_side_are_not_fused_by_a_vectoriser() {
 }
 
 #[test]
-#[ignore = "a campaign of minutes"]
-fn c_of_a_hundred_models_of_every_kind_predicts_the_bits_of_the_library() {
+fn long_c_of_a_hundred_models_of_every_kind_predicts_the_bits_of_the_library() {
+    if std::env::var_os("SINEW_LONG").is_none() {
+        println!("skipped: SINEW_LONG is not set");
+        return;
+    }
     for kind in Kind::ALL {
         for seed in 100..112 {
             let mut random = ChaCha8Rng::seed_from_u64(1000 * kind as u64 + seed);

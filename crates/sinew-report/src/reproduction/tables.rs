@@ -196,7 +196,7 @@ fn table1_notes(results: &BenchResults) -> Vec<String> {
 /// What Table I (c) measures, and where control by the true state is not the least.
 fn cycle_notes(results: &BenchResults) -> Vec<String> {
     let mut notes = vec![
-        "After a reversal the winch must first take up the elongation of the cable, which no compensation \
+        "After a reversal the winch must first wind in the elongation of the cable, which no compensation \
             avoids. Recovery: time until the far tension stays within 5 N of its reference for 0.2 s."
             .to_owned(),
     ];

@@ -26,7 +26,7 @@ const SYNC0_FRACTION: u64 = 2;
 /// Fraction of a difference in phase that one period corrects; the integral fraction is its square over four:
 /// critical damping.
 const FRACTION: f64 = 1.0 / 64.0;
-/// Longest correction of one period beside that of the drift, and largest difference that is believed, as
+/// Longest correction of one period beside that of the drift, and largest difference that is accepted, as
 /// fractions of the period: a cycle that was woken late says nothing about the clocks.
 const MAX_STEP: f64 = 0.02;
 const MAX_DIFFERENCE: f64 = 0.05;
@@ -105,10 +105,10 @@ impl Clocks {
     /// Takes the time of the reference over, which a frame read `since` ns after the beginning of the cycle.
     pub(super) fn follow(&mut self, reference: u64, since: u64) {
         let difference = self.difference(reference, since);
-        let believed = difference.clamp(-MAX_DIFFERENCE * self.period, MAX_DIFFERENCE * self.period);
+        let accepted = difference.clamp(-MAX_DIFFERENCE * self.period, MAX_DIFFERENCE * self.period);
         let (step, drift) = (MAX_STEP * self.period, MAX_DRIFT * self.period);
-        self.drift = (self.drift - FRACTION * FRACTION / 4.0 * believed).clamp(-drift, drift);
-        self.step = (-FRACTION * believed).clamp(-step, step);
+        self.drift = (self.drift - FRACTION * FRACTION / 4.0 * accepted).clamp(-drift, drift);
+        self.step = (-FRACTION * accepted).clamp(-step, step);
 
         let [count, square, most] = &mut self.differences;
         *count += 1.0;

@@ -105,6 +105,19 @@ static int @_continues(const @_data *d, double time_s, double step_s)
            && -off <= tolerance;
 }
 
+/* A copy of a state, in room that is made where there is none; returns whether there is memory. */
+static int @_copy(const @_data *d, void **to)
+{
+    if (*to == NULL) {
+        *to = malloc(sizeof *d);
+    }
+    if (*to == NULL) {
+        return 0;
+    }
+    memcpy(*to, d, sizeof *d);
+    return 1;
+}
+
 /* Bytes of a state that this model has written. */
 static int @_restore(@_data *d, const void *bytes, size_t size)
 {

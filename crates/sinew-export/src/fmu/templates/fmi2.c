@@ -217,11 +217,7 @@ EXPORTED fmi2Status fmi2GetFMUstate(fmi2Component i, fmi2FMUstate *state)
 {
     INSTANCE
     CHECK(state != NULL, "fmi2GetFMUstate: a null pointer");
-    if (*state == NULL) {
-        *state = malloc(sizeof(@_data));
-    }
-    CHECK(*state != NULL, "fmi2GetFMUstate: out of memory");
-    memcpy(*state, &instance->data, sizeof(@_data));
+    CHECK(@_copy(&instance->data, state), "fmi2GetFMUstate: out of memory");
     return fmi2OK;
 }
 
@@ -264,11 +260,7 @@ EXPORTED fmi2Status fmi2DeSerializeFMUstate(fmi2Component i, const char bytes[],
     @_data read;
     INSTANCE
     CHECK(state != NULL && @_restore(&read, bytes, size), "fmi2DeSerializeFMUstate: no state of this model");
-    if (*state == NULL) {
-        *state = malloc(sizeof(@_data));
-    }
-    CHECK(*state != NULL, "fmi2DeSerializeFMUstate: out of memory");
-    memcpy(*state, &read, sizeof read);
+    CHECK(@_copy(&read, state), "fmi2DeSerializeFMUstate: out of memory");
     return fmi2OK;
 }
 

@@ -237,11 +237,7 @@ EXPORTED fmi3Status fmi3GetFMUState(fmi3Instance i, fmi3FMUState *state)
 {
     INSTANCE
     CHECK(state != NULL, "fmi3GetFMUState: a null pointer");
-    if (*state == NULL) {
-        *state = malloc(sizeof(@_data));
-    }
-    CHECK(*state != NULL, "fmi3GetFMUState: out of memory");
-    memcpy(*state, &instance->data, sizeof(@_data));
+    CHECK(@_copy(&instance->data, state), "fmi3GetFMUState: out of memory");
     return fmi3OK;
 }
 
@@ -284,11 +280,7 @@ EXPORTED fmi3Status fmi3DeserializeFMUState(fmi3Instance i, const uint8_t bytes[
     @_data read;
     INSTANCE
     CHECK(state != NULL && @_restore(&read, bytes, size), "fmi3DeserializeFMUState: no state of this model");
-    if (*state == NULL) {
-        *state = malloc(sizeof(@_data));
-    }
-    CHECK(*state != NULL, "fmi3DeserializeFMUState: out of memory");
-    memcpy(*state, &read, sizeof read);
+    CHECK(@_copy(&read, state), "fmi3DeserializeFMUState: out of memory");
     return fmi3OK;
 }
 

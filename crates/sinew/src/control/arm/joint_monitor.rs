@@ -526,16 +526,16 @@ mod tests {
         for lost_cycles in [1, 2] {
             assert!(returns(&after_loss(lost_cycles, gains, &living(0.65))), "{lost_cycles}");
         }
-        // Still the output that was rejected: within 25 counts it may be believed, beyond it is the false
+        // Still the output that was rejected: within 25 counts it may be accepted, beyond it is the false
         // one.
         let standing = JointPrediction { speed: 0.0, reference_speed: 0.0, gains: &gains, ..MOVING };
-        for (angle, believed) in [(0.509, true), (0.53, false)] {
+        for (angle, accepted) in [(0.509, true), (0.53, false)] {
             let mut monitor = started();
             assert!(matches!(monitor.update(H, 0.8, &standing), EncoderCheck::Withdrawn { .. }));
             let predicted = JointPrediction { angle: 0.8 - (angle - 0.5), ..standing };
             let last =
                 (0..5).map(|_| monitor.update(H, 0.8, &predicted)).find(|c| *c == EncoderCheck::Returned);
-            assert_eq!(last.is_some(), believed, "{angle}");
+            assert_eq!(last.is_some(), accepted, "{angle}");
         }
     }
 
@@ -626,7 +626,7 @@ mod tests {
             // They cancel where the torque says the opposite: only x_r,max is left, 60 mrad.
             let neither = |k: f64| [0.5003 + 2.45e-4 * side * k, -1.0 + 0.049 * side * k];
             assert_eq!(rejected_after(0.301 * side, GAINS, neither).unwrap().0, 200);
-            // Against the reference, however strong, the muscles alone are not believed.
+            // Against the reference, however strong, the muscles alone decide nothing.
             let against = |k: f64| [0.5003 - 5e-3 * side * k, -1.0];
             assert_eq!(rejected_after(0.301 * side, GAINS, against).unwrap().0, 200);
         }

@@ -20,7 +20,7 @@ use alloc::vec::Vec;
 ///
 /// ```text
 /// exchange, measurement -> limits, faults -> mode (TRANSITIONS) -> winches:
-///   off: amplifiers off   ready, fault: stand   pretension: take up   hold, run: ArmController   safe stop: brake, let down
+///   off: amplifiers off   ready, fault: stand   pretension: wind in   hold, run: ArmController   safe stop: brake, let down
 /// ```
 ///
 /// The controller's own detection of faults is part of it; limits, slack, lost and late cycles, stale

@@ -34,7 +34,7 @@ pub(super) struct SafeStop {
     speed: Vec<f64>,
     /// Whether a drive is to be braked: `[muscles]`.
     braked: Vec<bool>,
-    /// Last readings of the load cells, N, and whether they are believed: `[muscles]`.
+    /// Last readings of the load cells, N, and whether they are accepted: `[muscles]`.
     previous: Vec<f64>,
     measured: Vec<bool>,
     time: f64,
