@@ -91,7 +91,10 @@ fn clippy(root: &Path) -> Result<(), String> {
 fn test(root: &Path) -> Result<(), String> {
     let nextest = cargo(root, &["nextest", "--version"]).output().is_ok_and(|output| output.status.success());
     if nextest {
-        return succeed(&mut cargo(root, &["nextest", "run", "--workspace", "--all-features"]));
+        // One more than there are cores: some tests wait for clocks most of their time.
+        let threads = std::thread::available_parallelism().map_or(2, usize::from) + 1;
+        let mut run = cargo(root, &["nextest", "run", "--workspace", "--all-features"]);
+        return succeed(run.args(["--test-threads", &threads.to_string()]));
     }
     println!("cargo-nextest is not installed: running `cargo test`");
     let kinds =
@@ -102,7 +105,8 @@ fn test(root: &Path) -> Result<(), String> {
 /// What is built without optional features: the program as it is installed, the core as a microcontroller
 /// takes it.
 fn features(root: &Path) -> Result<(), String> {
-    succeed(cargo(root, &["clippy", "--workspace"]).args(LINTS))?;
+    // With the tests, whose dependencies have the features of those of the other steps: none is compiled twice.
+    succeed(cargo(root, &["clippy", "--workspace", "--all-targets"]).args(LINTS))?;
     succeed(cargo(root, &["clippy", "--package", "sinew", "--no-default-features"]).args(LINTS))
 }
 

@@ -35,7 +35,10 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
         return Ok(());
     }
     // Both packages at once: the features of the dependencies are then those of the build for Python.
-    succeed(&mut cargo(root, &["build", "--package", "sinew-py", "--package", "sinew-py-golden"]))?;
+    succeed(&mut cargo(
+        root,
+        &["build", "--package", "sinew-py", "--package", "sinew-py-golden", "--all-features"],
+    ))?;
     let mut maturin = python(root, &interpreter, &["-m", "maturin", "develop", "--quiet"]);
     let target = root.join("target");
     succeed(maturin.env("CARGO_TARGET_DIR", &target).env("VIRTUAL_ENV", &environment))?;
