@@ -8,6 +8,9 @@ pub enum ExportError {
     /// A model outside its domain.
     #[error(transparent)]
     Model(#[from] sinew::predictor::ModelFileError),
+    /// A compensator that cannot be made of the model.
+    #[error(transparent)]
+    Compensator(#[from] sinew::compensator::CompensatorError),
     /// A name that the generated code cannot carry.
     #[error("name `{name}`: expected {expected}")]
     Name {

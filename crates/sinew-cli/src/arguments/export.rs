@@ -9,6 +9,10 @@ use std::path::PathBuf;
 /// prints what `sinew predict` writes), CMakeLists.txt, a wrapper for Simulink and a sketch for Arduino.
 /// `fmu` and `fmu2` write NAME.fmu for co-simulation by FMI 3.0 and 2.0, with sources and, where a C
 /// compiler is there, a binary for this platform. Every number is that of `sinew predict`, bit by bit.
+///
+/// With --inverse the C also commands: the near side for a desired far side, bit by bit as `sinew compensate`
+/// does; `./a.out --inverse DESIRED.csv` prints its commands.
+///
 /// docs/export.md shows where a model can be used.
 ///
 /// Example: sinew export out/sheath/model.json --to c --out sheath_c
@@ -25,9 +29,12 @@ pub(crate) struct ExportArguments {
     /// Name of files, types and functions: a C identifier [default: the name of the model's file]
     #[arg(long, value_name = "NAME")]
     pub(crate) name: Option<String>,
-    /// Export the inverse, near-side command for a desired far side (not available yet)
+    /// Add the inverse, the near-side command for a desired far side; of C alone
     #[arg(long)]
     pub(crate) inverse: bool,
+    /// Largest rate of the command, in its unit per second [default: as of `sinew compensate`]
+    #[arg(long, value_name = "RATE", requires = "inverse")]
+    pub(crate) max_rate: Option<f64>,
 }
 
 /// What an export gives.

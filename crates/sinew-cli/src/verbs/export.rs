@@ -5,22 +5,23 @@ use crate::answer::{Answer, Content};
 use crate::arguments::{ExportArguments, ExportForm, General};
 use crate::error::Error;
 use crate::output::{Folder, refuse_overwrite, write_all};
+use sinew::compensator::CompensatorSettings;
 use sinew::predictor::Model;
 use sinew_export::{ExportedFile, Name, c, fmu};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(arguments: &ExportArguments, general: &General) -> Result<Answer, Error> {
-    if arguments.inverse {
+    if arguments.inverse && arguments.to != ExportForm::C {
         return Err(Error::Argument {
             flag: "--inverse",
-            value: "given".to_owned(),
-            expected: "a predictor: inverses are not exported yet",
+            value: "given with a functional mock-up unit".to_owned(),
+            expected: "--to c: a unit predicts and does not command",
         });
     }
     let name = name(arguments)?;
     let model = read_model(&arguments.model)?;
     let mut folders = vec![Folder::open(&arguments.out)?];
-    let (files, note) = files(&model, &name, arguments.to)?;
+    let (files, note) = files(&model, &name, arguments)?;
     let places: Vec<PathBuf> = files.iter().map(|file| arguments.out.join(&file.path)).collect();
     for parent in places.iter().filter_map(|place| place.parent()).filter(|parent| *parent != arguments.out) {
         folders.push(Folder::open(parent)?);
@@ -45,11 +46,22 @@ fn name(arguments: &ExportArguments) -> Result<Name, Error> {
 }
 
 /// The files, and how to go on.
-fn files(model: &Model, name: &Name, form: ExportForm) -> Result<(Vec<ExportedFile>, String), Error> {
-    let version = match form {
+fn files(
+    model: &Model,
+    name: &Name,
+    arguments: &ExportArguments,
+) -> Result<(Vec<ExportedFile>, String), Error> {
+    let version = match arguments.to {
         ExportForm::C => {
-            let note = format!("cc {}.c example.c -lm && ./a.out LOG.csv", name.as_str());
-            return Ok((c::files(model, name)?, note));
+            let (content, option) = if arguments.inverse {
+                let settings =
+                    CompensatorSettings { rate: arguments.max_rate, ..CompensatorSettings::default() };
+                (c::Content::Compensator(settings), "--inverse DESIRED.csv")
+            } else {
+                (c::Content::Predictor, "LOG.csv")
+            };
+            let note = format!("cc {}.c example.c -lm && ./a.out {option}", name.as_str());
+            return Ok((c::files(model, name, content)?, note));
         }
         ExportForm::Fmu => fmu::Version::Three,
         ExportForm::Fmu2 => fmu::Version::Two,

@@ -51,6 +51,48 @@ fn the_exported_example_prints_what_predict_writes() {
 }
 
 #[test]
+fn the_exported_inverse_prints_what_compensate_writes() {
+    let bench = Bench::with_model();
+    let shown = bench.succeeds("export out/model.json --to c --out exported --inverse --max-rate 300").stdout;
+    assert!(shown.contains("./a.out --inverse DESIRED.csv"), "{shown}");
+    if !compiler() {
+        return;
+    }
+    compile(&bench.path("exported"));
+    let row = |k: u32| {
+        let t = 0.01 * f64::from(k);
+        let desired = if k % 37 == 5 { String::new() } else { (20.0 + 12.0 * (3.0 * t).sin()).to_string() };
+        // Some rows hold what was measured.
+        let near = if k % 50 < 20 { (45.0 + 20.0 * (3.0 * t).sin()).to_string() } else { String::new() };
+        format!("{t},{near},{desired}\n")
+    };
+    let rows: String = (0..400).map(row).collect();
+    let alone: String = rows
+        .lines()
+        .map(|line| {
+            let mut cells = line.split(',');
+            format!("{},{}\n", cells.next().unwrap(), cells.nth(1).unwrap())
+        })
+        .collect();
+    let far = "tension_out_n";
+    for text in [format!("time_s,tension_in_n,{far}\n{rows}"), format!("time_s,{far}\n{alone}")] {
+        bench.write("desired.csv", text);
+        bench.succeeds("compensate out/model.json desired.csv --max-rate 300 --out command.csv");
+        let output = Command::new(bench.path("exported/a.out"))
+            .args(["--inverse"])
+            .arg(bench.path("desired.csv"))
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let got = String::from_utf8(output.stdout).unwrap();
+        for (got, expected) in got.lines().zip(bench.read("command.csv").lines()) {
+            assert_eq!(got, expected);
+        }
+        assert_eq!(got.lines().count(), 401);
+    }
+}
+
+#[test]
 fn the_example_names_a_column_that_is_missing() {
     if !compiler() {
         return;
@@ -92,7 +134,8 @@ fn what_cannot_be_exported_is_one_error_and_leaves_nothing() {
         ("export 7up.json --to c --out d", vec!["`7up`", "C identifier"]),
         ("export out/model.json --to c --out d --name a-b", vec!["`a-b`", "C identifier"]),
         ("export out/model.json --to fmu2 --out d --name math", vec!["`math`", "header"]),
-        ("export out/model.json --to c --out d --inverse", vec!["--inverse", "not exported yet"]),
+        ("export out/model.json --to fmu --out d --inverse", vec!["--inverse", "--to c"]),
+        ("export out/model.json --to c --out d --inverse --max-rate -1", vec!["rate", "-1"]),
     ] {
         bench.refuses(arguments, &parts);
     }

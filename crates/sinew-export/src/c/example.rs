@@ -1,29 +1,41 @@
 //! The program that runs a predictor over a log.
 
-use super::literal;
 use super::template::Filling;
+use super::{Content, literal};
 use crate::{ExportedFile, Name};
+use sinew::compensator::CompensatorSettings;
 use sinew::predictor::Model;
 
 const EXAMPLE: &str = include_str!("templates/example.c");
 
 /// `example.c`.
-pub(super) fn file(model: &Model, name: &Name) -> ExportedFile {
+pub(super) fn file(model: &Model, name: &Name, content: Content) -> ExportedFile {
     let mut filling = Filling::default();
     let time = model.time.as_deref().unwrap_or_default();
     let ends = |suffixes: &[&str]| suffixes.iter().any(|suffix| time.to_lowercase().ends_with(suffix));
-    let scale = if ends(&["_ms"]) {
-        "1e-3"
+    let [scale, per_second] = if ends(&["_ms"]) {
+        ["1e-3", "1e3"]
     } else if ends(&["_us"]) {
-        "1e-6"
+        ["1e-6", "1e6"]
     } else {
-        "1.0"
+        ["1.0", "1.0"]
     };
     let columns = model.inputs.iter().map(|input| input.column.as_str());
-    let columns = columns.chain([time, model.trial.as_deref().unwrap_or_default()]);
+    let columns = columns.chain([time, model.trial.as_deref().unwrap_or_default(), &model.far]);
     let list: Vec<String> = columns.map(|column| format!("    {}", literal::string(column))).collect();
     let table = format!("static const char *const columns[COLUMNS] = {{\n{}\n}};\n", list.join(",\n"));
     filling.set("columns", table);
     filling.set("time_scale", scale);
+    if let Content::Compensator(settings) = content {
+        // Of a cable the near tension may be missing beside the command.
+        let tension = model.estimator.law.cable.as_ref().map(|cable| cable.columns.tension);
+        let near = settings.near.or_else(|| CompensatorSettings::usual_near(model)).unwrap_or_default();
+        let optional = [near].into_iter().chain(tension);
+        let lines: String = optional.map(|k| format!("        required[{k}] = 0;\n")).collect();
+        filling.when("inverse", true);
+        filling.set("optional", lines);
+        filling.set("near", near);
+        filling.set("per_second", per_second);
+    }
     ExportedFile::text("example.c", filling.render(EXAMPLE, name))
 }

@@ -5,6 +5,7 @@
 
 mod example;
 mod integrations;
+mod inverse;
 mod laws;
 mod literal;
 mod networks;
@@ -16,27 +17,38 @@ pub(crate) use source::checksum;
 pub(crate) use template::Filling;
 
 use crate::{ExportError, ExportedFile, Name};
+use sinew::compensator::CompensatorSettings;
 use sinew::predictor::Model;
 
-/// Header and source of a model's predictor.
+/// What the sources can do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Content {
+    /// Predict the far end.
+    Predictor,
+    /// The same, and command the near side for a desired far end, as
+    /// [`Compensator`](sinew::compensator::Compensator) does with these settings.
+    Compensator(CompensatorSettings),
+}
+
+/// Header and source of a model.
 ///
 /// # Errors
-/// As [`Model::validate`].
-pub fn library(model: &Model, name: &Name) -> Result<[ExportedFile; 2], ExportError> {
+/// As [`Model::validate`] and [`Compensator::new`](sinew::compensator::Compensator::new).
+pub fn library(model: &Model, name: &Name, content: Content) -> Result<[ExportedFile; 2], ExportError> {
     model.validate()?;
-    let (header, source) = source::generate(model, name)?;
+    let (header, source) = source::generate(model, name, content)?;
     let file = |suffix: &str, text| ExportedFile::text(format!("{}.{suffix}", name.as_str()), text);
     Ok([file("h", header), file("c", source)])
 }
 
-/// Every file of the export: the predictor, a program that runs it over a log, and what CMake, Simulink and
+/// Every file of the export: the sources, a program that runs them over a log, and what CMake, Simulink and
 /// Arduino need.
 ///
 /// # Errors
-/// As [`Model::validate`].
-pub fn files(model: &Model, name: &Name) -> Result<Vec<ExportedFile>, ExportError> {
-    let mut files = Vec::from(library(model, name)?);
-    files.push(example::file(model, name));
+/// As [`library`].
+pub fn files(model: &Model, name: &Name, content: Content) -> Result<Vec<ExportedFile>, ExportError> {
+    let mut files = Vec::from(library(model, name, content)?);
+    files.push(example::file(model, name, content));
     files.extend(integrations::files(model, name));
     Ok(files)
 }

@@ -1,7 +1,7 @@
 //! The header and the source: what the model needs, and nothing else.
 
 use super::template::Filling;
-use super::{laws, literal, networks};
+use super::{Content, inverse, laws, literal, networks};
 use crate::{ExportError, Name};
 use sinew::predictor::{Feature, InputLimits, Model, Role, Signal};
 
@@ -10,7 +10,11 @@ const HEAD: &str = include_str!("templates/head.c");
 const BODY: &str = include_str!("templates/body.c");
 
 /// Texts of `NAME.h` and `NAME.c`.
-pub(super) fn generate(model: &Model, name: &Name) -> Result<(String, String), ExportError> {
+pub(super) fn generate(
+    model: &Model,
+    name: &Name,
+    content: Content,
+) -> Result<(String, String), ExportError> {
     let mut filling = Filling::default();
     let law = &model.estimator.law;
     filling.set("about", about(model));
@@ -26,6 +30,7 @@ pub(super) fn generate(model: &Model, name: &Name) -> Result<(String, String), E
     laws::fill(&mut filling, law, name)?;
     features(&mut filling, model, name);
     networks::fill(&mut filling, &model.estimator, name);
+    inverse::fill(&mut filling, model, name, content)?;
     let body = filling.render(BODY, name);
     helpers(&mut filling, &body, name);
     Ok((filling.render(HEADER, name), filling.render(HEAD, name) + &body))

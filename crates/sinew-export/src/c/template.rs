@@ -12,11 +12,12 @@ use crate::Name;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The templates by the word that includes them.
-const TEMPLATES: [(&str, &str); 6] = [
+const TEMPLATES: [(&str, &str); 7] = [
     ("cable", include_str!("templates/cable.c")),
     ("cell", include_str!("templates/cell.c")),
     ("axis_force", include_str!("templates/axis_force.c")),
     ("axis_motion", include_str!("templates/axis_motion.c")),
+    ("inverse", include_str!("templates/inverse.c")),
     ("ensemble", include_str!("templates/ensemble.c")),
     ("perceptron", include_str!("templates/perceptron.c")),
 ];

@@ -1,7 +1,7 @@
 //! The sources of a unit, which importers compile.
 
 use super::variables::{starts, token};
-use crate::c::{self, Filling};
+use crate::c::{self, Content, Filling};
 use crate::{ExportError, ExportedFile, Name};
 use sinew::predictor::Model;
 
@@ -41,7 +41,7 @@ pub fn sources(model: &Model, name: &Name, version: Version) -> Result<Vec<Expor
     let mut filling = Filling::default();
     filling.set("starts", starts(model).join(", "));
     filling.set("token", token(model)?);
-    let mut files = Vec::from(c::library(model, name)?);
+    let mut files = Vec::from(c::library(model, name, Content::Predictor)?);
     files.push(ExportedFile::text("core.h", filling.render(CORE, name)));
     let stem = version.stem();
     files.push(ExportedFile::text(format!("{stem}.c"), filling.render(version.template(), name)));

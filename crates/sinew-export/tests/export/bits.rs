@@ -63,7 +63,7 @@ pub(crate) fn bytes(rows: &[Row]) -> Vec<u8> {
 }
 
 fn write_sources(folder: &Path, model: &Model) {
-    for file in c::library(model, &Name::new("exported").unwrap()).unwrap() {
+    for file in c::library(model, &Name::new("exported").unwrap(), c::Content::Predictor).unwrap() {
         std::fs::write(folder.join(&file.path), &file.bytes).unwrap();
     }
     std::fs::write(folder.join("harness.c"), HARNESS).unwrap();

@@ -5,6 +5,7 @@
 
 mod bits;
 mod compiler;
+mod inverse;
 mod models;
 mod samples;
 mod units;

@@ -56,7 +56,7 @@ impl Fmmu {
         self.first_bit == 0 && self.last_bit == 7 && self.physical_bit == 0
     }
 
-    /// What a datagram of `length` octets at `logical` fractions with the unit.
+    /// What a datagram of `length` octets at `logical` has in common with the unit.
     pub(crate) fn window(&self, logical: u32, length: usize) -> Option<Window> {
         let (first, own) = (u64::from(logical), u64::from(self.logical));
         let start = first.max(own);

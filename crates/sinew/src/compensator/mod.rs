@@ -42,4 +42,4 @@ mod step;
 pub use command::{Command, CommandFlags};
 pub use error::CompensatorError;
 pub use settings::CompensatorSettings;
-pub use step::{Compensator, MAX_EVALUATIONS};
+pub use step::{CableConstants, Compensator, CompensatorConstants, MAX_EVALUATIONS};

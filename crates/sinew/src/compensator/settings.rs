@@ -37,6 +37,13 @@ pub(super) struct Limits {
     pub(super) tolerance: f64,
 }
 
+impl Limits {
+    /// Smallest and largest command.
+    pub(super) fn range(&self) -> [f64; 2] {
+        [self.min, self.max]
+    }
+}
+
 /// Fraction of the far side's range in training that counts as attained.
 const TOLERANCE: f64 = 2e-7;
 
@@ -44,6 +51,16 @@ const TOLERANCE: f64 = 2e-7;
 const UNLIMITED: f64 = 1e12;
 
 impl CompensatorSettings {
+    /// The input that is commanded where none is set, if the model has one.
+    #[must_use]
+    pub fn usual_near(model: &Model) -> Option<usize> {
+        let first = |role: Role| model.inputs.iter().position(|input| input.role == role);
+        match &model.estimator.law.cable {
+            Some(cable) => Some(cable.columns.motor),
+            None => first(Role::Effort).or_else(|| first(Role::Motion)),
+        }
+    }
+
     /// # Errors
     /// [`Error::OutOfDomain`] names the setting.
     pub(super) fn limits(&self, model: &Model, near: usize) -> Result<Limits, Error> {
@@ -73,13 +90,4 @@ pub(super) fn range(model: &Model, near: usize) -> [f64; 2] {
     let width = (high - low).abs().max(f64::MIN_POSITIVE);
     let tension = model.inputs[near].role == Role::Effort && low > -0.02 * width;
     [if tension { low.min(0.0) } else { low - width }, high + width]
-}
-
-/// The input that is commanded where none is set.
-pub(super) fn near_of(model: &Model) -> Option<usize> {
-    let first = |role: Role| model.inputs.iter().position(|input| input.role == role);
-    match &model.estimator.law.cable {
-        Some(cable) => Some(cable.columns.motor),
-        None => first(Role::Effort).or_else(|| first(Role::Motion)),
-    }
 }

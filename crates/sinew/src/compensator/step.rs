@@ -7,7 +7,7 @@ use super::error::CompensatorError;
 use super::reach::Reach;
 use super::response::Response;
 use super::search::{Goal, search};
-use super::settings::{CompensatorSettings, Limits, near_of};
+use super::settings::{CompensatorSettings, Limits};
 use crate::error::within;
 use crate::predictor::{CablePlace, Model, ModelFileError, Prediction, Predictor, Role, Sample, SampleKind};
 use alloc::string::ToString;
@@ -96,11 +96,45 @@ pub struct Compensator {
     limits: Limits,
     /// Far end over near side: rising, falling, or 0 where they have nothing to do with each other.
     direction: f64,
+    /// Error of the far end that counts as attained.
+    attained: f64,
     cable: Option<CableCommand>,
     given: Vec<f64>,
     row: Vec<f64>,
     desired: Option<f64>,
     last: Command,
+}
+
+/// Numbers by which a [`Compensator`] works.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CompensatorConstants {
+    /// Index of the input that is commanded.
+    pub near: usize,
+    /// Positive where the far end rises with it, negative where it falls, 0 where it does not depend on it.
+    pub direction: f64,
+    /// Smallest and largest command, near unit.
+    pub command: [f64; 2],
+    /// Largest rate of the command, near unit per s.
+    pub rate: f64,
+    /// Error of the far end that is no reason to move, far unit, and that counts as attained.
+    pub tolerance: f64,
+    /// See [`tolerance`](Self::tolerance).
+    pub attained: f64,
+    /// Of a cable's motor.
+    pub cable: Option<CableConstants>,
+}
+
+/// Numbers by which the motor of a cable is commanded.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CableConstants {
+    /// Whether the far end rises with the near tension.
+    pub rising: bool,
+    /// Smallest and largest near tension of a first sample, in the unit of its column.
+    pub tension: [f64; 2],
+    /// Largest change of the command from one sample to the next, near unit, and at the first one.
+    pub change: f64,
+    /// See [`change`](Self::change).
+    pub first_change: f64,
 }
 
 /// What is special about the command of a cable's motor.
@@ -143,7 +177,7 @@ impl Compensator {
         model.validate()?;
         let near = match settings.near {
             Some(near) => commandable(&model, near)?,
-            None => near_of(&model).ok_or_else(|| ModelFileError {
+            None => CompensatorSettings::usual_near(&model).ok_or_else(|| ModelFileError {
                 name: "inputs".to_string(),
                 expected: "a tension, torque or position of the near side to command".to_string(),
                 got: "others alone".to_string(),
@@ -172,6 +206,7 @@ impl Compensator {
         let inputs = model.inputs.len();
         Ok(Self {
             direction: direction(&model, near)?,
+            attained: limits.tolerance.max(ATTAINED * model.provenance.far_range.abs()),
             trial: Predictor::new(model.clone())?,
             predictor: Predictor::new(model)?,
             limits,
@@ -181,6 +216,25 @@ impl Compensator {
             desired: None,
             last: Command::default(),
         })
+    }
+
+    /// The numbers by which it works, for the same compensator in another language.
+    #[must_use]
+    pub fn constants(&self) -> CompensatorConstants {
+        CompensatorConstants {
+            near: self.limits.near,
+            direction: self.direction,
+            command: self.limits.range(),
+            rate: self.limits.rate,
+            tolerance: self.limits.tolerance,
+            attained: self.attained,
+            cable: self.cable.as_ref().map(|cable| CableConstants {
+                rising: cable.rising,
+                tension: cable.tension_limits.range(),
+                change: cable.step,
+                first_change: cable.first,
+            }),
+        }
     }
 
     /// The model.
@@ -375,8 +429,7 @@ impl Compensator {
     }
 
     fn is_attained(&self, mean: f64, desired: f64) -> bool {
-        let tolerance = self.limits.tolerance.max(ATTAINED * self.model().provenance.far_range.abs());
-        (mean - desired).abs() <= tolerance
+        (mean - desired).abs() <= self.attained
     }
 
     fn is_withdrawn(&self, gate: f64) -> bool {

@@ -86,15 +86,24 @@ void @_reset(@_state *state)
     state->memory_started = 0;
 }
 
+//%if expecting
+/* The next sample; where `expected` is given, the near tension is what the model expects, and is put there. */
+static @_prediction @_advance(@_state *s, double time_s, const double *inputs, double *expected)
+{
+//%else
 @_prediction @_step(@_state *state, double time_s, const double inputs[@@_INPUTS])
 {
     @_state *const s = state;
+//%end
     const int kind = @_condition(s, time_s, inputs);
 //%if dt
     const double dt_s = s->dt_s;
 //%end
     double mean, variance, gate, width, start;
     int outside = 0, i;
+//%if expecting
+    double tension = 0.0;
+//%end
 //%if ensemble
     double correction, spread;
     int clipped;
@@ -106,12 +115,21 @@ void @_reset(@_state *state)
     if (kind == @@_FIRST) {
         s->memory_started = 0;
     }
+//%if cable
+//%if expecting
+    @_observe(s, dt_s, expected ? NAN : s->values[//%here tension_input]);
+    if (expected) {
+        tension = s->values[//%here tension_input];
+        s->values[//%here tension_input] = s->tension_in;
+        *expected = s->tension_in;
+    }
+//%else
+    @_observe(s, dt_s, s->values[//%here tension_input]);
+//%end
+//%end
 //%slot signals_code
 //%if cell
     @_cell(s);
-//%end
-//%if cable
-    @_observe(s, dt_s);
 //%end
 //%if axis
     @_axis(s, dt_s);
@@ -148,6 +166,11 @@ void @_reset(@_state *state)
 //%if constant
     mean += 0.0;
 //%end
+//%if expecting
+    if (expected) {
+        s->values[//%here tension_input] = tension;
+    }
+//%end
     for (i = 0; i < @@_INPUTS; i++) {
         outside |= s->values[i] < @_lowest[i] || s->values[i] > @_highest[i];
     }
@@ -161,3 +184,13 @@ void @_reset(@_state *state)
                     | (s->any_held ? @@_INPUT_HELD : 0u) | (kind == @@_FIRST ? @@_RESET : 0u);
     return s->last;
 }
+//%if expecting
+
+@_prediction @_step(@_state *state, double time_s, const double inputs[@@_INPUTS])
+{
+    return @_advance(state, time_s, inputs, 0);
+}
+//%end
+//%if inverse
+//%include inverse
+//%end

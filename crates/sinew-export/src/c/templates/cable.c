@@ -355,12 +355,11 @@ static void @_adapt(@_state *s)
 }
 //%end
 
-/* The observer: the cable driven by both ends, corrected by the near tension. */
-static void @_observe(@_state *s, double interval)
+/* The observer: the cable driven by both ends, corrected by the near tension; NaN corrects nothing. */
+static void @_observe(@_state *s, double interval, double tension)
 {
     const double motor = @_motor_scale * s->values[//%here motor_input];
     const double anchor = @_anchor_scale * s->values[//%here anchor_input];
-    const double tension = s->values[//%here tension_input];
     if (!s->memory_started) {
         s->moved = 0;
     }
@@ -377,7 +376,7 @@ static void @_observe(@_state *s, double interval)
 //%end
         @_follow(s, interval, by_motor + @_correction * @_bounded_innovation(s) * interval, by_anchor);
     } else {
-        const double start = tension < 0.0 ? 0.0 : tension > 1e5 ? 1e5 : tension;
+        const double start = tension > 1e5 ? 1e5 : tension >= 0.0 ? tension : 0.0;
         s->motor = motor;
         s->anchor = anchor;
         s->moved = 1;

@@ -1,4 +1,7 @@
 /* Runs the predictor over a log: `./a.out LOG.csv` prints what `sinew predict` writes.
+//%if inverse
+ * Runs the compensator: `./a.out --inverse DESIRED.csv` prints what `sinew compensate` writes.
+//%end
  *
  * The log is a table of numbers between commas, semicolons or tabs, with the names of its columns in the
  * first line. `./a.out LOG.csv HZ` counts the time of a log without a time column.
@@ -11,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define COLUMNS (@@_INPUTS + 2) /* inputs, time, trial */
+#define COLUMNS (@@_INPUTS + 3) /* inputs, time, trial, far end */
 #define CELL 256
 
 //%slot columns
@@ -103,12 +106,11 @@ static void print_number(double x)
     }
 }
 
-static void print_flags(unsigned flags)
+static void print_flags(unsigned flags, const char *const *names, unsigned count)
 {
-    static const char *const names[] = {"state_unknown", "out_of_range", "input_held", "reset"};
     const char *between = "";
     unsigned bit;
-    for (bit = 0; bit < 4; bit++) {
+    for (bit = 0; bit < count; bit++) {
         if ((flags & (1u << bit)) != 0u) {
             printf("%s%s", between, names[bit]);
             between = "|";
@@ -116,8 +118,8 @@ static void print_flags(unsigned flags)
     }
 }
 
-/* Places of the columns in the header; returns whether all inputs and the time are there. */
-static int find_columns(int *places, int counted)
+/* Places of the columns in the header; returns whether the required ones are there. */
+static int find_columns(int *places, const int *required)
 {
     static const char separators[] = ";\t";
     char cell[CELL], *rest = line;
@@ -142,8 +144,8 @@ static int find_columns(int *places, int counted)
             }
         }
     }
-    for (column = 0; column < @@_INPUTS + (counted ? 0 : 1); column++) {
-        if (places[column] < 0) {
+    for (column = 0; column < COLUMNS; column++) {
+        if (required[column] && places[column] < 0) {
             fprintf(stderr, "no column `%s` in the log\n", columns[column]);
             return 0;
         }
@@ -151,83 +153,191 @@ static int find_columns(int *places, int counted)
     return 1;
 }
 
+/* One row of the log. */
+typedef struct {
+    double inputs[@@_INPUTS], time_s, desired;
+    char trial[CELL];
+} log_row;
+
+/* The next row with its cells in their places; returns whether there is one. */
+static int next_row(FILE *log, const int *places, log_row *row)
+{
+    char cell[CELL], *rest = line;
+    int place, i;
+    if (!next_line(log)) {
+        return 0;
+    }
+    for (i = 0; i < @@_INPUTS; i++) {
+        row->inputs[i] = NAN;
+    }
+    row->time_s = NAN;
+    row->desired = NAN;
+    row->trial[0] = '\0';
+    for (place = 0; rest != NULL; place++) {
+        rest = next_cell(rest, cell);
+        for (i = 0; i < COLUMNS; i++) {
+            if (places[i] != place) {
+                continue;
+            }
+            if (i < @@_INPUTS) {
+                row->inputs[i] = number(cell);
+            } else if (i == @@_INPUTS) {
+                row->time_s = number(cell) * //%here time_scale;
+            } else if (i == @@_INPUTS + 1) {
+                strcpy(row->trial, cell);
+            } else {
+                row->desired = number(cell);
+            }
+        }
+    }
+    return 1;
+}
+
+static void predict(const char *name, const log_row *row, int restarts)
+{
+    static const char *const flags[] = {"state_unknown", "out_of_range", "input_held", "reset"};
+    static @_state state;
+    static int started;
+    @_prediction p;
+    if (!started) {
+        @_init(&state);
+        printf("log,trial,time_s,prediction,standard_deviation,gate,flags\n");
+        started = 1;
+    } else if (restarts) {
+        @_reset(&state);
+    }
+    p = @_step(&state, row->time_s, row->inputs);
+    printf("%s,%s,", name, row->trial);
+    print_number(row->time_s);
+    putchar(',');
+    print_number(p.mean);
+    putchar(',');
+    print_number(p.standard_deviation);
+    putchar(',');
+    print_number(p.gate);
+    putchar(',');
+    print_flags(p.flags, flags, 4);
+    putchar('\n');
+}
+//%if inverse
+
+static void print_cell(double x)
+{
+    if (x == x) {
+        print_number(x);
+    }
+    putchar(',');
+}
+
+static void command(const int *places, const log_row *row, int restarts)
+{
+    static const char *const flags[] = {"not_attainable", "rate_limited", "out_of_range", "correction_withdrawn",
+                                        "state_unknown", "input_held", "reset", "repeated"};
+    static @_compensator compensator;
+    static int started;
+    const int trial = places[@@_INPUTS + 1] >= 0;
+    @_command u;
+    int i;
+    if (!started) {
+        @_compensator_init(&compensator);
+        if (trial) {
+            printf("%s,", columns[@@_INPUTS + 1]);
+        }
+        printf("%s,", places[@@_INPUTS] >= 0 ? columns[@@_INPUTS] : "time_s");
+        for (i = 0; i < @@_INPUTS; i++) {
+            printf("%s,", columns[i]);
+        }
+        printf("%s,command_low,command_high,gate,flags\n", columns[@@_INPUTS + 2]);
+        started = 1;
+    } else if (restarts) {
+        @_compensator_reset(&compensator);
+    }
+    u = @_compensator_step(&compensator, row->time_s, row->inputs, row->desired);
+    if (trial) {
+        printf("%s,", row->trial);
+    }
+    print_cell(row->time_s * (places[@@_INPUTS] >= 0 ? //%here per_second : 1.0));
+    for (i = 0; i < @@_INPUTS; i++) {
+        /* The row that belongs to the command. */
+        print_cell(i == //%here near ? u.value : compensator.row[i]);
+    }
+    print_cell(row->desired);
+    print_cell(u.low);
+    print_cell(u.high);
+    print_cell(u.gate);
+    print_flags(u.flags, flags, 8);
+    putchar('\n');
+}
+//%end
+
 int main(int count, char **arguments)
 {
-    static @_state state;
-    double inputs[@@_INPUTS], last_s = 0.0;
-    const double rate_hz = count > 2 ? strtod(arguments[2], NULL) : 0.0;
-    char cell[CELL], trial[CELL] = "", new_trial[CELL];
-    int places[COLUMNS], started = 0;
-    long row;
+//%if inverse
+    const int inverse = count > 1 && strcmp(arguments[1], "--inverse") == 0;
+//%else
+    const int inverse = 0;
+//%end
+    const char *const path = count > 1 + inverse ? arguments[1 + inverse] : NULL;
+    const char *const rate = count > 2 + inverse ? arguments[2 + inverse] : NULL;
+    const double rate_hz = rate != NULL ? strtod(rate, NULL) : 0.0;
+    int places[COLUMNS], required[COLUMNS], started = 0, i;
+    char trial[CELL] = "";
+    double last_s = 0.0;
+    log_row row;
+    long index;
     const char *name;
     FILE *log;
-    if (count < 2 || (count > 2 && !(rate_hz > 0.0))) {
+    if (path == NULL || (rate != NULL && !(rate_hz > 0.0))) {
+//%if inverse
+        fprintf(stderr, "usage: %s [--inverse] LOG.csv [HZ]\n", arguments[0]);
+//%else
         fprintf(stderr, "usage: %s LOG.csv [HZ]\n", arguments[0]);
+//%end
         return 2;
     }
-    log = fopen(arguments[1], "r");
+    log = fopen(path, "r");
     if (log == NULL) {
-        perror(arguments[1]);
+        perror(path);
         return 2;
     }
-    if (!next_line(log) || !find_columns(places, count > 2)) {
+    for (i = 0; i < COLUMNS; i++) {
+        required[i] = i < @@_INPUTS || (i == @@_INPUTS && rate == NULL);
+    }
+//%if inverse
+    if (inverse) {
+        required[@@_INPUTS + 2] = 1;
+//%slot optional
+    }
+//%end
+    if (!next_line(log) || !find_columns(places, required)) {
         fclose(log);
         return 2;
     }
-    name = strrchr(arguments[1], '/');
-    name = name == NULL ? arguments[1] : name + 1;
-    @_init(&state);
-    printf("log,trial,time_s,prediction,standard_deviation,gate,flags\n");
-    for (row = 0; next_line(log); row++) {
-        char *rest = line;
-        double time_s = NAN;
-        int place, i;
-        @_prediction p;
-        for (i = 0; i < @@_INPUTS; i++) {
-            inputs[i] = NAN;
+    name = strrchr(path, '/');
+    name = name == NULL ? path : name + 1;
+    for (index = 0; next_row(log, places, &row); index++) {
+        if (rate != NULL) {
+            row.time_s = (double)index * (1.0 / rate_hz);
         }
-        new_trial[0] = '\0';
-        for (place = 0; rest != NULL; place++) {
-            rest = next_cell(rest, cell);
-            for (i = 0; i < COLUMNS; i++) {
-                if (places[i] != place) {
-                    continue;
-                }
-                if (i < @@_INPUTS) {
-                    inputs[i] = number(cell);
-                } else if (i == @@_INPUTS) {
-                    time_s = number(cell) * //%here time_scale;
-                } else {
-                    strcpy(new_trial, cell);
-                }
-            }
-        }
-        if (count > 2) {
-            time_s = (double)row * (1.0 / rate_hz);
-        }
-        if (started && strcmp(trial, new_trial) != 0) {
-            @_reset(&state);
+        if (started && strcmp(trial, row.trial) != 0) {
             started = 0;
         }
-        strcpy(trial, new_trial);
+        strcpy(trial, row.trial);
         /* Rows without a time, and those that repeat one, are left out. */
-        if (!(time_s - time_s == 0.0) || (started && !(time_s > last_s))) {
+        if (!(row.time_s - row.time_s == 0.0) || (started && !(row.time_s > last_s))) {
             continue;
         }
-        p = @_step(&state, time_s, inputs);
+//%if inverse
+        if (inverse) {
+            command(places, &row, !started);
+        } else {
+            predict(name, &row, !started);
+        }
+//%else
+        predict(name, &row, !started);
+//%end
         started = 1;
-        last_s = time_s;
-        printf("%s,%s,", name, trial);
-        print_number(time_s);
-        putchar(',');
-        print_number(p.mean);
-        putchar(',');
-        print_number(p.standard_deviation);
-        putchar(',');
-        print_number(p.gate);
-        putchar(',');
-        print_flags(p.flags);
-        putchar('\n');
+        last_s = row.time_s;
     }
     fclose(log);
     return 0;

@@ -96,6 +96,63 @@ void @_reset(@_state *state);
 /* Predicts the far end at one sample: time, s, of any origin; one value per input, NaN for a missing one. */
 @_prediction @_step(@_state *state, double time_s, const double inputs[@@_INPUTS]);
 
+//%if inverse
+
+/* Conditions under which a command was made: bits of its flags. */
+#define @@_COMMAND_NOT_ATTAINABLE 1u       /* with this command the far end is not the desired one */
+#define @@_COMMAND_RATE_LIMITED 2u         /* it moves as fast as it may: later it may be attained */
+#define @@_COMMAND_OUT_OF_RANGE 4u         /* beyond the range of the training logs */
+#define @@_COMMAND_CORRECTION_WITHDRAWN 8u /* the networks disagree: less than half of them counts */
+#define @@_COMMAND_STATE_UNKNOWN 16u       /* the state in the dead band depends on its start */
+#define @@_COMMAND_INPUT_HELD 32u          /* an input or the desired far end was missing: its last value */
+#define @@_COMMAND_RESET 64u               /* all states started here */
+#define @@_COMMAND_REPEATED 128u           /* the same time stamp as before: the command is repeated */
+
+typedef struct {
+    double value;              /* the near side: //%here near */
+    double low, high;          /* the commands at the ends of the 95 % band of the far end */
+    double mean;               /* the far end at this command */
+    double standard_deviation; /* of that */
+    double gate;               /* weight of the learned correction, 0 to 1 */
+    unsigned evaluations;      /* of the model, at most //%here max_evaluations */
+    unsigned flags;
+} @_command;
+
+/* State of a compensator. Its members are no interface. Set it with @_compensator_init. */
+typedef struct {
+    @_state model, trial;
+    double given[@@_INPUTS], row[@@_INPUTS];
+    double desired;
+    int has_desired;
+//%if cable
+    double stretch_direction, stretch_against, stretch_velocity;
+    double stretch_time_s, stretch_anchor, stretch_tension;
+    int stretch_started;
+//%end
+    @_command last;
+} @_compensator;
+
+/* Before the first sample. */
+void @_compensator_init(@_compensator *compensator);
+
+/* The next sample starts a new sequence. */
+void @_compensator_reset(@_compensator *compensator);
+
+/* Moves the state by a sample as it was measured; what the model says of the far end. */
+@_prediction @_compensator_observe(@_compensator *compensator, double time_s,
+                                   const double inputs[@@_INPUTS]);
+
+/* The command for the time at which the drive can follow it, and a desired far end. The other inputs are those
+ * that are expected then; the near one is not read. The state stays. */
+@_command @_compensator_command(@_compensator *compensator, double time_s, const double inputs[@@_INPUTS],
+                                double desired);
+
+/* The command, and the state moved by the near side as it was measured, or by the command where that is
+ * NaN. */
+@_command @_compensator_step(@_compensator *compensator, double time_s, const double inputs[@@_INPUTS],
+                             double desired);
+//%end
+
 #ifdef __cplusplus
 }
 #endif

@@ -280,11 +280,15 @@ impl Isolation {
         self.muscles[muscle].bridge.is_some_and(|bridge| bridge.age > time)
     }
 
-    /// The minimum tension that a cable may have, N, by its load cell or, where the cell has begun to
-    /// deviate, without it.
+    /// The minimum tension that a cable may have, N: by its load cell, less what the cell has pulled its
+    /// estimate up by since half a minute ago, and without the cell where it has begun to deviate. A drive does
+    /// not pay out a cable that is slack, whatever its load cell reads.
     pub(super) fn min_tension(&self, muscle: usize, measured: f64) -> f64 {
         let watched = &self.muscles[muscle];
-        if watched.ratio() > SUSPECTED { measured.min(watched.near) } else { measured }
+        let [correction, bound] = self.long[muscle];
+        let added = if correction > SUSPECTED * bound { correction } else { 0.0 };
+        let minimum = measured - added;
+        if watched.ratio() > SUSPECTED { minimum.min(watched.near) } else { minimum }
     }
 
     /// The sensors that explain a limit that has been passed: those that are under trial; of a slack cable

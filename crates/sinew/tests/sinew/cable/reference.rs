@@ -1,7 +1,7 @@
 //! The same law, written a second time without regard to speed: many cells, short steps, balance to the last
 //! digit.
 //!
-//! Fractions no code with the library: its own cells, friction by `f64::tanh`, a bracketed active-set Newton
+//! Shares no code with the library: its own cells, friction by `f64::tanh`, a bracketed active-set Newton
 //! iteration with a matrix that is assembled before it is solved.
 
 /// Number of cells inside the sheath.
