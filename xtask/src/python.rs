@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// What builds the package, and what its tests cannot do without.
-const PACKAGES: [&str; 5] = ["hypothesis", "maturin>=1.9,<2", "mypy", "numpy>=1.26", "pytest"];
+const PACKAGES: [&str; 6] = ["hypothesis", "jsonschema", "maturin>=1.9,<2", "mypy", "numpy>=1.26", "pytest"];
 
 /// What parts of the package work with; tests of those that cannot be installed are skipped with a message.
 /// Not among them: stable-baselines3, which brings gigabytes of PyTorch; where it is installed, it is tested.

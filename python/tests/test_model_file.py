@@ -1,0 +1,61 @@
+"""docs/model.schema.json describes every model file, and nothing that the program refuses."""
+
+from __future__ import annotations
+
+import json
+import zlib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import sinew
+
+jsonschema = pytest.importorskip("jsonschema")
+
+ROOT = Path(__file__).parents[2]
+VALIDATOR = jsonschema.Draft202012Validator(json.loads((ROOT / "docs/model.schema.json").read_text()))
+
+def written(model: dict[str, Any]) -> str:
+    """A model file with its checksum."""
+    text = json.dumps(model, separators=(",", ":"))
+    checksum = f"{zlib.crc32(text.encode()):08x}"
+    return f'{{"format":"sinew transmission model","version":1,"checksum":"{checksum}","model":{text}}}'
+
+
+def objects(value: Any) -> list[dict[str, Any]]:
+    """All objects in a document."""
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else []
+    found = [value] if isinstance(value, dict) else []
+    return found + [one for part in inner for one in objects(part)]
+
+
+@pytest.fixture(scope="module", params=["linear", "capstan", "cell", "hybrid", "network", "observer"])
+def document(request: pytest.FixtureRequest, log_files: list[Path]) -> dict[str, Any]:
+    """A model file of one kind of candidate."""
+    model = sinew.identify(log_files[:2], far="tension_out_n", models=[request.param])
+    return json.loads(model.to_json())  # type: ignore[no-any-return]
+
+
+def test_every_kind_of_model_file_is_described(document: dict[str, Any]) -> None:
+    VALIDATOR.validate(document)
+    assert sinew.Model.from_json(written(document["model"])).to_json() == json.dumps(document, separators=(",", ":")) + "\n"
+
+
+def test_a_key_that_is_missing_or_unknown_is_refused_by_both(document: dict[str, Any]) -> None:
+    for index in range(len(objects(document["model"]))):
+        for change in ("missing", "unknown"):
+            damaged = json.loads(json.dumps(document))
+            target = objects(damaged["model"])[index]
+            if change == "unknown":
+                target["colour"] = 1.0
+            elif target:
+                del target[sorted(target)[0]]
+            described = VALIDATOR.is_valid(damaged)
+            try:
+                sinew.Model.from_json(written(damaged["model"]))
+                read = True
+            except ValueError:
+                read = False
+            assert described or not read, f"{change} in {target}: read, but not described"
+            assert not (described and change == "unknown"), f"{target}"
