@@ -10,8 +10,9 @@ use std::path::PathBuf;
 /// `fmu` and `fmu2` write NAME.fmu for co-simulation by FMI 3.0 and 2.0, with sources and, where a C
 /// compiler is there, a binary for this platform. Every number is that of `sinew predict`, bit by bit.
 ///
-/// With --inverse the C also commands: the near side for a desired far side, bit by bit as `sinew compensate`
-/// does; `./a.out --inverse DESIRED.csv` prints its commands.
+/// With --inverse they command: the near side for a desired far side, bit by bit as `sinew compensate` does.
+/// The C predicts as well, and `./a.out --inverse DESIRED.csv` prints commands; a unit takes the desired far
+/// side as an input, and its drive to follow.
 ///
 /// docs/export.md shows where a model can be used.
 ///
@@ -29,7 +30,7 @@ pub(crate) struct ExportArguments {
     /// Name of files, types and functions: a C identifier [default: the name of the model's file]
     #[arg(long, value_name = "NAME")]
     pub(crate) name: Option<String>,
-    /// Add the inverse, the near-side command for a desired far side; of C alone
+    /// Export the inverse, the near-side command for a desired far side
     #[arg(long)]
     pub(crate) inverse: bool,
     /// Largest rate of the command, in its unit per second [default: as of `sinew compensate`]

@@ -11,13 +11,6 @@ use sinew_export::{ExportedFile, Name, c, fmu};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(arguments: &ExportArguments, general: &General) -> Result<Answer, Error> {
-    if arguments.inverse && arguments.to != ExportForm::C {
-        return Err(Error::Argument {
-            flag: "--inverse",
-            value: "given with a functional mock-up unit".to_owned(),
-            expected: "--to c: a unit predicts and does not command",
-        });
-    }
     let name = name(arguments)?;
     let model = read_model(&arguments.model)?;
     let mut folders = vec![Folder::open(&arguments.out)?];
@@ -51,25 +44,24 @@ fn files(
     name: &Name,
     arguments: &ExportArguments,
 ) -> Result<(Vec<ExportedFile>, String), Error> {
+    let (content, option) = if arguments.inverse {
+        let settings = CompensatorSettings { rate: arguments.max_rate, ..CompensatorSettings::default() };
+        (c::Content::Compensator(settings), "--inverse DESIRED.csv")
+    } else {
+        (c::Content::Predictor, "LOG.csv")
+    };
     let version = match arguments.to {
         ExportForm::C => {
-            let (content, option) = if arguments.inverse {
-                let settings =
-                    CompensatorSettings { rate: arguments.max_rate, ..CompensatorSettings::default() };
-                (c::Content::Compensator(settings), "--inverse DESIRED.csv")
-            } else {
-                (c::Content::Predictor, "LOG.csv")
-            };
             let note = format!("cc {}.c example.c -lm && ./a.out {option}", name.as_str());
             return Ok((c::files(model, name, content)?, note));
         }
         ExportForm::Fmu => fmu::Version::Three,
         ExportForm::Fmu2 => fmu::Version::Two,
     };
-    let binary = fmu::compile(model, name, version, Path::new("cc"))?;
+    let binary = fmu::compile(model, name, content, version, Path::new("cc"))?;
     let note = match &binary {
         Some(_) => format!("binary for {}, sources for all", fmu::PLATFORM),
         None => "sources alone: no C compiler `cc` was found here".to_owned(),
     };
-    Ok((vec![fmu::file(model, name, version, binary.as_deref())?], note))
+    Ok((vec![fmu::file(model, name, content, version, binary.as_deref())?], note))
 }

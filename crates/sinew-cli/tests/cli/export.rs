@@ -134,7 +134,6 @@ fn what_cannot_be_exported_is_one_error_and_leaves_nothing() {
         ("export 7up.json --to c --out d", vec!["`7up`", "C identifier"]),
         ("export out/model.json --to c --out d --name a-b", vec!["`a-b`", "C identifier"]),
         ("export out/model.json --to fmu2 --out d --name math", vec!["`math`", "header"]),
-        ("export out/model.json --to fmu --out d --inverse", vec!["--inverse", "--to c"]),
         ("export out/model.json --to c --out d --inverse --max-rate -1", vec!["rate", "-1"]),
     ] {
         bench.refuses(arguments, &parts);

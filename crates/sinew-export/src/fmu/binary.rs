@@ -1,6 +1,7 @@
 //! The binary of a unit, by the C compiler of this machine.
 
 use super::sources::{Version, sources};
+use crate::c::Content;
 use crate::{ExportError, Name};
 use sinew::predictor::Model;
 use std::io::ErrorKind;
@@ -25,16 +26,17 @@ pub const PLATFORM: &str = if cfg!(all(target_os = "linux", target_arch = "x86_6
 /// The shared library of a unit for this machine; none where there is no such compiler.
 ///
 /// # Errors
-/// [`ExportError::Compiler`] with what the compiler says, where it fails; as [`Model::validate`].
+/// [`ExportError::Compiler`] with what the compiler says, where it fails; as [`sources`].
 pub fn compile(
     model: &Model,
     name: &Name,
+    content: Content,
     version: Version,
     compiler: &Path,
 ) -> Result<Option<Vec<u8>>, ExportError> {
     let refuse = |reason: String| ExportError::Compiler { compiler: compiler.to_owned(), reason };
     let folder = tempfile::tempdir().map_err(|error| refuse(error.to_string()))?;
-    for file in sources(model, name, version)? {
+    for file in sources(model, name, content, version)? {
         std::fs::write(folder.path().join(&file.path), &file.bytes)
             .map_err(|error| refuse(error.to_string()))?;
     }

@@ -1,7 +1,8 @@
 //! `modelDescription.xml` and `buildDescription.xml`.
 
 use super::sources::Version;
-use super::variables::{FLAGS, NUMBERS, input_names, token, unit};
+use super::variables::{Interface, unit};
+use crate::c::Content;
 use crate::{ExportError, Name};
 use sinew::predictor::Model;
 use std::collections::BTreeMap;
@@ -25,10 +26,20 @@ enum Kind {
 }
 
 /// The description of a unit.
-pub(super) fn model_description(model: &Model, name: &Name, version: Version) -> Result<String, ExportError> {
-    let variables = variables(model);
-    let description = format!("{} predicted by `{}`", model.far, model.provenance.member);
-    let (description, token) = (escaped(&description), token(model)?);
+pub(super) fn model_description(
+    model: &Model,
+    name: &Name,
+    content: Content,
+    version: Version,
+) -> Result<String, ExportError> {
+    let interface = Interface::new(model, content);
+    let variables = variables(&interface);
+    let (far, member) = (&model.far, &model.provenance.member);
+    let description = match interface.near {
+        None => format!("{far} predicted by `{member}`"),
+        Some(near) => format!("{} for a desired {far}, by `{member}`", model.inputs[near].column),
+    };
+    let (description, token) = (escaped(&description), interface.token()?);
     let name = name.as_str();
     let units = units(model);
     let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
@@ -75,7 +86,7 @@ pub(super) fn build_description(name: &Name) -> String {
     )
 }
 
-fn variables(model: &Model) -> Vec<Variable> {
+fn variables(interface: &Interface<'_>) -> Vec<Variable> {
     let mut list = vec![Variable {
         reference: 0,
         name: "time".to_owned(),
@@ -83,22 +94,31 @@ fn variables(model: &Model) -> Vec<Variable> {
         unit: Some("s"),
         kind: Kind::Time,
     }];
-    let inputs = model.inputs.iter().zip(&model.guards).zip(input_names(model));
-    for ((input, limits), name) in inputs {
-        list.push(Variable {
-            reference: list.len(),
-            name,
-            description: format!("{} to {} in training", limits.low, limits.high),
-            unit: unit(&input.column).map(|(unit, _)| unit),
-            kind: Kind::Input { start: limits.typical },
-        });
+    let model = interface.model;
+    let unit_of = |column: &str| unit(column).map(|(unit, _)| unit);
+    let inputs = interface.columns().into_iter().zip(interface.input_names()).zip(interface.starts());
+    for (k, ((column, name), start)) in inputs.enumerate() {
+        let limits = &model.guards[k];
+        let description = if interface.near == Some(k) {
+            "desired".to_owned()
+        } else {
+            format!("{} to {} in training", limits.low, limits.high)
+        };
+        let (reference, unit) = (list.len(), unit_of(column));
+        list.push(Variable { reference, name, description, unit, kind: Kind::Input { start } });
     }
-    for (k, (name, description)) in NUMBERS.iter().chain(&FLAGS).enumerate() {
-        let far = (k < 2).then(|| unit(&model.far)).flatten().map(|(unit, _)| unit);
-        let kind = if k < NUMBERS.len() { Kind::Number } else { Kind::Flag };
-        let description =
-            if k == 0 { format!("{description}: {}", model.far) } else { (*description).to_owned() };
-        list.push(Variable { reference: list.len(), name: (*name).to_owned(), description, unit: far, kind });
+    for (k, &(name, description, side)) in interface.numbers.iter().enumerate() {
+        let column = interface.column_of(side);
+        let description = match column {
+            Some(column) if k == 0 => format!("{description}: {column}"),
+            _ => description.to_owned(),
+        };
+        let (reference, unit) = (list.len(), column.and_then(unit_of));
+        list.push(Variable { reference, name: name.to_owned(), description, unit, kind: Kind::Number });
+    }
+    for &(name, description) in interface.flags {
+        let (name, description) = (name.to_owned(), description.to_owned());
+        list.push(Variable { reference: list.len(), name, description, unit: None, kind: Kind::Flag });
     }
     list
 }

@@ -9,23 +9,25 @@ mod zip;
 pub use binary::{PLATFORM, compile};
 pub use sources::{Version, sources};
 
+use crate::c::Content;
 use crate::{ExportError, ExportedFile, Name};
 use sinew::predictor::Model;
 
 /// `NAME.fmu`: description, sources, and the binary of [`compile`] where there is one.
 ///
 /// # Errors
-/// As [`Model::validate`].
+/// As [`sources`].
 pub fn file(
     model: &Model,
     name: &Name,
+    content: Content,
     version: Version,
     binary: Option<&[u8]>,
 ) -> Result<ExportedFile, ExportError> {
-    let sources = sources(model, name, version)?;
+    let sources = sources(model, name, content, version)?;
     let mut entries = vec![ExportedFile::text(
         "modelDescription.xml",
-        description::model_description(model, name, version)?,
+        description::model_description(model, name, content, version)?,
     )];
     if version == Version::Three {
         entries

@@ -1,7 +1,7 @@
 //! The sources of a unit, which importers compile.
 
-use super::variables::{starts, token};
-use crate::c::{self, Content, Filling};
+use super::variables::Interface;
+use crate::c::{self, Content, Filling, double};
 use crate::{ExportError, ExportedFile, Name};
 use sinew::predictor::Model;
 
@@ -33,15 +33,26 @@ impl Version {
     }
 }
 
-/// The predictor's header and source, and the interface around it.
+/// The header and source of the C, and the interface around them.
 ///
 /// # Errors
-/// As [`Model::validate`].
-pub fn sources(model: &Model, name: &Name, version: Version) -> Result<Vec<ExportedFile>, ExportError> {
+/// As [`c::library`].
+pub fn sources(
+    model: &Model,
+    name: &Name,
+    content: Content,
+    version: Version,
+) -> Result<Vec<ExportedFile>, ExportError> {
+    let mut files = Vec::from(c::library(model, name, content)?);
+    let interface = Interface::new(model, content);
     let mut filling = Filling::default();
-    filling.set("starts", starts(model).join(", "));
-    filling.set("token", token(model)?);
-    let mut files = Vec::from(c::library(model, name, Content::Predictor)?);
+    let starts: Vec<String> = interface.starts().into_iter().map(double).collect();
+    filling.set("starts", starts.join(", "));
+    filling.set("token", interface.token()?);
+    filling.set("numbers", interface.numbers.len());
+    filling.set("flags", interface.flags.len());
+    filling.when("inverse", interface.near.is_some());
+    filling.set("near", interface.near.unwrap_or_default());
     files.push(ExportedFile::text("core.h", filling.render(CORE, name)));
     let stem = version.stem();
     files.push(ExportedFile::text(format!("{stem}.c"), filling.render(version.template(), name)));

@@ -1,22 +1,119 @@
 //! The variables of a unit: names, value references, units, start values.
 
 use crate::ExportError;
-use crate::c::{checksum, double};
-use sinew::predictor::Model;
+use crate::c::{Content, checksum};
+use sinew::compensator::CompensatorSettings;
+use sinew::predictor::{Input, InputLimits, Model};
 use std::collections::BTreeSet;
 
-/// Outputs after the inputs: three numbers, then the flags.
-pub(super) const NUMBERS: [(&str, &str); 3] = [
-    ("prediction", "the far end"),
-    ("standard_deviation", "prediction +- 1.96 of it is the calibrated 95 % band"),
-    ("gate", "weight of the learned correction, 0 to 1"),
+/// The side of the transmission whose unit a number has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Side {
+    Near,
+    Far,
+    Neither,
+}
+
+/// A number that comes out: name, description, side.
+pub(super) type Number = (&'static str, &'static str, Side);
+
+const DEVIATION: Number =
+    ("standard_deviation", "prediction +- 1.96 of it is the calibrated 95 % band", Side::Far);
+const GATE: Number = ("gate", "weight of the learned correction, 0 to 1", Side::Neither);
+const PREDICTION: [Number; 3] = [("prediction", "the far end", Side::Far), DEVIATION, GATE];
+const COMMAND: [Number; 6] = [
+    ("command", "the near side for the desired far end", Side::Near),
+    ("command_low", "the command at one end of the 95 % band of the far end", Side::Near),
+    ("command_high", "the command at the other end", Side::Near),
+    ("prediction", "the far end at this command", Side::Far),
+    DEVIATION,
+    GATE,
 ];
-pub(super) const FLAGS: [(&str, &str); 4] = [
-    ("state_unknown", "the state in the dead band depends on its start"),
-    ("out_of_range", "an input is outside the range of the training logs"),
-    ("input_held", "an input was missing or jumped: its last value stood in"),
-    ("reset", "all states started at this sample"),
+
+/// A flag that comes out: name, description.
+pub(super) type Flag = (&'static str, &'static str);
+
+const STATE_UNKNOWN: Flag = ("state_unknown", "the state in the dead band depends on its start");
+const OUT_OF_RANGE: Flag = ("out_of_range", "an input is outside the range of the training logs");
+const INPUT_HELD: Flag = ("input_held", "an input was missing or jumped: its last value stood in");
+const RESET: Flag = ("reset", "all states started at this sample");
+const PREDICTION_FLAGS: [Flag; 4] = [STATE_UNKNOWN, OUT_OF_RANGE, INPUT_HELD, RESET];
+const COMMAND_FLAGS: [Flag; 7] = [
+    ("not_attainable", "with this command the far end is not the desired one"),
+    ("rate_limited", "the command moves as fast as it may"),
+    OUT_OF_RANGE,
+    ("correction_withdrawn", "the networks disagree: less than half of their correction counts"),
+    STATE_UNKNOWN,
+    INPUT_HELD,
+    RESET,
 ];
+
+/// What a unit takes and gives.
+pub(super) struct Interface<'a> {
+    pub(super) model: &'a Model,
+    /// The input that is commanded, in whose place the desired far end is taken; none of a predictor.
+    pub(super) near: Option<usize>,
+    pub(super) numbers: &'static [Number],
+    pub(super) flags: &'static [Flag],
+}
+
+impl<'a> Interface<'a> {
+    pub(super) fn new(model: &'a Model, content: Content) -> Self {
+        match content {
+            Content::Predictor => Self { model, near: None, numbers: &PREDICTION, flags: &PREDICTION_FLAGS },
+            Content::Compensator(settings) => {
+                let near = settings.near.or_else(|| CompensatorSettings::usual_near(model));
+                Self { model, near, numbers: &COMMAND, flags: &COMMAND_FLAGS }
+            }
+        }
+    }
+
+    /// Columns of the inputs, that of the desired far end in the place of the near side.
+    pub(super) fn columns(&self) -> Vec<&'a str> {
+        let column = |(k, input): (usize, &'a Input)| {
+            if self.near == Some(k) { self.model.far.as_str() } else { input.column.as_str() }
+        };
+        self.model.inputs.iter().enumerate().map(column).collect()
+    }
+
+    /// Names of the inputs: their columns; one that is taken already has its number behind it.
+    pub(super) fn input_names(&self) -> Vec<String> {
+        let outputs =
+            self.numbers.iter().map(|(name, ..)| *name).chain(self.flags.iter().map(|(name, _)| *name));
+        let mut taken: BTreeSet<String> = outputs.chain(["time"]).map(str::to_owned).collect();
+        let mut names = Vec::new();
+        for (k, column) in self.columns().into_iter().enumerate() {
+            let mut name = column.to_owned();
+            while name.is_empty() || !taken.insert(name.clone()) {
+                name += &format!("_{}", k + 1);
+            }
+            names.push(name);
+        }
+        names
+    }
+
+    /// Start values of the inputs; nothing is desired of the far end.
+    pub(super) fn starts(&self) -> Vec<f64> {
+        let start =
+            |(k, limits): (usize, &InputLimits)| if self.near == Some(k) { 0.0 } else { limits.typical };
+        self.model.guards.iter().enumerate().map(start).collect()
+    }
+
+    /// The column whose unit a number has.
+    pub(super) fn column_of(&self, side: Side) -> Option<&'a str> {
+        match side {
+            Side::Near => self.near.map(|near| self.model.inputs[near].column.as_str()),
+            Side::Far => Some(self.model.far.as_str()),
+            Side::Neither => None,
+        }
+    }
+
+    /// The token that tells units of different models apart.
+    pub(super) fn token(&self) -> Result<String, ExportError> {
+        let inverse = if self.near.is_some() { "-inverse" } else { "" };
+        Ok(format!("{{sinew-{}{inverse}}}", checksum(self.model)?))
+    }
+}
 
 /// Suffixes of column names with the unit of FMI: name, exponents of kg, m, s, A and rad, factor to SI.
 const UNITS: [(&str, &str, &str); 9] = [
@@ -36,31 +133,6 @@ pub(super) fn unit(column: &str) -> Option<(&'static str, &'static str)> {
     let lower = column.to_lowercase();
     let fits = UNITS.iter().filter(|(suffix, ..)| lower.ends_with(suffix));
     fits.max_by_key(|(suffix, ..)| suffix.len()).map(|(_, name, base)| (*name, *base))
-}
-
-/// Names of the inputs: their columns; one that is taken already has its number behind it.
-pub(super) fn input_names(model: &Model) -> Vec<String> {
-    let outputs = NUMBERS.iter().chain(&FLAGS).map(|(name, _)| (*name).to_owned());
-    let mut taken: BTreeSet<String> = outputs.chain(["time".to_owned()]).collect();
-    let mut names = Vec::new();
-    for (k, input) in model.inputs.iter().enumerate() {
-        let mut name = input.column.clone();
-        while name.is_empty() || !taken.insert(name.clone()) {
-            name += &format!("_{}", k + 1);
-        }
-        names.push(name);
-    }
-    names
-}
-
-/// Start values of the inputs, as literals of C.
-pub(super) fn starts(model: &Model) -> Vec<String> {
-    model.guards.iter().map(|limits| double(limits.typical)).collect()
-}
-
-/// The token that tells units of different models apart.
-pub(super) fn token(model: &Model) -> Result<String, ExportError> {
-    Ok(format!("{{sinew-{}}}", checksum(model)?))
 }
 
 #[cfg(test)]

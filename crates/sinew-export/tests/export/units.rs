@@ -6,7 +6,12 @@ use crate::models::{Kind, model};
 use crate::samples::Row;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use sinew::compensator::{Compensator, CompensatorSettings};
+use sinew::predictor::{Model, Sample};
+use sinew_export::c::Content;
 use sinew_export::{Name, fmu};
+
+const PREDICTOR: Content = Content::Predictor;
 
 /// Calls in the wrong order first, then steps over rows from standard input; ends with 1 and a line where a
 /// call does not do what it should.
@@ -16,15 +21,15 @@ const DRIVER: &str = r#"
 #define MUST(condition) if (!(condition)) { fprintf(stderr, "line %d: %s\n", __LINE__, #condition); return 1; }
 int main(void)
 {
-    unsigned references[EXPORTED_INPUTS], outputs[3], flags[4], wrong = 99;
-    double row[2 + EXPORTED_INPUTS], out[4], time_s = 0.0, number = 0.0;
+    unsigned references[EXPORTED_INPUTS], outputs[NUMBERS], flags[FLAG_COUNT], wrong = 99;
+    double row[2 + EXPORTED_INPUTS], out[NUMBERS + 1], time_s = 0.0, number = 0.0;
     size_t size = 0;
     int first = 1, k;
     void *unit = MAKE("TOKEN"), *other = MAKE("TOKEN"), *state = NULL, *copy = NULL;
     static BYTE saved[sizeof(exported_data)];
     for (k = 0; k < EXPORTED_INPUTS; k++) { references[k] = (unsigned)k + 1u; }
-    for (k = 0; k < 3; k++) { outputs[k] = EXPORTED_INPUTS + 1u + (unsigned)k; }
-    for (k = 0; k < 4; k++) { flags[k] = EXPORTED_INPUTS + 4u + (unsigned)k; }
+    for (k = 0; k < NUMBERS; k++) { outputs[k] = EXPORTED_INPUTS + 1u + (unsigned)k; }
+    for (k = 0; k < FLAG_COUNT; k++) { flags[k] = EXPORTED_INPUTS + 1u + NUMBERS + (unsigned)k; }
     MUST(MAKE("another") == NULL);
     MUST(unit != NULL && other != NULL);
     MUST(STEP(unit, 0.0, 0.1) == ERROR);
@@ -36,7 +41,7 @@ int main(void)
     MUST(ENTER(unit, 0.0) == 0);
     MUST(ENTER(unit, 0.0) == ERROR);
     while (fread(row, sizeof row, 1, stdin) == 1) {
-        FLAG raised[4];
+        FLAG raised[FLAG_COUNT];
         MUST(SET(unit, references, EXPORTED_INPUTS, row + 2) == 0);
         if (first) {
             MUST(LEAVE(unit) == 0);
@@ -55,10 +60,10 @@ int main(void)
         MUST(UNPACK(other, saved, size - 1, &copy) == ERROR);
         MUST(UNPACK(other, saved, size, &copy) == 0);
         MUST(RESTORE(other, copy) == 0);
-        MUST(GET(other, outputs, 3, out) == 0);
-        MUST(FLAGS(other, flags, 4, raised) == 0);
-        out[3] = 0.0;
-        for (k = 0; k < 4; k++) { out[3] += raised[k] ? (double)(1u << k) : 0.0; }
+        MUST(GET(other, outputs, NUMBERS, out) == 0);
+        MUST(FLAGS(other, flags, FLAG_COUNT, raised) == 0);
+        out[NUMBERS] = 0.0;
+        for (k = 0; k < FLAG_COUNT; k++) { out[NUMBERS] += raised[k] ? (double)(1u << k) : 0.0; }
         MUST(fwrite(out, sizeof out, 1, stdout) == 1);
     }
     MUST(DROP(unit, &state) == 0 && DROP(other, &copy) == 0);
@@ -110,44 +115,76 @@ const TWO: &str = r#"
 #define RELEASE fmi2FreeInstance
 "#;
 
-#[test]
-fn units_of_both_versions_give_the_bits_of_the_library_and_refuse_wrong_calls() {
+/// Rows whose time runs on: what an importer cannot do otherwise. Steps of powers of two add without rounding.
+fn rows(count: usize, random: &mut ChaCha8Rng) -> Vec<Row> {
+    let rows = crate::samples::rows(count, random).into_iter().enumerate();
+    rows.map(|(k, row)| Row { reset: false, time_s: k as f64 / 1024.0, ..row }).collect()
+}
+
+/// Compares what units of both versions give with what is expected: so many numbers, then the flags as one.
+fn compare(model: &Model, content: Content, rows: &[Row], [numbers, flags]: [usize; 2], expected: &[u8]) {
     let name = Name::new("exported").unwrap();
-    for (kind, seed) in [(Kind::HybridObserver, 1), (Kind::HybridCell, 2), (Kind::AxisForce, 3)] {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let model = model(kind, &mut random);
-        // Time runs on: what an importer cannot do otherwise. Steps of powers of two add without rounding.
-        let rows: Vec<Row> = crate::samples::rows(1500, &mut random)
-            .into_iter()
-            .enumerate()
-            .map(|(k, row)| Row { reset: false, time_s: k as f64 / 1024.0, ..row })
-            .collect();
-        let expected: Vec<_> = predicted(&model, &rows);
-        for (version, stem, calls) in
-            [(fmu::Version::Three, "fmi3.c", THREE), (fmu::Version::Two, "fmi2.c", TWO)]
-        {
-            let folder = tempfile::tempdir().unwrap();
-            let sources = fmu::sources(&model, &name, version).unwrap();
-            let interface = sources.iter().find(|file| file.path == stem).unwrap();
-            let text = std::str::from_utf8(&interface.bytes).unwrap();
-            let token = text.split("strcmp(token, \"").nth(1).unwrap().split('"').next().unwrap();
-            let driver = DRIVER.replace("#include <stdio.h>", &format!("#include <stdio.h>\n{calls}"));
-            let driver = driver.replace("THE_UNIT", stem).replace("TOKEN", token);
-            for file in &sources {
-                std::fs::write(folder.path().join(&file.path), &file.bytes).unwrap();
-            }
-            std::fs::write(folder.path().join("driver.c"), driver).unwrap();
-            for compiler in compilers() {
-                let flags = ["-std=c99", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
-                compile(compiler, folder.path(), &["exported.c", "driver.c"], &flags);
-                let got = run(folder.path(), &bytes(&rows), &[]);
-                assert!(got == flat(&expected), "{kind:?} {version:?}");
-            }
+    for (version, stem, calls) in [(fmu::Version::Three, "fmi3.c", THREE), (fmu::Version::Two, "fmi2.c", TWO)]
+    {
+        let folder = tempfile::tempdir().unwrap();
+        let sources = fmu::sources(model, &name, content, version).unwrap();
+        let interface = sources.iter().find(|file| file.path == stem).unwrap();
+        let text = std::str::from_utf8(&interface.bytes).unwrap();
+        let token = text.split("strcmp(token, \"").nth(1).unwrap().split('"').next().unwrap();
+        let calls =
+            format!("#include <stdio.h>\n#define NUMBERS {numbers}\n#define FLAG_COUNT {flags}\n{calls}");
+        let driver = DRIVER.replace("#include <stdio.h>", &calls);
+        let driver = driver.replace("THE_UNIT", stem).replace("TOKEN", token);
+        for file in &sources {
+            std::fs::write(folder.path().join(&file.path), &file.bytes).unwrap();
+        }
+        std::fs::write(folder.path().join("driver.c"), driver).unwrap();
+        for compiler in compilers() {
+            let flags = ["-std=c99", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+            compile(compiler, folder.path(), &["exported.c", "driver.c"], &flags);
+            let got = run(folder.path(), &bytes(rows), &[]);
+            assert!(got == expected, "{} {version:?}", model.provenance.member);
         }
     }
 }
 
-fn flat(rows: &[[u64; 4]]) -> Vec<u8> {
+#[test]
+fn units_of_both_versions_give_the_bits_of_the_library_and_refuse_wrong_calls() {
+    for (kind, seed) in [(Kind::HybridObserver, 1), (Kind::HybridCell, 2), (Kind::AxisForce, 3)] {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let model = model(kind, &mut random);
+        let rows = rows(1500, &mut random);
+        compare(&model, PREDICTOR, &rows, [3, 4], &flat(&predicted(&model, &rows)));
+    }
+}
+
+#[test]
+fn units_that_command_give_the_bits_of_the_compensator() {
+    for (kind, seed) in [(Kind::Observer, 4), (Kind::HybridCell, 5), (Kind::AxisMotion, 6)] {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let model = model(kind, &mut random);
+        let rows = rows(300, &mut random);
+        let settings = CompensatorSettings { rate: Some(50.0), ..CompensatorSettings::default() };
+        let mut compensator = Compensator::new(model.clone(), &settings).unwrap();
+        let near = compensator.near();
+        let expected: Vec<[u64; 7]> = rows
+            .iter()
+            .map(|row| {
+                // What is desired stands in the place of the near side.
+                let mut inputs = row.inputs;
+                let desired = std::mem::replace(&mut inputs[near], f64::NAN);
+                let u = compensator.step(&Sample { time_s: row.time_s, inputs: &inputs }, desired);
+                let set = u.flags.named().into_iter().enumerate();
+                let flags: u32 = set.map(|(k, (_, set))| u32::from(set) << k).sum();
+                [u.value, u.low, u.high, u.mean, u.standard_deviation, u.gate, f64::from(flags)]
+                    .map(f64::to_bits)
+            })
+            .collect();
+        compare(&model, Content::Compensator(settings), &rows, [6, 7], &flat(&expected));
+    }
+}
+
+fn flat<const N: usize>(rows: &[[u64; N]]) -> Vec<u8> {
     rows.iter().flatten().flat_map(|bits| bits.to_ne_bytes()).collect()
 }
 
@@ -156,9 +193,9 @@ fn a_unit_without_a_compiler_holds_its_sources() {
     let model = model(Kind::Cell, &mut ChaCha8Rng::seed_from_u64(1));
     let name = Name::new("knee").unwrap();
     for version in [fmu::Version::Three, fmu::Version::Two] {
-        let none = fmu::compile(&model, &name, version, "no-such-compiler".as_ref()).unwrap();
+        let none = fmu::compile(&model, &name, PREDICTOR, version, "no-such-compiler".as_ref()).unwrap();
         assert_eq!(none, None);
-        let unit = fmu::file(&model, &name, version, None).unwrap();
+        let unit = fmu::file(&model, &name, PREDICTOR, version, None).unwrap();
         assert_eq!(unit.path, "knee.fmu");
         let holds = |path: &str| unit.bytes.windows(path.len()).any(|bytes| bytes == path.as_bytes());
         assert!(holds("modelDescription.xml") && holds("sources/knee.c") && !holds("binaries"));

@@ -4,22 +4,27 @@
 
 #include "@.h"
 
+//%if inverse
+#include <math.h>
+//%end
 #include <stdlib.h>
 #include <string.h>
 
-#define @@_REALS (@@_INPUTS + 4)
-#define @@_BOOLEANS 4
-
-/* Value references: time is 0, then the inputs, then these. */
-enum { @@_PREDICTION = @@_INPUTS + 1, @@_DEVIATION, @@_GATE, @@_FIRST_FLAG };
+/* Value references: time is 0, then the inputs, then the numbers and flags that come out. */
+enum { @@_FIRST_NUMBER = @@_INPUTS + 1, @@_FIRST_FLAG = @@_FIRST_NUMBER + //%here numbers, @@_FLAGS = //%here flags };
 
 /* Everything that a copy of the state has to hold: no pointers. */
 typedef struct {
     unsigned checksum, size;
     double time_s;
     double inputs[@@_INPUTS];
+//%if inverse
+    @_compensator state;
+    @_command result;
+//%else
     @_state state;
-    @_prediction prediction;
+    @_prediction result;
+//%end
     int phase;
 } @_data;
 
@@ -36,39 +41,46 @@ static void @_start(@_data *d)
     for (i = 0; i < @@_INPUTS; i++) {
         d->inputs[i] = start[i];
     }
+//%if inverse
+    @_compensator_init(&d->state);
+//%else
     @_init(&d->state);
+//%end
 }
 
 /* Takes the sample at a time. */
 static void @_sample(@_data *d, double time_s)
 {
+//%if inverse
+    /* In the place of the near side stands what is desired; the drive is taken to follow. */
+    double row[@@_INPUTS];
+    memcpy(row, d->inputs, sizeof row);
+    row[//%here near] = NAN;
+    d->result = @_compensator_step(&d->state, time_s, row, d->inputs[//%here near]);
+//%else
+    d->result = @_step(&d->state, time_s, d->inputs);
+//%end
     d->time_s = time_s;
-    d->prediction = @_step(&d->state, time_s, d->inputs);
 }
 
 /* The number behind a value reference; returns whether there is one. */
 static int @_get(const @_data *d, unsigned reference, double *value)
 {
-    switch (reference) {
-    case 0:
-        *value = d->time_s;
-        return 1;
-    case @@_PREDICTION:
-        *value = d->prediction.mean;
-        return 1;
-    case @@_DEVIATION:
-        *value = d->prediction.standard_deviation;
-        return 1;
-    case @@_GATE:
-        *value = d->prediction.gate;
-        return 1;
-    default:
-        if (reference > @@_INPUTS) {
-            return 0;
-        }
-        *value = d->inputs[reference - 1u];
-        return 1;
+    const double numbers[] = {
+//%if inverse
+        d->result.value, d->result.low, d->result.high,
+//%end
+        d->result.mean, d->result.standard_deviation, d->result.gate
+    };
+    if (reference >= @@_FIRST_FLAG) {
+        return 0;
     }
+    if (reference >= @@_FIRST_NUMBER) {
+        *value = numbers[reference - @@_FIRST_NUMBER];
+    } else {
+        *value = reference == 0u ? d->time_s : d->inputs[reference - 1u];
+    }
+    return 1;
 }
 
 /* Sets an input; returns whether the reference is one. */
@@ -84,10 +96,10 @@ static int @_set(@_data *d, unsigned reference, double value)
 /* A flag; returns whether the reference is one. */
 static int @_flag(const @_data *d, unsigned reference, int *value)
 {
-    if (reference < @@_FIRST_FLAG || reference >= @@_FIRST_FLAG + @@_BOOLEANS) {
+    if (reference < @@_FIRST_FLAG || reference >= @@_FIRST_FLAG + @@_FLAGS) {
         return 0;
     }
-    *value = (d->prediction.flags & (1u << (reference - @@_FIRST_FLAG))) != 0u;
+    *value = (d->result.flags & (1u << (reference - @@_FIRST_FLAG))) != 0u;
     return 1;
 }
 
