@@ -30,7 +30,7 @@ def objects(value: Any) -> list[dict[str, Any]]:
     return found + [one for part in inner for one in objects(part)]
 
 
-@pytest.fixture(scope="module", params=["linear", "capstan", "cell", "hybrid", "network", "observer"])
+@pytest.fixture(scope="module", params=["linear", "constant", "cells", "hybrid", "paper", "observer-network", "inertia"])
 def document(request: pytest.FixtureRequest, log_files: list[Path]) -> dict[str, Any]:
     """A model file of one kind of candidate."""
     model = sinew.identify(log_files[:2], far="tension_out_n", models=[request.param])
@@ -39,7 +39,8 @@ def document(request: pytest.FixtureRequest, log_files: list[Path]) -> dict[str,
 
 def test_every_kind_of_model_file_is_described(document: dict[str, Any]) -> None:
     VALIDATOR.validate(document)
-    assert sinew.Model.from_json(written(document["model"])).to_json() == json.dumps(document, separators=(",", ":")) + "\n"
+    again = json.loads(sinew.Model.from_json(written(document["model"])).to_json())
+    assert again["model"] == document["model"]
 
 
 def test_a_key_that_is_missing_or_unknown_is_refused_by_both(document: dict[str, Any]) -> None:
