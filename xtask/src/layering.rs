@@ -13,7 +13,7 @@ sinew:
 sinew-identify: sinew
 sinew-session: sinew
 sinew-export: sinew
-sinew-lab: sinew sinew-identify sinew-session
+sinew-lab: sinew sinew-identify sinew-session sinew-view
 sinew-view: sinew
 sinew-report: sinew sinew-identify sinew-lab sinew-view
 sinew-segment:

@@ -216,11 +216,14 @@ impl Format {
 
 /// Text of a file that an MJCF model includes, or the reason why it cannot be read: below the nearest folder
 /// that holds both the model and the file, also after symbolic links are resolved, which may not be the root
-/// of the file system.
+/// of the file system. Of a mesh its triangles.
 ///
 /// # Errors
 /// The reason.
 pub fn include(folder: &Path, file: &str) -> Result<String, String> {
+    if mesh::is_mesh(file) {
+        return mesh::mesh_text(folder, file);
+    }
     let name = Path::new(file);
     let (mut below, mut up) = (0_usize, 0_usize);
     for part in name.components() {

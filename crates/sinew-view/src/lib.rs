@@ -13,7 +13,7 @@ mod shapes;
 
 pub use files::{Asset, asset, paths};
 pub use inline::{InlineView, inline_view};
-pub use meshes::{EncodedMesh, ReadMesh, meshes, read_meshes};
+pub use meshes::{EncodedMesh, ReadMesh, meshes, read_meshes, surface_of};
 pub use shapes::{Shape, shapes};
 
 /// Style sheet of the design that all pages share: colours in light and dark, type, buttons, bar and tags.

@@ -25,7 +25,7 @@ pub struct EncodedMesh {
 /// Bytes of a file by its name in the robot's description, or why there are none.
 pub type ReadMesh<'a> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'a;
 
-/// Reads the mesh files that a robot names (STL, OBJ), with the triangles that a page can hold.
+/// Reads the mesh files that a robot names (STL, OBJ, MSH), with the triangles that a page can hold.
 ///
 /// Returns why files were not read: a robot without them is drawn with less, and works the same.
 pub fn read_meshes(robot: &mut Robot, read: &mut ReadMesh<'_>) -> Vec<String> {
@@ -105,13 +105,17 @@ pub(crate) fn surfaces(parts: &Parts) -> Vec<Arc<TriangleSurface>> {
     found
 }
 
-/// The triangles of a file in its own coordinates.
-fn surface_of(file: &str, read: &mut ReadMesh<'_>) -> Result<TriangleSurface, String> {
+/// The triangles of a file (STL, OBJ, MSH) in its own coordinates.
+///
+/// # Errors
+/// The reason why there are none.
+pub fn surface_of(file: &str, read: &mut ReadMesh<'_>) -> Result<TriangleSurface, String> {
     let extension = file.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
     let surface = match extension.as_str() {
         "stl" => stl(&read(file)?),
         "obj" => obj(&read(file)?),
-        _ => return Err("expected a mesh in STL or OBJ".to_owned()),
+        "msh" => msh(&read(file)?),
+        _ => return Err("expected a mesh in STL, OBJ or MSH".to_owned()),
     }?;
     let corners = surface.vertices.len();
     if surface.triangles.is_empty() {
@@ -131,6 +135,31 @@ fn stl(bytes: &[u8]) -> Result<TriangleSurface, String> {
     Ok(TriangleSurface {
         vertices: mesh.vertices.iter().map(|corner| corner.0).collect(),
         triangles: mesh.faces.iter().map(|face| face.vertices.map(index)).collect(),
+    })
+}
+
+/// MuJoCo's own format: numbers of corners, normals, texture coordinates and triangles, then these, 32 bits each.
+fn msh(bytes: &[u8]) -> Result<TriangleSurface, String> {
+    let (words, rest) = bytes.as_chunks::<4>();
+    let count = |k: usize| words.get(k).and_then(|word| usize::try_from(i32::from_le_bytes(*word)).ok());
+    let counts: Option<Vec<usize>> = (0..4).map(count).collect();
+    let Some(&[corners, normals, texture, faces]) = counts.as_deref() else {
+        return Err("is no MSH: its counts are missing or negative".to_owned());
+    };
+    let length = [3 * corners, 3 * normals, 2 * texture, 3 * faces].iter().sum::<usize>();
+    if !rest.is_empty() || words.len() != 4 + length {
+        return Err(format!(
+            "is no MSH: it has {} bytes, expected {} by its counts",
+            bytes.len(),
+            4 * (4 + length)
+        ));
+    }
+    let (vertices, after) = words[4..].split_at(3 * corners);
+    let (_, triangles) = after.split_at(3 * normals + 2 * texture);
+    // A negative index is beyond the last corner, which is refused.
+    Ok(TriangleSurface {
+        vertices: vertices.as_chunks::<3>().0.iter().map(|v| v.map(f32::from_le_bytes)).collect(),
+        triangles: triangles.as_chunks::<3>().0.iter().map(|t| t.map(u32::from_le_bytes)).collect(),
     })
 }
 

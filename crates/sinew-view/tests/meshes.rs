@@ -182,7 +182,7 @@ fn what_is_no_mesh_is_named_once_and_the_body_keeps_its_bone() {
         ("nan.stl", "not finite"),
         ("far.obj", ""),
         ("text.obj", ""),
-        ("shape.dae", "expected a mesh in STL or OBJ"),
+        ("shape.dae", "expected a mesh in STL, OBJ or MSH"),
         ("none.stl", "cannot be read"),
     ] {
         let mut robot = robot(vec![mesh(file), mesh(file)]);

@@ -1,5 +1,6 @@
 //! Files of triangles that a robot names.
 
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Largest file that is read, bytes.
@@ -13,8 +14,34 @@ const FOLDERS_ABOVE: usize = 8;
 /// # Errors
 /// The reason why it cannot be read.
 pub fn mesh_bytes(path: &Path, file: &str) -> Result<Vec<u8>, String> {
+    bytes_in(path.parent().unwrap_or(Path::new("")), file)
+}
+
+/// Whether a file is one of triangles by its name.
+pub(super) fn is_mesh(file: &str) -> bool {
+    let extension = Path::new(file).extension().and_then(|extension| extension.to_str());
+    extension.is_some_and(|extension| {
+        ["stl", "obj", "msh"].iter().any(|kind| extension.eq_ignore_ascii_case(kind))
+    })
+}
+
+/// Triangles of a file that a robot in a folder names, as lines `v x y z` and `f i j k`.
+pub(super) fn mesh_text(folder: &Path, file: &str) -> Result<String, String> {
+    let surface = sinew_view::surface_of(file, &mut |file| bytes_in(folder, file))?;
+    let mut text = String::new();
+    for [x, y, z] in &surface.vertices {
+        // Writing to a text never fails.
+        let _ = writeln!(text, "v {x} {y} {z}");
+    }
+    for [a, b, c] in surface.triangles.iter().map(|corners| corners.map(|k| k + 1)) {
+        let _ = writeln!(text, "f {a} {b} {c}");
+    }
+    Ok(text)
+}
+
+fn bytes_in(folder: &Path, file: &str) -> Result<Vec<u8>, String> {
     let unread = |error: std::io::Error| format!("cannot be read: {error}");
-    let found = find(path.parent().unwrap_or(Path::new("")), file)?;
+    let found = find(folder, file)?;
     let about = std::fs::metadata(&found).map_err(unread)?;
     if !about.is_file() || about.len() > LARGEST {
         return Err(format!("expected a file of at most {} MiB", LARGEST >> 20));

@@ -4,9 +4,10 @@ use super::compiler::InertiaFrom;
 use super::geom;
 use super::import_state::Import;
 use super::inertia::{self, Inertia};
+use super::mesh::MeshWeight;
 use super::place::{HERE, Place, place};
 use super::ranges::{limits, linear};
-use super::solid::{Solid, Weight};
+use super::solid::Weight;
 use crate::body::{Body, Joint, JointKind, Site};
 use crate::description::attributes::Attributes;
 use crate::description::error::DescriptionError;
@@ -98,7 +99,7 @@ fn contents<'a>(
 ) -> Result<Vec<Seen<'a>>, DescriptionError> {
     let tree = import.tree;
     let mut bodies = Vec::new();
-    let (mut solids, mut unknown, mut inertial) = (Vec::new(), None, None);
+    let (mut solids, mut meshes, mut unknown, mut inertial) = (Vec::new(), Vec::new(), None, None);
     let within = |element: usize, frame: Place, class| {
         tree.elements[element].children.iter().rev().map(move |&element| Seen { element, frame, class })
     };
@@ -120,7 +121,8 @@ fn contents<'a>(
             "geom" => {
                 let at = import.attributes(element, class)?;
                 match geom::read(import, at, body, frame)? {
-                    Weight::Solid(solid) => solids.push(solid),
+                    Weight::Solid(solid) => solids.push(Inertia::from(&solid)),
+                    Weight::Mesh(mesh) => meshes.push(mesh),
                     Weight::Unknown => unknown = unknown.or(Some(element)),
                     Weight::Nothing => {}
                 }
@@ -137,9 +139,44 @@ fn contents<'a>(
         }
     }
     if body > 0 {
-        weigh(import, body, element, &solids, unknown, inertial)?;
+        weigh(import, body, element, &Weights { solids, meshes, unknown }, inertial)?;
     }
     Ok(bodies)
+}
+
+/// The geoms of a body that have mass.
+struct Weights {
+    solids: Vec<Inertia>,
+    meshes: Vec<MeshWeight>,
+    /// The first whose mass is not computed.
+    unknown: Option<usize>,
+}
+
+impl Weights {
+    /// The sum; of what does not move without meshes, which change nothing there.
+    fn total(
+        &self,
+        import: &mut Import<'_>,
+        body: usize,
+        element: usize,
+    ) -> Result<(Inertia, usize), DescriptionError> {
+        let first = self.unknown.or(self.meshes.first().map(|mesh| mesh.element));
+        if let Some(mesh) = first.filter(|_| !moves(import, body) && import.compiler.total_mass.is_none()) {
+            let what = "a mesh in a body that does not move is left out of its mass, which changes no motion";
+            import.pass_over(mesh, "mesh of the world", what);
+            return Ok((inertia::total(&self.solids), element));
+        }
+        if let Some(geom) = self.unknown {
+            let problem = "carries the inertia of a height field, or of a solid that is fitted to a mesh, which \
+                is not computed: expected an <inertial> in its body, or mass=\"0\" here";
+            return Err(import.tree.error(geom, "", problem));
+        }
+        let mut parts = self.solids.clone();
+        for mesh in &self.meshes {
+            parts.push(mesh.inertia(import)?);
+        }
+        Ok((inertia::total(&parts), element))
+    }
 }
 
 /// Mass and inertia, from the source that the settings select.
@@ -147,31 +184,18 @@ fn weigh(
     import: &mut Import<'_>,
     body: usize,
     element: usize,
-    solids: &[Solid],
-    unknown: Option<usize>,
+    geoms: &Weights,
     inertial: Option<usize>,
 ) -> Result<(), DescriptionError> {
+    let heavy = !geoms.solids.is_empty() || !geoms.meshes.is_empty() || geoms.unknown.is_some();
     let from_geoms = match import.compiler.inertia_from {
         InertiaFrom::Inertial => false,
         InertiaFrom::Auto => inertial.is_none(),
-        InertiaFrom::Geoms => inertial.is_none() || !solids.is_empty() || unknown.is_some(),
+        InertiaFrom::Geoms => inertial.is_none() || heavy,
     };
     let (given, at) = match inertial {
         Some(at) if !from_geoms => (explicit(import, at)?, at),
-        _ if from_geoms => {
-            let matters = unknown.filter(|_| moves(import, body) || import.compiler.total_mass.is_some());
-            if let (Some(mesh), None) = (unknown, matters) {
-                let what =
-                    "a mesh in a body that does not move is left out of its mass, which changes no motion";
-                import.pass_over(mesh, "mesh of the world", what);
-            }
-            if let Some(mesh) = matters {
-                let problem = "is a mesh that carries inertia, which is not computed from meshes: expected \
-                    an <inertial> in its body, or mass=\"0\" here";
-                return Err(import.tree.error(mesh, "", problem));
-            }
-            (inertia::total(solids), element)
-        }
+        _ if from_geoms => geoms.total(import, body, element)?,
         _ => (inertia::NOTHING, element),
     };
     let Inertia { mass, mut center, tensor } = bounded(import, at, given)?;

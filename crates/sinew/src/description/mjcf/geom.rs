@@ -3,7 +3,7 @@
 use super::compiler::Compiler;
 use super::import_state::{Import, Surface};
 use super::inertia::diagonal;
-use super::mesh;
+use super::mesh::{self, MeshWeight};
 use super::place::{Place, place};
 use super::shell;
 use super::solid::{Solid, TYPES, Weight};
@@ -38,6 +38,9 @@ pub(super) fn read(
         if at.text("mesh").is_some() {
             let place = frame.of(place(at, &import.compiler)?);
             mesh::shape(import, at, body, place, group)?;
+            if let Some(mesh) = MeshWeight::new(at, place, mass, density).filter(|_| heavy && kind == 7) {
+                return Ok(Weight::Mesh(mesh));
+            }
         } else {
             let kind = TYPES[kind];
             import.pass_over(at.element, kind, &format!("<geom> of type {kind}: its shape is not drawn"));

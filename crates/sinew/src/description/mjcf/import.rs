@@ -15,7 +15,7 @@ use alloc::vec::Vec;
 /// Reads a robot from MJCF with the semantics of MuJoCo 4.
 ///
 /// `file` names the text in errors; `resolve` returns the text of an included file, or the reason why there
-/// is none. Masses, lengths and angles come out in kg, m and rad.
+/// is none; of a mesh that has mass the triangles as lines `v x y z` and `f i j k`, as in OBJ. Masses, lengths and angles come out in kg, m and rad.
 ///
 /// # Errors
 ///
@@ -25,7 +25,7 @@ pub fn from_mjcf(
     text: &str,
     resolve: &mut dyn FnMut(&str) -> Result<String, String>,
 ) -> Result<Description, DescriptionError> {
-    let mut tree = Tree::parse(file, text, resolve)?;
+    let mut tree = Tree::parse(file, text, &mut *resolve)?;
     if tree.elements[0].name != "mujoco" {
         return Err(tree.error(0, "", "is the root: expected <mujoco>"));
     }
@@ -33,7 +33,7 @@ pub fn from_mjcf(
     let compiler = Compiler::read(&tree)?;
     replicate::expand(&mut tree, &compiler)?;
     let defaults = Defaults::read(&tree)?;
-    let mut import = Import::new(&tree, compiler, &defaults, file);
+    let mut import = Import::new(&tree, compiler, &defaults, file, resolve);
     read_settings(&mut import)?;
     for asset in top_elements(&tree, "asset") {
         let meshes = tree.elements[asset].children.iter().filter(|&&e| tree.elements[e].name == "mesh");

@@ -2,8 +2,9 @@
 
 use super::compiler::Compiler;
 use super::defaults::Defaults;
+use super::mesh::MeshAsset;
 use super::place::Place;
-use crate::body::{MeshGeom, Parts, WrapKind};
+use crate::body::{Parts, WrapKind};
 use crate::description::attributes::Attributes;
 use crate::description::error::{DescriptionError, Warning};
 use crate::description::origin::Origins;
@@ -34,9 +35,10 @@ pub(super) struct Import<'a> {
     pub(super) defaults: &'a Defaults,
     pub(super) parts: Parts,
     pub(super) surfaces: BTreeMap<String, Surface>,
-    /// Files of shapes by the names of their assets; none where the triangles stand in the model itself or
-    /// are made by MuJoCo.
-    pub(super) meshes: BTreeMap<String, Option<MeshGeom>>,
+    /// Meshes by the names of their assets.
+    pub(super) meshes: BTreeMap<String, MeshAsset>,
+    /// Text of a file: what it includes, and triangles of meshes.
+    pub(super) files: &'a mut dyn FnMut(&str) -> Result<String, String>,
     /// Groups of the shapes of bodies, and of those in files.
     pub(super) geom_groups: Vec<f64>,
     pub(super) mesh_groups: Vec<f64>,
@@ -49,7 +51,13 @@ pub(super) struct Import<'a> {
 
 impl<'a> Import<'a> {
     /// Nothing read but settings.
-    pub(super) fn new(tree: &'a Tree, compiler: Compiler, defaults: &'a Defaults, file: &str) -> Self {
+    pub(super) fn new(
+        tree: &'a Tree,
+        compiler: Compiler,
+        defaults: &'a Defaults,
+        file: &str,
+        files: &'a mut dyn FnMut(&str) -> Result<String, String>,
+    ) -> Self {
         let parts = Parts {
             name: tree.elements[0].attribute("model").unwrap_or("MuJoCo Model").to_string(),
             gravity: [0.0, 0.0, -9.81],
@@ -62,6 +70,7 @@ impl<'a> Import<'a> {
             parts,
             surfaces: BTreeMap::new(),
             meshes: BTreeMap::new(),
+            files,
             geom_groups: Vec::new(),
             mesh_groups: Vec::new(),
             warnings: Vec::new(),

@@ -4,7 +4,6 @@ use super::solid::Solid;
 use crate::description::orientation::turn_tensor;
 use alloc::format;
 use alloc::string::String;
-use alloc::vec::Vec;
 
 /// Mass, centre of mass and inertia about it `[xx, yy, zz, xy, xz, yz]`, in the body's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,30 +15,29 @@ pub(super) struct Inertia {
 
 pub(super) const NOTHING: Inertia = Inertia { mass: 0.0, center: [0.0; 3], tensor: [0.0; 6] };
 
-/// Sum over all solids.
-pub(super) fn total(solids: &[Solid]) -> Inertia {
-    let parts: Vec<Inertia> = solids
-        .iter()
-        .map(|s| Inertia {
-            mass: s.mass,
-            center: s.position,
-            tensor: turn_tensor(s.orientation, diagonal(s.inertia)),
-        })
-        .collect();
-    if let [one] = parts[..] {
-        return one;
+impl From<&Solid> for Inertia {
+    fn from(solid: &Solid) -> Self {
+        let tensor = turn_tensor(solid.orientation, diagonal(solid.inertia));
+        Self { mass: solid.mass, center: solid.position, tensor }
+    }
+}
+
+/// Sum over all parts.
+pub(super) fn total(parts: &[Inertia]) -> Inertia {
+    if let [one] = parts {
+        return *one;
     }
     let mass: f64 = parts.iter().map(|part| part.mass).sum();
     if mass < 1e-14 {
         return NOTHING;
     }
     let mut center = [0.0; 3];
-    for part in &parts {
+    for part in parts {
         (0..3).for_each(|i| center[i] += part.mass * part.center[i]);
     }
     center = center.map(|x| x / mass);
     let mut tensor = [0.0; 6];
-    for part in &parts {
+    for part in parts {
         let shift = steiner(part.mass, core::array::from_fn(|i| part.center[i] - center[i]));
         (0..6).for_each(|i| tensor[i] += part.tensor[i] + shift[i]);
     }

@@ -1,14 +1,59 @@
-//! Meshes: the files of shapes, for drawings.
+//! Meshes: the files of shapes, for drawings and for mass.
 
 use super::compiler::Compiler;
 use super::import_state::Import;
+use super::inertia::Inertia;
+use super::mesh_mass::{LAWS, MeshLaw, MeshMass, Triangles, WORDS};
 use super::place::Place;
 use crate::body::MeshGeom;
 use crate::description::attributes::Attributes;
 use crate::description::error::DescriptionError;
 use crate::description::mesh_file::joined;
 use crate::description::orientation as turn;
+use alloc::format;
 use alloc::string::{String, ToString};
+
+/// A `<mesh>` of `<asset>`.
+#[derive(Debug, Clone)]
+pub(super) struct MeshAsset {
+    element: usize,
+    /// Its file, in its own frame; without a name where the triangles stand in the model or MuJoCo makes them.
+    shape: MeshGeom,
+    /// Triangles that stand in the model, in the coordinates of a file.
+    within: Option<Triangles>,
+    law: MeshLaw,
+    /// Its mass, once a body has needed it.
+    mass: Option<MeshMass>,
+}
+
+/// A geom whose mass is that of a mesh.
+#[derive(Debug, Clone)]
+pub(super) struct MeshWeight {
+    pub(super) element: usize,
+    mesh: String,
+    place: Place,
+    mass: Option<f64>,
+    density: f64,
+}
+
+impl MeshWeight {
+    /// Of a geom that shows a mesh.
+    pub(super) fn new(at: Attributes<'_>, place: Place, mass: Option<f64>, density: f64) -> Option<Self> {
+        let mesh = at.text("mesh")?.to_string();
+        Some(Self { element: at.element, mesh, place, mass, density })
+    }
+
+    /// Mass, centre of mass and inertia in its body.
+    pub(super) fn inertia(&self, import: &mut Import<'_>) -> Result<Inertia, DescriptionError> {
+        let MeshMass { volume, center, tensor } = mass_of(import, self)?;
+        let density = self.mass.map_or(self.density, |mass| mass / volume);
+        Ok(Inertia {
+            mass: density * volume,
+            center: self.place.point(center),
+            tensor: turn::turn_tensor(self.place.orientation, tensor.map(|x| density * x)),
+        })
+    }
+}
 
 /// Reads a `<mesh>` of `<asset>`.
 pub(super) fn read(import: &mut Import<'_>, element: usize) -> Result<(), DescriptionError> {
@@ -19,21 +64,41 @@ pub(super) fn read(import: &mut Import<'_>, element: usize) -> Result<(), Descri
     let reference_orientation = turn::unit(quaternion)
         .ok_or_else(|| at.error("refquat", "has no direction: expected a vector that is not zero"))?;
     // Its body and its place there are those of the geoms that show it.
-    let asset = at.text("file").map(|file| MeshGeom {
+    let shape = MeshGeom {
         body: 0,
-        file: path(&import.compiler, file),
+        file: at.text("file").map(|file| path(&import.compiler, file)).unwrap_or_default(),
         scale,
         reference_position,
         reference_orientation,
         position: [0.0; 3],
         orientation: turn::IDENTITY,
         surface: None,
-    });
+    };
+    let law = at.word("inertia", &WORDS)?.map_or(import.compiler.mesh_law, |word| LAWS[word]);
+    let within = triangles(at)?;
     let name = import.name("mesh", at)?.or_else(|| at.text("file").map(stem));
     if let Some(name) = name {
-        import.meshes.insert(name, asset);
+        import.meshes.insert(name, MeshAsset { element, shape, within, law, mass: None });
     }
     Ok(())
+}
+
+/// Triangles in the attributes of a mesh.
+fn triangles(at: Attributes<'_>) -> Result<Option<Triangles>, DescriptionError> {
+    let corners = at.list("vertex", 12, usize::MAX)?;
+    let faces = at.list("face", 3, usize::MAX)?;
+    let (Some(corners), Some(faces)) = (corners, faces) else { return Ok(None) };
+    let (corners, left) = corners.as_chunks::<3>();
+    let (faces, left_of_faces) = faces.as_chunks::<3>();
+    for (name, left) in [("vertex", left), ("face", left_of_faces)] {
+        if !left.is_empty() {
+            return Err(at.error(name, "has a length that is no multiple of three"));
+        }
+    }
+    let found =
+        Triangles { corners: corners.to_vec(), faces: faces.iter().map(|f| f.map(|k| k as usize)).collect() };
+    found.check().map_err(|problem| at.error("face", problem))?;
+    Ok(Some(found))
 }
 
 /// Adds the shape of a geom with a mesh; a shape that cannot be drawn is no reason to refuse a robot.
@@ -45,7 +110,7 @@ pub(super) fn shape(
     group: f64,
 ) -> Result<(), DescriptionError> {
     let asset = at.text("mesh").and_then(|name| import.meshes.get(name));
-    let Some(asset) = asset.cloned().flatten() else {
+    let Some(asset) = asset.filter(|asset| !asset.shape.file.is_empty()).cloned() else {
         import.pass_over(at.element, "mesh", "<geom> with a mesh that no file holds: its shape is not drawn");
         return Ok(());
     };
@@ -53,10 +118,54 @@ pub(super) fn shape(
         body,
         position: place.position,
         orientation: place.orientation,
-        ..asset
+        ..asset.shape
     });
     import.mesh_groups.push(group);
     Ok(())
+}
+
+/// The mass of the mesh of a geom, in the mesh's frame.
+fn mass_of(import: &mut Import<'_>, geom: &MeshWeight) -> Result<MeshMass, DescriptionError> {
+    let tree = import.tree;
+    let Some(asset) = import.meshes.get(&geom.mesh) else {
+        let problem = format!("is `{}`, but there is no mesh of that name", geom.mesh);
+        return Err(tree.error(geom.element, "mesh", problem));
+    };
+    if let Some(mass) = asset.mass {
+        return Ok(mass);
+    }
+    let (element, law, shape) = (asset.element, asset.law, asset.shape.clone());
+    let refused = |problem: String| {
+        let way = "an <inertial> in the body, or mass=\"0\" in the geom";
+        tree.error(element, "", format!("has no mass: {problem}; otherwise {way}"))
+    };
+    let mut triangles = match (&asset.within, shape.file.as_str()) {
+        (Some(triangles), _) => triangles.clone(),
+        (None, "") => return Err(refused("expected a file, or vertices with faces".to_string())),
+        (None, file) => {
+            let text = (import.files)(file).and_then(|text| Triangles::parse(&text));
+            text.map_err(|problem| refused(format!("`{file}`: {problem}")))?
+        }
+    };
+    place(&mut triangles, &shape);
+    let mass = triangles.mass(law).map_err(refused)?;
+    if let Some(asset) = import.meshes.get_mut(&geom.mesh) {
+        asset.mass = Some(mass);
+    }
+    Ok(mass)
+}
+
+/// From the coordinates of a file to the frame of the shape, m.
+fn place(triangles: &mut Triangles, shape: &MeshGeom) {
+    let [w, x, y, z] = shape.reference_orientation;
+    for corner in &mut triangles.corners {
+        let from = core::array::from_fn(|i| corner[i] - shape.reference_position[i]);
+        let turned = turn::rotate([w, -x, -y, -z], from);
+        *corner = core::array::from_fn(|i| shape.scale[i] * turned[i]);
+    }
+    if shape.scale.iter().product::<f64>() < 0.0 {
+        triangles.faces.iter_mut().for_each(|face| face.swap(1, 2));
+    }
 }
 
 fn path(compiler: &Compiler, file: &str) -> String {

@@ -1,5 +1,7 @@
 //! Solids: the mass of a geom in its body.
 
+use super::mesh::MeshWeight;
+
 /// A massive solid in its body: principal moments about its own axes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Solid {
@@ -13,7 +15,8 @@ pub(super) struct Solid {
 pub(super) enum Weight {
     Nothing,
     Solid(Solid),
-    /// A mesh or height field, whose inertia is in another file.
+    Mesh(MeshWeight),
+    /// A height field, or a solid that is fitted to a mesh.
     Unknown,
 }
 

@@ -156,3 +156,105 @@ fn files_of_triangles_in_urdf_keep_their_origin_and_scale() {
     assert_eq!((found[0].body, found[0].file.as_str()), (1, "package://arm/meshes/base.stl"));
     assert_eq!((found[0].scale, found[0].position), ([0.1; 3], [0.0, 0.0, 1.0]));
 }
+
+/// Triangles of a body with a hole in it, and no symmetry.
+const CORNERS: &str = "0.1 0 0 -0.08 0.01 0 0 0.12 0 0.01 -0.09 0 0 0 0.15 0.02 0 -0.05";
+const FACES: &str = "0 2 4 2 1 4 1 3 4 3 0 4 2 0 5 1 2 5 3 1 5";
+
+/// A body with these triangles, given in the model or in a file.
+fn meshed(source: &str, law: &str, geom: &str) -> String {
+    format!(
+        "<mujoco><asset><mesh name=\"m\" {source} scale=\"1 -1.5 1\" refpos=\"0.01 0.02 0.03\" refquat=\"1 0.2 0 0\" \
+         {law}/></asset><worldbody><body><joint/><geom type=\"mesh\" mesh=\"m\" pos=\"0.3 0 0\" quat=\"1 0 1 0\" \
+         {geom}/></body></worldbody></mujoco>"
+    )
+}
+
+#[test]
+fn mass_and_inertia_of_meshes_are_those_of_mujoco() {
+    // By MuJoCo 4.0.0, with a density of 500 kg/m^3, of a shell kg/m^2.
+    let enclosed = (
+        0.857_130_263_768_111,
+        [0.301_462_598_255_402_56, 0.012_799_817_362_419_684, 0.005_298_881_235_980_222],
+        [
+            2.622_197_518_041_271_5e-3,
+            1.727_453_850_260_129_6e-3,
+            2.982_272_783_048_890_7e-3,
+            -1.209_318_446_749e-4,
+            6.406_169_089e-6,
+            4.700_003_262e-5,
+        ],
+    );
+    let surface = (
+        44.247_526_732_190_444,
+        [0.302_834_179_539_486_66, 0.010_944_852_800_137_883, 0.005_365_917_945_402_739],
+        [
+            0.223_760_542_219_309_9,
+            0.148_717_673_108_915_95,
+            0.254_738_649_360_837_84,
+            -0.011_528_407_426_32,
+            4.227_881_165_024e-4,
+            4.062_505_090_931_6e-3,
+        ],
+    );
+    let inline = format!("vertex=\"{CORNERS}\" face=\"{FACES}\"");
+    let numbers = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
+    let lines = |letter: &str, text: &str, add: i32| -> String {
+        let numbers: Vec<String> = match add {
+            0 => numbers(text),
+            _ => numbers(text).iter().map(|k| (k.parse::<i32>().unwrap() + add).to_string()).collect(),
+        };
+        numbers.chunks(3).map(|three| format!("{letter} {}\n", three.join(" "))).collect()
+    };
+    let file = lines("v", CORNERS, 0) + &lines("f", FACES, 1);
+    let near = |a: f64, b: f64, size: f64| (a - b).abs() < 1e-9 * size;
+    for source in [inline.as_str(), "file=\"m.stl\""] {
+        for (law, (mass, center, tensor)) in [
+            ("", enclosed),
+            ("inertia=\"exact\"", enclosed),
+            ("inertia=\"legacy\"", enclosed),
+            ("inertia=\"shell\"", surface),
+        ] {
+            let text = meshed(source, law, "density=\"500\"");
+            let found = from_mjcf("m.xml", &text, &mut |name| {
+                assert_eq!(name, "m.stl");
+                Ok(file.clone())
+            });
+            let body = found.unwrap().parts.bodies[1].clone();
+            assert!(near(body.mass, mass, mass), "{source} {law}: {} kg", body.mass);
+            assert!(
+                (0..3).all(|i| near(body.center_of_mass[i], center[i], 1.0)),
+                "{:?}",
+                body.center_of_mass
+            );
+            assert!((0..6).all(|i| near(body.inertia[i], tensor[i], tensor[2])), "{:?}", body.inertia);
+        }
+        let text = meshed(source, "", "mass=\"2\"");
+        let body = from_mjcf("m.xml", &text, &mut |_| Ok(file.clone())).unwrap().parts.bodies[1].clone();
+        assert!(near(body.mass, 2.0, 2.0) && near(body.inertia[0], enclosed.2[0] * 2.0 / enclosed.0, 1.0));
+    }
+}
+
+#[test]
+fn a_mesh_whose_mass_is_needed_and_not_known_is_refused_with_its_line_and_the_way_out() {
+    let error = |source: &str, law: &str, geom: &str, file: Result<String, String>| {
+        from_mjcf("m.xml", &meshed(source, law, geom), &mut |_| file.clone()).unwrap_err().to_string()
+    };
+    let inline = format!("vertex=\"{CORNERS}\" face=\"{FACES}\"");
+    let none = Err("cannot be read".to_owned());
+    for (source, law, geom, file, words) in [
+        ("file=\"m.stl\"", "", "", none.clone(), "`m.stl`: cannot be read"),
+        ("file=\"m.stl\"", "", "", Ok("v 0 0\n".to_owned()), "line `v 0 0`"),
+        (&*inline, "inertia=\"convex\"", "", none.clone(), "inertia=\"convex\""),
+        (&*format!("vertex=\"{CORNERS}\""), "", "", none.clone(), "vertices with faces"),
+        (&*inline.replace("3 1 5", "3 1 9"), "", "", none.clone(), "corner 9"),
+        (&*inline, "inertia=\"solid\"", "", none.clone(), "solid"),
+    ] {
+        let error = error(source, law, geom, file);
+        assert!(error.starts_with("m.xml:1:") && error.contains(words), "{error}");
+    }
+    // Nothing is read of a mesh without mass, nor where the body says its inertia.
+    let massless = meshed("file=\"m.stl\"", "", "density=\"0\"")
+        .replace("</body>", "<inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"1 1 1\"/></body>");
+    assert!(from_mjcf("m.xml", &massless, &mut |_| Err("is not asked for".to_owned())).is_ok());
+}
