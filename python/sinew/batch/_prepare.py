@@ -58,12 +58,17 @@ def table_of(model: Any) -> Table:
 
 def check_options(model: Any) -> None:
     """Raises `ValueError` for options or parts of a model with which friction would be lost or applied twice."""
-    option, bits = model.opt, mujoco.mjtDisableBit
     if model.nplugin:
         raise ValueError(
             f"the model has {model.nplugin} engine plugins, which run on no batch simulator: prepare one without "
             "(add_sheaths and add_cables of sinew.mujoco put plugins into models)"
         )
+    check_solver(model.opt)
+
+
+def check_solver(option: Any) -> None:
+    """Raises `ValueError` for options, of a `MjModel` or of one in Warp, with which friction would be lost."""
+    bits = mujoco.mjtDisableBit
     for bit, name in ((bits.mjDSBL_CONSTRAINT, "constraint"), (bits.mjDSBL_FRICTIONLOSS, "frictionloss")):
         if option.disableflags & bit:
             raise ValueError(f'friction of sheaths is a constraint, but the model disables them: <flag {name}="disable"/>')
