@@ -104,8 +104,11 @@ def cable_step(
     before, stretch = state.stretch, state.stretch + motor - anchor
     slip = jnp.concatenate([motor[None], state.slip, anchor[None]]).astype(state.tension.dtype)
     stiffness, rate = 1.0 / law.compliance, 1.0 / interval_s
-    for _ in range(newton):
-        slip = slip.at[1:-1].add(_correction(law, stiffness, state.tension, slip, rate))
+
+    def corrected(_: Any, at: Any) -> Any:
+        return at.at[1:-1].add(_correction(law, stiffness, state.tension, at, rate))
+
+    slip = jax.lax.fori_loop(0, newton, corrected, slip)
     # A node whose friction would do work on the cable is held.
     solved = state.tension + (slip[:-1] - slip[1:]) * stiffness
     work = (solved[:-1] - solved[1:]) * slip[1:-1]

@@ -10,10 +10,12 @@ import jax.numpy as jnp
 
 from ._cable import Law, profile, scaled, simulate
 
-#: Steps that do not lower the residuals are halved at most so often.
-HALVINGS = 6
+#: Lengths that are tried of a step, each half of the one before.
+HALVINGS = 5
 #: Largest change of a parameter in a step, as the logarithm of its factor.
 FARTHEST = 1.0
+#: Residuals so many times the median count half.
+WIDTH = 5.0
 
 
 class Fit(NamedTuple):
@@ -70,27 +72,38 @@ def identify(
     names = tuple(parameters)
     logs = jnp.zeros(len(names), measured.dtype)
 
-    def rms(at: Any) -> float:
-        tensions = _tensions(scaled(law, dict(zip(names, jnp.exp(at), strict=True))), interval_s, motor, anchor, start)
-        return float(jnp.sqrt(jnp.mean((tensions - measured) ** 2)))
+    def residuals(at: Any) -> Any:
+        return measured - _tensions(scaled(law, dict(zip(names, jnp.exp(at), strict=True))), interval_s, motor, anchor, start)
 
-    history = [rms(logs)]
+    off = residuals(logs)
+    history = [_rms(off)]
     for _ in range(steps):
         here = scaled(law, dict(zip(names, jnp.exp(logs), strict=True)))
-        tensions, slope = _both(here, interval_s, motor, anchor, start, names)
-        change = jnp.linalg.lstsq(slope.reshape(-1, len(names)), (measured - tensions).reshape(-1))[0]
+        _, slope = _both(here, interval_s, motor, anchor, start, names)
+        # Single steps in which a node sticks or slips by the last bit say nothing: residuals far beyond the others count little.
+        width = WIDTH * jnp.median(jnp.abs(off)) + 1e-300
+        weight = 1.0 / (1.0 + (off / width) ** 2)
+        scaled_slope = (slope * jnp.sqrt(weight)[..., None]).reshape(-1, len(names))
+        change = jnp.linalg.lstsq(scaled_slope, (off * jnp.sqrt(weight)).reshape(-1))[0]
         change = change * jnp.minimum(1.0, FARTHEST / jnp.maximum(jnp.abs(change).max(), 1e-30))
-        for _ in range(HALVINGS):
-            after = rms(logs + change)
-            if after <= history[-1]:
-                break
-            change = 0.5 * change
-        else:
-            break
-        logs = logs + change
-        history.append(after)
+        # Where a single step of the log flips, no shorter way is better: then the whole one.
+        tried = [change * 0.5**k for k in range(HALVINGS)]
+        better = ((part, residuals(logs + part)) for part in tried)
+        found = next((pair for pair in better if _cost(pair[1], width) <= _cost(off, width)), None)
+        change, after = (change, residuals(logs + change)) if found is None else found
+        logs, off = logs + change, after
+        history.append(_rms(off))
     factors = dict(zip(names, (float(factor) for factor in jnp.exp(logs)), strict=True))
     return Fit(scaled(law, factors), factors, history)
+
+
+def _cost(residuals: Any, width: Any) -> float:
+    """Of residuals, where those far beyond a width count little."""
+    return float(jnp.log1p((residuals / width) ** 2).sum())
+
+
+def _rms(residuals: Any) -> float:
+    return float(jnp.sqrt(jnp.mean(residuals * residuals)))
 
 
 def _simulated(law: Law, interval_s: Any, motor: Any, anchor: Any, start: tuple[Any, Any]) -> Any:
