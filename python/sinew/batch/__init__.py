@@ -3,8 +3,9 @@
 Needs `pip install mujoco`. See docs/batch.md.
 """
 
-from ..mujoco import Sheath
+from ..mujoco import Cable, Sheath
+from ._cables import damp
 from ._prepare import prepare, table_of
 from ._table import Table
 
-__all__ = ["Sheath", "Table", "prepare", "table_of"]
+__all__ = ["Cable", "Sheath", "Table", "damp", "prepare", "table_of"]

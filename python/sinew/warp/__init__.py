@@ -7,6 +7,7 @@ from ._check import connect
 
 connect()
 
+from ._cables import Cables  # noqa: E402
 from ._sheaths import Sheaths  # noqa: E402
 
-__all__ = ["Sheaths"]
+__all__ = ["Cables", "Sheaths"]

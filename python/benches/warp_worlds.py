@@ -1,0 +1,229 @@
+"""What sheaths cost in MuJoCo Warp: edges of friction, an arm beside the plugin, time of a step of many worlds, memory.
+
+    python python/benches/warp_worlds.py [--small] [--worlds 1024 8192 32768] [--out result.json]
+
+With a graphics processor steps are captured in CUDA graphs; it takes some minutes, kernels included. `--small` runs on any
+processor. Times of variants follow each other on one device; ratios are of them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import importlib.metadata
+import json
+import time
+from typing import Any
+
+import mujoco
+import mujoco_warp as mjw
+import numpy as np
+import warp as wp
+
+import sinew.batch
+import sinew.mujoco as sm
+import sinew.warp
+from sinew.batch import Sheath
+from sinew.warp._check import ANGLE, GRAVITY, HOIST, MASS
+
+#: Ratios at 8192 worlds on a graphics processor, and at 64 on a processor.
+BARS = {"plain": 1.5, "constant": 1.05, "sheaths": 1.05, "processor": 1.3}
+#: Steps between changes of the controls, and range of these, N.
+HOLD, RANGE = 50, (5.0, 60.0)
+#: Places for constraints of a world: the same for all variants, which share kernels.
+ROOM = 48
+
+result: dict[str, Any] = {}
+args: argparse.Namespace
+
+
+def note(name: str, value: Any, text: str) -> None:
+    """Prints a line at once and keeps its numbers."""
+    print(f"[{time.perf_counter() - BEGAN:6.1f} s] {text}", flush=True)
+    result[name] = value
+    if args.out:
+        with open(args.out, "w") as file:
+            json.dump(result, file, indent=1)
+
+
+class Stepper:
+    """Steps of a model, captured in a graph where there is one."""
+
+    def __init__(self, m: Any, d: Any, steps: int) -> None:
+        self.m, self.d, self.steps = m, d, steps
+        self.graph = None
+        self._once()  # kernels are loaded before a capture
+        wp.synchronize()
+        if wp.get_device().is_cuda:
+            with wp.ScopedCapture() as capture:
+                for _ in range(steps):
+                    self._once()
+            self.graph = capture.graph
+
+    def _once(self) -> None:
+        mjw.step(self.m, self.d)
+
+    def run(self) -> None:
+        if self.graph is not None:
+            wp.capture_launch(self.graph)
+        else:
+            for _ in range(self.steps):
+                self._once()
+
+
+def edges() -> None:
+    """Acceleration at 1.01 and creep at 0.99 of both edges of a hoist's friction."""
+    model = sinew.batch.prepare(mujoco.MjModel.from_xml_string(HOIST), {"*": Sheath(mu=0.2, bend=ANGLE / 0.2)})
+    pulls = np.array([f * MASS * GRAVITY * np.exp(s * ANGLE) for s in (1.0, -1.0) for f in (0.99, 1.01)])
+    m, d = mjw.put_model(model), mjw.make_data(model, nworld=4, njmax=16)
+    sinew.warp.Sheaths(model, worlds=4).attach(m, d)
+    d.ctrl.assign(pulls[:, np.newaxis].astype(np.float32))
+    for _ in range(20):
+        mjw.step(m, d)
+    before = d.qvel.numpy()[:, 0].copy()
+    for _ in range(50):
+        mjw.step(m, d)
+    after = d.qvel.numpy()[:, 0]
+    got = (after - before) / (50 * model.opt.timestep)
+    net = np.array([0.0, pulls[1] * np.exp(-ANGLE), pulls[2] * np.exp(ANGLE), 0.0]) - MASS * GRAVITY
+    expected = net / MASS
+    wrong = [abs(got[k] / expected[k] - 1.0) for k in (1, 2)]
+    creep = [float(abs(after[k])) for k in (0, 3)]
+    text = f"hoist: acceleration at 1.01 off by {wrong[0]:.1e}, {wrong[1]:.1e} (bar 1e-3); creep at 0.99 {creep[0]:.1e}, {creep[1]:.1e} m/s (bar 1e-6)"
+    note("edges", {"acceleration": [float(x) for x in wrong], "creep": creep}, text)
+
+
+def controls(count: int, worlds: int, actuators: int) -> np.ndarray:
+    """Tensions at the motors, N."""
+    return np.random.default_rng(5).uniform(*RANGE, (count, worlds, actuators)).astype(np.float32)
+
+
+def arm_beside_c(steps: int) -> None:
+    """Positions of the arm after a second, off the plugin's in C."""
+    plugin = sm.load(args.machine, transmission="sheaths")
+    data, start = (mujoco.MjData(plugin) for _ in range(2))
+    for one in (data, start):
+        mujoco.mj_resetDataKeyframe(plugin, one, 0)
+    worlds, d, m, _ = variant("sheaths", 4)
+    stepper = Stepper(m, d, HOLD)
+    put(d, start, worlds)
+    all_controls = controls(steps // HOLD, 1, plugin.nu)
+    for row in all_controls:
+        data.ctrl[:] = row[0]
+        d.ctrl.assign(np.repeat(row, worlds, axis=0))
+        mujoco.mj_step(plugin, data, HOLD)
+        stepper.run()
+    off = float(np.abs(d.qpos.numpy() - data.qpos).max())
+    note("arm", off, f"{args.machine} beside the plugin in C after {steps * plugin.opt.timestep:g} s: {off:.1e} rad (bar 1e-4)")
+
+
+_models: dict[str, Any] = {}
+
+
+def model_of(name: str) -> Any:
+    """The arm of a variant."""
+    if not _models:
+        plain = sm.load(args.machine, transmission="none")
+        _models["plain"] = plain
+        _models["sheaths"] = sinew.batch.prepare(plain, sm.sheaths_of(args.machine))
+        constant = sinew.batch.prepare(plain, sm.sheaths_of(args.machine))
+        # As large as the sheaths' at the mean of the controls.
+        table = sinew.batch.table_of(constant).parameters
+        constant.tendon_frictionloss[:] = np.sinh(table["mu"] * table["bend"]) * sum(RANGE) / 2.0
+        _models["constant"] = constant
+    return _models["sheaths" if name == "random" else name]
+
+
+def put(d: Any, start: Any, worlds: int) -> None:
+    """Sets all worlds to a state, at rest."""
+    d.qpos.assign(np.tile(start.qpos, (worlds, 1)).astype(np.float32))
+    for array in (d.qvel, d.qacc_warmstart, d.efc.force, d.time):
+        array.zero_()
+
+
+def variant(name: str, worlds: int) -> tuple[int, Any, Any, Any]:
+    """Worlds, data, model and sheaths of a variant."""
+    model = model_of(name)
+    start = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, start, 0)
+    m, d = mjw.put_model(model), mjw.make_data(model, nworld=worlds, njmax=ROOM, naconmax=worlds)
+    sheaths = None
+    if name in ("sheaths", "random"):
+        sheaths = sinew.warp.Sheaths(model, worlds=worlds).attach(m, d)
+    if name == "random":
+        mu = sheaths.parameters["mu"].numpy() * np.random.default_rng(1).uniform(0.8, 1.2, (worlds, model.ntendon))
+        sheaths.set(mu=mu)
+    put(d, start, worlds)
+    return worlds, d, m, sheaths
+
+
+def used() -> int:
+    """Memory of the device in use, bytes."""
+    device = wp.get_device()
+    wp.synchronize()
+    return wp.get_mempool_used_mem_current(device) if device.is_cuda else 0
+
+
+def microseconds(name: str, worlds: int) -> dict[str, float]:
+    """Time of a world-step, us, median of rounds, and what the worlds take of the device's memory."""
+    before = used()
+    _, d, m, _ = variant(name, worlds)
+    taken = used() - before
+    stepper = Stepper(m, d, HOLD if wp.get_device().is_cuda else 10)
+    given = wp.array(controls(8, worlds, m.nu), dtype=float)
+    # Of a processor its own time, whatever else it does.
+    clock = time.perf_counter if wp.get_device().is_cuda else time.process_time
+    times, began = [], time.perf_counter()
+    newton = 0.0
+    while len(times) < 40 and (len(times) < 3 or time.perf_counter() - began < args.seconds):
+        wp.copy(d.ctrl, given[len(times) % 8])
+        wp.synchronize()
+        start = clock()
+        stepper.run()
+        wp.synchronize()
+        times.append(clock() - start)
+        newton = max(newton, float(d.solver_niter.numpy().max()))
+    assert np.isfinite(d.qpos.numpy()).all()
+    return {
+        "us": 1e6 * float(np.median(times[1:])) / (stepper.steps * worlds),
+        "kB": taken / worlds / 1e3,
+        "newton_most": newton,
+        "rounds": len(times),
+    }
+
+
+def main() -> None:
+    device = wp.get_device()
+    packages = ("mujoco", "mujoco-warp", "warp-lang")
+    versions = {name: importlib.metadata.version(name) for name in packages}
+    today = datetime.datetime.now(tz=datetime.timezone.utc).date().isoformat()
+    where = {"device": device.name, "date": today, **versions}
+    note("where", where, ", ".join(f"{key} {value}" for key, value in where.items()))
+    edges()
+    arm_beside_c(200 if args.small else 1000)
+    names = ["plain", "constant", "sheaths", "random"]
+    for worlds in args.worlds:
+        seen: dict[str, dict[str, float]] = {}
+        for name in names:
+            seen[name] = one = microseconds(name, worlds)
+            text = f"{worlds:6} worlds, {name:9}: {one['us']:8.4f} us a world-step, {one['kB']:6.2f} kB a world, at most {one['newton_most']:.0f} Newton steps"
+            note(f"{worlds} {name}", one, text)
+        ratio = {name: seen["sheaths"]["us"] / seen[name]["us"] for name in ("plain", "constant")}
+        drawn = seen["random"]["us"] / seen["sheaths"]["us"]
+        bars = f"(bars {BARS['plain']}, {BARS['constant']}, {BARS['sheaths']} at 8192 on a graphics processor; {BARS['processor']} at 64 on a processor)"
+        text = f"{worlds:6} worlds: sheaths {ratio['plain']:.2f} of plain, {ratio['constant']:.2f} of constant bounds; parameters of each world {drawn:.2f} {bars}"
+        note(f"{worlds} ratios", ratio | {"random": drawn}, text)
+
+
+if __name__ == "__main__":
+    BEGAN = time.perf_counter()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--small", action="store_true", help="few worlds and steps, for a processor")
+    parser.add_argument("--worlds", type=int, nargs="+")
+    parser.add_argument("--seconds", type=float, default=8.0, help="most time for each number, s")
+    parser.add_argument("--machine", default="lm_arm")
+    parser.add_argument("--out", help="file for the numbers, JSON")
+    args = parser.parse_args()
+    args.worlds = args.worlds or ([64] if args.small else [1024, 8192, 32768])
+    wp.config.log_level = getattr(wp, "LOG_WARNING", 30)
+    main()
