@@ -392,12 +392,6 @@ impl Connection {
                 efc_type: self.array(d, Field::EfcType, rows),
                 efc_id: self.array(d, Field::EfcId, rows),
                 efc_frictionloss: self.array_mut(d, Field::EfcFrictionloss, rows),
-                efc_kbip: self.array(d, Field::EfcKbip, 4 * rows),
-                efc_d: self.array(d, Field::EfcD, rows),
-                efc_vel: self.array(d, Field::EfcVel, rows),
-                efc_aref: self.array_mut(d, Field::EfcAref, rows),
-                efc_force: self.array(d, Field::EfcForce, rows),
-                iefc_aref: self.array_mut(d, Field::IefcAref, in_islands),
                 iefc_frictionloss: self.array_mut(d, Field::IefcFrictionloss, in_islands),
                 map_efc2iefc: self.array(d, Field::MapEfc2iefc, in_islands),
             }

@@ -84,12 +84,6 @@ fields! {
     EfcType "mjData.efc_type" Integers true,
     EfcId "mjData.efc_id" Integers true,
     EfcFrictionloss "mjData.efc_frictionloss" Reals true,
-    EfcKbip "mjData.efc_KBIP" Reals true,
-    EfcD "mjData.efc_D" Reals true,
-    EfcVel "mjData.efc_vel" Reals true,
-    EfcAref "mjData.efc_aref" Reals true,
-    EfcForce "mjData.efc_force" Reals true,
-    IefcAref "mjData.iefc_aref" Reals false,
     IefcFrictionloss "mjData.iefc_frictionloss" Reals false,
     MapEfc2iefc "mjData.map_efc2iefc" Integers false,
 }

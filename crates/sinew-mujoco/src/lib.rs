@@ -2,7 +2,7 @@
 //!
 //! | plugin         | what it adds to a model                                                        | state |
 //! |----------------|--------------------------------------------------------------------------------|-------|
-//! | `sinew.sheath` | friction that grows with tension, with exact sticking, on tendons as they are    | one number a tendon |
+//! | `sinew.sheath` | friction that grows with tension, with exact sticking, on tendons as they are    | none  |
 //! | `sinew.cable`  | a winch and an elastic cable in its sheath, in the place of a tendon's actuator   | `2 cells + 5` numbers a cable |
 //!
 //! Neither a header nor a library of MuJoCo is needed to build this crate. A loader hands over the addresses

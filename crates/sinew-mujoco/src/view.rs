@@ -56,15 +56,7 @@ pub(crate) struct Data<'a> {
     pub(crate) efc_type: &'a [i32],
     pub(crate) efc_id: &'a [i32],
     pub(crate) efc_frictionloss: &'a mut [f64],
-    /// Stiffness, damping, impedance and its slope of every row.
-    pub(crate) efc_kbip: &'a [f64],
-    /// Mass of every row, kg: `D (aref - a)` is its force while nothing bounds it.
-    pub(crate) efc_d: &'a [f64],
-    pub(crate) efc_vel: &'a [f64],
-    pub(crate) efc_aref: &'a mut [f64],
-    pub(crate) efc_force: &'a [f64],
-    /// The same rows in the order of islands; all three empty where there are no islands.
-    pub(crate) iefc_aref: &'a mut [f64],
+    /// The same rows in the order of islands; both empty where there are no islands.
     pub(crate) iefc_frictionloss: &'a mut [f64],
     pub(crate) map_efc2iefc: &'a [i32],
 }

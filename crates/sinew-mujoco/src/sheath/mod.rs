@@ -5,10 +5,6 @@
 //! `cosh theta` and writes `T sinh theta` as the bound of the tendon's friction constraint, whose solver
 //! decides between sticking and both directions of sliding. So the tension at the far end is within
 //! `T e^-theta` and `T e^theta` exactly.
-//!
-//! MuJoCo's constraints are soft: alone, a held cable would creep by `(1 - d)/d dt F/m`. The plugin therefore
-//! shifts the reference acceleration by the friction of the last step, within its present bound, so that the
-//! softness acts on changes of friction only (a proximal step). Those forces are the plugin's state.
 
 mod law;
 mod turning;
@@ -78,9 +74,8 @@ impl Plugin for Sheaths {
     const NAME: &'static CStr = c"sinew.sheath";
     const ATTRIBUTES: &'static [&'static CStr] = &[c"sheaths"];
 
-    /// Friction of every tendon in the last step, N.
-    fn state_len(model: &Model<'_>, _: usize, _: &Config) -> usize {
-        model.tendons
+    fn state_len(_: &Model<'_>, _: usize, _: &Config) -> usize {
+        0
     }
 
     fn wire(setup: &Setup<'_>) -> Result<Self, String> {
@@ -126,9 +121,8 @@ impl Plugin for Sheaths {
         Ok(wiring)
     }
 
-    fn compute(&mut self, model: &Model<'_>, data: &mut Data<'_>, instance: usize) {
+    fn compute(&mut self, model: &Model<'_>, data: &mut Data<'_>, _: usize) {
         self.find_rows(data);
-        let state = index(model.stateadr.get(instance));
         for wire in &self.wires {
             let pulls = &self.pulls[wire.actuators.clone()];
             let mut tension = 0.0;
@@ -144,8 +138,13 @@ impl Plugin for Sheaths {
                 let bound = if tension > 0.0 { slide(wire, pulls, tension, data) } else { 0.0 };
                 // What the tendon has of its own is friction of the far side.
                 let whole = bound + model.tendon_frictionloss.get(wire.tendon).copied().unwrap_or(0.0);
-                let last = state.and_then(|begin| data.plugin_state.get(begin + wire.tendon));
-                set_row(data, row, whole, last.copied().unwrap_or(0.0));
+                if let Some(loss) = data.efc_frictionloss.get_mut(row) {
+                    *loss = whole;
+                }
+                let row = index(data.map_efc2iefc.get(row));
+                if let Some(loss) = row.and_then(|row| data.iefc_frictionloss.get_mut(row)) {
+                    *loss = whole;
+                }
             }
             if wire.law.pretension > 0.0 {
                 add_tension(model, data, pulls, wire.law.pretension);
@@ -153,16 +152,7 @@ impl Plugin for Sheaths {
         }
     }
 
-    fn advance(&mut self, model: &Model<'_>, data: &mut Data<'_>, instance: usize) {
-        self.find_rows(data);
-        let Some(begin) = index(model.stateadr.get(instance)) else { return };
-        for wire in &self.wires {
-            let force = wire.row.and_then(|row| data.efc_force.get(row)).copied().unwrap_or(0.0);
-            if let Some(kept) = data.plugin_state.get_mut(begin + wire.tendon) {
-                *kept = force;
-            }
-        }
-    }
+    fn advance(&mut self, _: &Model<'_>, _: &mut Data<'_>, _: usize) {}
 
     fn wirings() -> &'static LocalKey<RefCell<Wirings<Self>>> {
         &WIRINGS
@@ -183,26 +173,6 @@ impl Sheaths {
             if let Some(wire) = tendon.and_then(|tendon| *self.wire_of.get(tendon)?) {
                 self.wires[wire].row = Some(row);
             }
-        }
-    }
-}
-
-/// Gives a friction constraint its bound, N, and as reference what keeps the friction of the last step, N.
-fn set_row(data: &mut Data<'_>, row: usize, bound: f64, last: f64) {
-    // Written anew and not added to, since actuation may be computed twice for one velocity.
-    let damping = data.efc_kbip.get(4 * row + 1).zip(data.efc_vel.get(row)).map_or(0.0, |(b, v)| b * v);
-    let mass = data.efc_d.get(row).copied().filter(|mass| *mass > 0.0).unwrap_or(f64::INFINITY);
-    // Not `clamp`, which panics where a bound is not a number.
-    let reference = last.max(-bound).min(bound) / mass - damping;
-    let among_islands = index(data.map_efc2iefc.get(row));
-    for (rows, value) in [(&mut *data.efc_frictionloss, bound), (&mut *data.efc_aref, reference)] {
-        if let Some(place) = rows.get_mut(row) {
-            *place = value;
-        }
-    }
-    for (rows, value) in [(&mut *data.iefc_frictionloss, bound), (&mut *data.iefc_aref, reference)] {
-        if let Some(place) = among_islands.and_then(|row| rows.get_mut(row)) {
-            *place = value;
         }
     }
 }
