@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from .. import _sinew
 
@@ -112,7 +113,7 @@ def cable_step(
     # A node whose friction would do work on the cable is held.
     solved = state.tension + (slip[:-1] - slip[1:]) * stiffness
     work = (solved[:-1] - solved[1:]) * slip[1:-1]
-    rounding = 4.0 * jnp.finfo(solved.dtype).eps * (jnp.abs(solved[:-1]) + jnp.abs(solved[1:])) * jnp.abs(slip[1:-1])
+    rounding = 4.0 * float(np.finfo(solved.dtype).eps) * (jnp.abs(solved[:-1]) + jnp.abs(solved[1:])) * jnp.abs(slip[1:-1])
     slip = slip.at[1:-1].set(jnp.where(work < -FRICTION_WORK - rounding, 0.0, slip[1:-1]))
     tension = jnp.maximum(state.tension + (slip[:-1] - slip[1:]) * stiffness, 0.0)
     total = (law.compliance * tension).sum()

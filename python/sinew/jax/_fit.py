@@ -36,12 +36,13 @@ def sensitivity(
     `(steps, 2, parameters)`.
 
     `start_n`: tensions at both ends before the first step. `parameters`: fields of the law, scaled as a whole; a change by one
-    percent changes the tensions by a hundredth of the derivative. The derivatives are those of the discrete law: where a node is at
-    its bound to the last bit there is none, and one side's is returned.
+    percent changes the tensions by a hundredth of the derivative. The derivatives are those of the discrete law: where a
+    node is at its bound to the last bit there is none, and one side's is returned.
     """
     names = tuple(parameters)
     scaled(law, dict.fromkeys(names, 1.0))
-    return _both(law, interval_s, jnp.asarray(motor_m), jnp.asarray(anchor_m), start_n, names)
+    found: tuple[Any, Any] = _both(law, interval_s, jnp.asarray(motor_m), jnp.asarray(anchor_m), start_n, names)
+    return found
 
 
 def identify(
@@ -59,8 +60,8 @@ def identify(
     """The parameters of a cable from the motions and tensions of its ends, by Gauss-Newton steps on forward derivatives.
 
     `motor_m`, `anchor_m`: displacements in every step, m, and `tension_in_n`, `tension_out_n`: tensions after it, N, shapes
-    `(steps,)`. `start_n`: tensions at both ends before the first step, N; by default those after it. `law`: where the search begins.
-    `parameters`: which fields of it are scaled.
+    `(steps,)`. `start_n`: tensions at both ends before the first step, N; by default those after it. `law`: where the search
+    begins. `parameters`: which fields of it are scaled.
 
     The log has to show what is sought: without reversals of the motion, friction and compliance are not told apart.
     """

@@ -65,7 +65,7 @@ class Sheaths:
     @property
     def axes(self) -> Sheaths:
         """What `jax.vmap` takes as `in_axes`: 0 for parameters of many worlds, None for those of all."""
-        many = {name: 0 if jnp.ndim(getattr(self, name)) == 2 else None for name in PARAMETERS}
+        many: dict[str, Any] = {name: 0 if jnp.ndim(getattr(self, name)) == 2 else None for name in PARAMETERS}
         return replace(self, limits=None, **many)
 
     def set(self, **parameters: Any) -> Sheaths:
@@ -102,8 +102,8 @@ def put_model(model: Any, *, impl: str = "jax") -> tuple[Any, Sheaths]:
     """
     if impl != "jax":
         raise ValueError(
-            f"impl must be 'jax', but is {impl!r}: other backends of MJX have no place for sheaths and would step without friction "
-            "(for Warp use sinew.warp)"
+            f"impl must be 'jax', but is {impl!r}: other backends of MJX have no place for sheaths and would step without "
+            "friction (for Warp use sinew.warp)"
         )
     table_of(model)
     check_options(model.opt)
@@ -117,8 +117,8 @@ def put(model: Any) -> tuple[Any, Sheaths]:
     limited = np.flatnonzero(np.asarray(model.tendon_actfrclimited, dtype=bool) & table.sheathed)
     if limited.size:
         raise ValueError(
-            f"tendon {table.names[limited[0]]} has a limit of the sum of its actuators' forces (actuatorfrclimited), which MJX applies "
-            "before friction and MuJoCo after it: limit the actuators instead"
+            f"tendon {table.names[limited[0]]} has a limit of the sum of its actuators' forces (actuatorfrclimited), which MJX "
+            "applies before friction and MuJoCo after it: limit the actuators instead"
         )
     mx = mjx.put_model(model, impl="jax")
     check_fields(mx, mjx.make_data(mx))
