@@ -9,10 +9,13 @@ processor. Times of variants follow each other on one device; ratios are of them
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import datetime
 import importlib.metadata
 import json
+import os
 import time
+from collections.abc import Callable
 from typing import Any
 
 import mujoco
@@ -28,8 +31,12 @@ from sinew.warp._check import ANGLE, GRAVITY, HOIST, MASS
 
 #: Ratios at 8192 worlds on a graphics processor, and at 64 on a processor.
 BARS = {"plain": 1.5, "constant": 1.05, "sheaths": 1.05, "processor": 1.3}
-#: Steps between changes of the controls, and range of these, N.
-HOLD, RANGE = 50, (5.0, 60.0)
+#: Steps between changes of the controls, and range of these, N, and for winches, m.
+HOLD, RANGE, TRAVEL = 50, (5.0, 60.0), (-2e-3, 4e-3)
+#: Tension, N, with which cables begin.
+START = 30.0
+#: Steps of a graph.
+STEPS = 10
 #: Places for constraints of a world: the same for all variants, which share kernels.
 ROOM = 48
 
@@ -49,32 +56,74 @@ def note(name: str, value: Any, text: str) -> None:
 class Stepper:
     """Steps of a model, captured in a graph where there is one."""
 
-    def __init__(self, m: Any, d: Any, steps: int) -> None:
-        self.m, self.d, self.steps = m, d, steps
+    def __init__(self, m: Any, d: Any) -> None:
+        self.m, self.d = m, d
         self.graph = None
         self._once()  # kernels are loaded before a capture
         wp.synchronize()
         if wp.get_device().is_cuda:
             with wp.ScopedCapture() as capture:
-                for _ in range(steps):
+                for _ in range(STEPS):
                     self._once()
             self.graph = capture.graph
 
     def _once(self) -> None:
         mjw.step(self.m, self.d)
 
-    def run(self) -> None:
-        if self.graph is not None:
-            wp.capture_launch(self.graph)
-        else:
-            for _ in range(self.steps):
-                self._once()
+    def run(self, steps: int) -> None:
+        """A multiple of `STEPS`."""
+        for _ in range(steps // STEPS):
+            if self.graph is not None:
+                wp.capture_launch(self.graph)
+            else:
+                for _ in range(STEPS):
+                    self._once()
+
+
+def compile_ahead(work: Callable[[], None]) -> None:
+    """Loads the kernels that some work launches, many at once, without launching them."""
+    found: dict[tuple[int, int | None], Any] = {}
+    plain = wp.launch, wp.launch_tiled, wp.capture_while
+
+    def noted(kernel: Any, *_: Any, block_dim: int | None = None, **__: Any) -> None:
+        found[id(kernel.module), block_dim] = kernel.module
+
+    wp.launch = wp.launch_tiled = noted
+    # Without kernels the solver's loop would not end.
+    wp.capture_while = lambda condition, while_body, **given: while_body(**given)
+    try:
+        work()
+    finally:
+        wp.launch, wp.launch_tiled, wp.capture_while = plain
+    sizes = {size for _, size in found}
+    for size in sizes:
+        modules = [module for (_, one), module in found.items() if one == size]
+        wp.force_load(wp.get_device(), modules, size, max_workers=os.cpu_count())
+    note("compile", len(found), f"{len(found)} modules of kernels are loaded")
+
+
+def all_kernels() -> None:
+    """One step of everything that follows."""
+    model, _ = hoist()
+    m, d = mjw.put_model(model), mjw.make_data(model, nworld=4, njmax=16)
+    sinew.warp.Sheaths(model, worlds=4)._attach(m, d)
+    mjw.step(m, d)
+    for name in ("plain", "sheaths", "cables"):
+        _, d, m, part = variant(name, 4, check=False)
+        mjw.step(m, d)
+        if part is not None:
+            part.set(**({"mu": 0.1} if name == "sheaths" else {"friction": 1.0}))
+
+
+def hoist() -> tuple[Any, np.ndarray]:
+    """A hoist with a sheath, and pulls at 0.99 and 1.01 of both edges of its friction, N."""
+    model = sinew.batch.prepare(mujoco.MjModel.from_xml_string(HOIST), {"*": Sheath(mu=0.2, bend=ANGLE / 0.2)})
+    return model, np.array([f * MASS * GRAVITY * np.exp(s * ANGLE) for s in (1.0, -1.0) for f in (0.99, 1.01)])
 
 
 def edges() -> None:
     """Acceleration at 1.01 and creep at 0.99 of both edges of a hoist's friction."""
-    model = sinew.batch.prepare(mujoco.MjModel.from_xml_string(HOIST), {"*": Sheath(mu=0.2, bend=ANGLE / 0.2)})
-    pulls = np.array([f * MASS * GRAVITY * np.exp(s * ANGLE) for s in (1.0, -1.0) for f in (0.99, 1.01)])
+    model, pulls = hoist()
     m, d = mjw.put_model(model), mjw.make_data(model, nworld=4, njmax=16)
     sinew.warp.Sheaths(model, worlds=4).attach(m, d)
     d.ctrl.assign(pulls[:, np.newaxis].astype(np.float32))
@@ -93,9 +142,9 @@ def edges() -> None:
     note("edges", {"acceleration": [float(x) for x in wrong], "creep": creep}, text)
 
 
-def controls(count: int, worlds: int, actuators: int) -> np.ndarray:
-    """Tensions at the motors, N."""
-    return np.random.default_rng(5).uniform(*RANGE, (count, worlds, actuators)).astype(np.float32)
+def controls(count: int, worlds: int, actuators: int, within: tuple[float, float] = RANGE) -> np.ndarray:
+    """Tensions at the motors, N, or displacements of winches, m."""
+    return np.random.default_rng(5).uniform(*within, (count, worlds, actuators)).astype(np.float32)
 
 
 def arm_beside_c(steps: int) -> None:
@@ -105,14 +154,14 @@ def arm_beside_c(steps: int) -> None:
     for one in (data, start):
         mujoco.mj_resetDataKeyframe(plugin, one, 0)
     worlds, d, m, _ = variant("sheaths", 4)
-    stepper = Stepper(m, d, HOLD)
+    stepper = Stepper(m, d)
     put(d, start, worlds)
     all_controls = controls(steps // HOLD, 1, plugin.nu)
     for row in all_controls:
         data.ctrl[:] = row[0]
         d.ctrl.assign(np.repeat(row, worlds, axis=0))
         mujoco.mj_step(plugin, data, HOLD)
-        stepper.run()
+        stepper.run(HOLD)
     off = float(np.abs(d.qpos.numpy() - data.qpos).max())
     note("arm", off, f"{args.machine} beside the plugin in C after {steps * plugin.opt.timestep:g} s: {off:.1e} rad (bar 1e-4)")
 
@@ -131,7 +180,7 @@ def model_of(name: str) -> Any:
         table = sinew.batch.table_of(constant).parameters
         constant.tendon_frictionloss[:] = np.sinh(table["mu"] * table["bend"]) * sum(RANGE) / 2.0
         _models["constant"] = constant
-    return _models["sheaths" if name == "random" else name]
+    return _models[{"random": "sheaths", "cables": "plain"}.get(name, name)]
 
 
 def put(d: Any, start: Any, worlds: int) -> None:
@@ -141,20 +190,24 @@ def put(d: Any, start: Any, worlds: int) -> None:
         array.zero_()
 
 
-def variant(name: str, worlds: int) -> tuple[int, Any, Any, Any]:
-    """Worlds, data, model and sheaths of a variant."""
-    model = model_of(name)
+def variant(name: str, worlds: int, check: bool = True) -> tuple[int, Any, Any, Any]:
+    """Worlds, data, model and sheaths or cables of a variant; `check`: as `attach` does."""
+    model, part = model_of(name), None
     start = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, start, 0)
     m, d = mjw.put_model(model), mjw.make_data(model, nworld=worlds, njmax=ROOM, naconmax=worlds)
-    sheaths = None
     if name in ("sheaths", "random"):
-        sheaths = sinew.warp.Sheaths(model, worlds=worlds).attach(m, d)
+        part = sinew.warp.Sheaths(model, worlds=worlds)
+    if name == "cables":
+        laid = {key: dataclasses.replace(cable, start_n=START) for key, cable in sm.cables_of(args.machine).items()}
+        part = sinew.warp.Cables(model, laid, worlds=worlds)
+    if part is not None:
+        (part.attach if check else part._attach)(m, d)
     if name == "random":
-        mu = sheaths.parameters["mu"].numpy() * np.random.default_rng(1).uniform(0.8, 1.2, (worlds, model.ntendon))
-        sheaths.set(mu=mu)
+        mu = part.parameters["mu"].numpy() * np.random.default_rng(1).uniform(0.8, 1.2, (worlds, model.ntendon))
+        part.set(mu=mu)
     put(d, start, worlds)
-    return worlds, d, m, sheaths
+    return worlds, d, m, part
 
 
 def used() -> int:
@@ -169,8 +222,8 @@ def microseconds(name: str, worlds: int) -> dict[str, float]:
     before = used()
     _, d, m, _ = variant(name, worlds)
     taken = used() - before
-    stepper = Stepper(m, d, HOLD if wp.get_device().is_cuda else 10)
-    given = wp.array(controls(8, worlds, m.nu), dtype=float)
+    stepper, steps = Stepper(m, d), HOLD if wp.get_device().is_cuda else STEPS
+    given = wp.array(controls(8, worlds, m.nu, TRAVEL if name == "cables" else RANGE), dtype=float)
     # Of a processor its own time, whatever else it does.
     clock = time.perf_counter if wp.get_device().is_cuda else time.process_time
     times, began = [], time.perf_counter()
@@ -179,13 +232,14 @@ def microseconds(name: str, worlds: int) -> dict[str, float]:
         wp.copy(d.ctrl, given[len(times) % 8])
         wp.synchronize()
         start = clock()
-        stepper.run()
+        stepper.run(steps)
         wp.synchronize()
         times.append(clock() - start)
         newton = max(newton, float(d.solver_niter.numpy().max()))
     assert np.isfinite(d.qpos.numpy()).all()
+    assert int(d.nefc.numpy().max()) <= ROOM
     return {
-        "us": 1e6 * float(np.median(times[1:])) / (stepper.steps * worlds),
+        "us": 1e6 * float(np.median(times[1:])) / (steps * worlds),
         "kB": taken / worlds / 1e3,
         "newton_most": newton,
         "rounds": len(times),
@@ -199,9 +253,14 @@ def main() -> None:
     today = datetime.datetime.now(tz=datetime.timezone.utc).date().isoformat()
     where = {"device": device.name, "date": today, **versions}
     note("where", where, ", ".join(f"{key} {value}" for key, value in where.items()))
+    if device.is_cuda or args.ahead:
+        try:
+            compile_ahead(all_kernels)
+        except Exception as error:  # slower, not worse
+            print(f"kernels are loaded one by one: {error}", flush=True)
     edges()
     arm_beside_c(200 if args.small else 1000)
-    names = ["plain", "constant", "sheaths", "random"]
+    names = ["plain", "constant", "sheaths", "random", "cables"]
     for worlds in args.worlds:
         seen: dict[str, dict[str, float]] = {}
         for name in names:
@@ -209,10 +268,11 @@ def main() -> None:
             text = f"{worlds:6} worlds, {name:9}: {one['us']:8.4f} us a world-step, {one['kB']:6.2f} kB a world, at most {one['newton_most']:.0f} Newton steps"
             note(f"{worlds} {name}", one, text)
         ratio = {name: seen["sheaths"]["us"] / seen[name]["us"] for name in ("plain", "constant")}
+        cables = seen["cables"]["us"] / seen["plain"]["us"]
         drawn = seen["random"]["us"] / seen["sheaths"]["us"]
         bars = f"(bars {BARS['plain']}, {BARS['constant']}, {BARS['sheaths']} at 8192 on a graphics processor; {BARS['processor']} at 64 on a processor)"
-        text = f"{worlds:6} worlds: sheaths {ratio['plain']:.2f} of plain, {ratio['constant']:.2f} of constant bounds; parameters of each world {drawn:.2f} {bars}"
-        note(f"{worlds} ratios", ratio | {"random": drawn}, text)
+        text = f"{worlds:6} worlds: sheaths {ratio['plain']:.2f} of plain, {ratio['constant']:.2f} of constant bounds; parameters of each world {drawn:.2f}, cables {cables:.2f} of plain {bars}"
+        note(f"{worlds} ratios", ratio | {"random": drawn, "cables": cables}, text)
 
 
 if __name__ == "__main__":
@@ -220,8 +280,9 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--small", action="store_true", help="few worlds and steps, for a processor")
     parser.add_argument("--worlds", type=int, nargs="+")
-    parser.add_argument("--seconds", type=float, default=8.0, help="most time for each number, s")
+    parser.add_argument("--seconds", type=float, default=5.0, help="most time for each number, s")
     parser.add_argument("--machine", default="lm_arm")
+    parser.add_argument("--ahead", action="store_true", help="load kernels ahead on a processor as well")
     parser.add_argument("--out", help="file for the numbers, JSON")
     args = parser.parse_args()
     args.worlds = args.worlds or ([64] if args.small else [1024, 8192, 32768])
