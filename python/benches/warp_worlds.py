@@ -210,38 +210,72 @@ def variant(name: str, worlds: int, check: bool = True) -> tuple[int, Any, Any, 
     return worlds, d, m, part
 
 
-def used() -> int:
-    """Memory of the device in use, bytes."""
-    device = wp.get_device()
+def bytes_of(value: Any, seen: set[int]) -> int:
+    """Memory of all arrays of a structure, each counted once."""
+    if isinstance(value, wp.array):
+        known = value.ptr in seen
+        seen.add(value.ptr)
+        return 0 if known or value.ptr is None else value.capacity
+    if isinstance(value, (list, tuple)):
+        return sum(bytes_of(one, seen) for one in value)
+    parts = getattr(value, "__dict__", None) or getattr(value, "_cls", None)
+    if isinstance(parts, dict) and (dataclasses.is_dataclass(value) or isinstance(value, sinew.warp.Sheaths | sinew.warp.Cables)):
+        return sum(bytes_of(one, seen) for one in parts.values())
+    if hasattr(value, "_ctype"):  # a structure of kernels
+        return sum(bytes_of(getattr(value, name), seen) for name in value._cls.vars)
+    return 0
+
+
+def alone(part: Any, m: Any, d: Any) -> float:
+    """Time of our own kernels in a step, us."""
+    device, count = wp.get_device(), 50
+    if not device.is_cuda or part is None:
+        return 0.0
+    with wp.ScopedCapture() as capture:
+        for _ in range(count):
+            part.act(m, d)
+    wp.capture_launch(capture.graph)
     wp.synchronize()
-    return wp.get_mempool_used_mem_current(device) if device.is_cuda else 0
+    start = time.perf_counter()
+    for _ in range(5):
+        wp.capture_launch(capture.graph)
+    wp.synchronize()
+    return 1e6 * (time.perf_counter() - start) / (5 * count)
 
 
 def microseconds(name: str, worlds: int) -> dict[str, float]:
-    """Time of a world-step, us, median of rounds, and what the worlds take of the device's memory."""
-    before = used()
-    _, d, m, _ = variant(name, worlds)
-    taken = used() - before
+    """Time of a world-step, us, median of rounds; memory of a world, kB; Newton steps of the slowest world, mean and most;
+    time of our kernels in a step of all, us."""
+    _, d, m, part = variant(name, worlds)
+    seen: set[int] = set()
+    memory, ours = bytes_of(d, seen), bytes_of(part, seen)
     stepper, steps = Stepper(m, d), HOLD if wp.get_device().is_cuda else STEPS
     given = wp.array(controls(8, worlds, m.nu, TRAVEL if name == "cables" else RANGE), dtype=float)
     # Of a processor its own time, whatever else it does.
     clock = time.perf_counter if wp.get_device().is_cuda else time.process_time
-    times, began = [], time.perf_counter()
-    newton = 0.0
+    times: list[float] = []
+    newton: list[int] = []
+    began = time.perf_counter()
     while len(times) < 40 and (len(times) < 3 or time.perf_counter() - began < args.seconds):
         wp.copy(d.ctrl, given[len(times) % 8])
-        wp.synchronize()
-        start = clock()
-        stepper.run(steps)
-        wp.synchronize()
-        times.append(clock() - start)
-        newton = max(newton, float(d.solver_niter.numpy().max()))
+        spent = 0.0
+        for _ in range(steps // STEPS):
+            wp.synchronize()
+            start = clock()
+            stepper.run(STEPS)
+            wp.synchronize()
+            spent += clock() - start
+            newton.append(int(d.solver_niter.numpy().max()))
+        times.append(spent)
     assert np.isfinite(d.qpos.numpy()).all()
     assert int(d.nefc.numpy().max()) <= ROOM
     return {
         "us": 1e6 * float(np.median(times[1:])) / (steps * worlds),
-        "kB": taken / worlds / 1e3,
-        "newton_most": newton,
+        "kB": memory / worlds / 1e3,
+        "kB_ours": ours / worlds / 1e3,
+        "newton_mean": float(np.mean(newton)),
+        "newton_most": max(newton),
+        "ours_us_a_step": alone(part, m, d),
         "rounds": len(times),
     }
 
@@ -265,7 +299,10 @@ def main() -> None:
         seen: dict[str, dict[str, float]] = {}
         for name in names:
             seen[name] = one = microseconds(name, worlds)
-            text = f"{worlds:6} worlds, {name:9}: {one['us']:8.4f} us a world-step, {one['kB']:6.2f} kB a world, at most {one['newton_most']:.0f} Newton steps"
+            text = (
+                f"{worlds:6} worlds, {name:9}: {one['us']:8.4f} us a world-step, {one['kB']:6.2f} kB a world and {one['kB_ours']:.2f} of ours, "
+                f"slowest world {one['newton_mean']:.2f} Newton steps, at most {one['newton_most']}; ours alone {one['ours_us_a_step']:.1f} us a step of all"
+            )
             note(f"{worlds} {name}", one, text)
         ratio = {name: seen["sheaths"]["us"] / seen[name]["us"] for name in ("plain", "constant")}
         cables = seen["cables"]["us"] / seen["plain"]["us"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import gc
+import json
 import os
 import subprocess
 import sys
@@ -349,8 +350,9 @@ CABLE = batch.Cable(
 )
 
 
-def drive_cable(cables: Any, motor: np.ndarray, anchor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Tensions at the winch and the anchor of the first cable of all worlds, N, its ends moved as given, m, per step."""
+def drive_cable(cables: Any, motor: np.ndarray, anchor: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Tensions at the winch and the anchor of the first cable of all worlds, and those of the cells of the first world's, N;
+    its winch and length as given, m, per step."""
     from sinew.warp import _cable_kernels as kernels
 
     worlds = cables._worlds
@@ -358,7 +360,7 @@ def drive_cable(cables: Any, motor: np.ndarray, anchor: np.ndarray) -> tuple[np.
     ctrl, length, force = (wp.zeros(shape, dtype=float) for _ in range(3))
     act, timestep = wp.zeros((worlds, 0), dtype=float), wp.array([STEP], dtype=float)
     wiring = [cables._tendon, cables._actuator, cables._control, cables._activation, cables._gear]
-    near, far = [], []
+    near, far, cells = [], [], []
     for moved, away in zip(motor, anchor, strict=True):
         ctrl.fill_(float(moved))
         length.fill_(float(away))
@@ -366,52 +368,67 @@ def drive_cable(cables: Any, motor: np.ndarray, anchor: np.ndarray) -> tuple[np.
         wp.launch(kernels.pull, dim=shape, inputs=inputs)
         near.append(cables.tension_in[:, 0].astype(float))
         far.append(cables.tension_out[:, 0].astype(float))
-    return np.array(near), np.array(far)
+        cells.append(cables._state.tension.numpy()[:, 0, 0].astype(float))
+    return np.array(near), np.array(far), np.array(cells)
 
 
-def test_a_cable_pulls_as_the_law_of_the_library_and_creates_no_energy() -> None:
-    n = 4000
-    t = np.arange(n) * STEP
-    motor = 0.005 * np.sin(4.4 * t) + 0.002 * np.sin(14.5 * t) + 0.0012 * (1.0 - np.cos(1.95 * t))
-    anchor = 0.001 * np.sin(6.9 * t)
+def bench_cable(**changed: float) -> Any:
+    """The cable of the bench."""
+    known = json.loads(sinew._sinew.Cable.bench_parameters())
+    numbers = {key: value for key, value in known.items() if key != "weakening"}
+    return batch.Cable(PATH, **numbers | {"start_n": 40.0} | changed)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_cable_pulls_as_the_law_of_the_library_and_creates_no_energy(seed: int) -> None:
+    random, n = np.random.default_rng(seed), 3000
+    t, cable = np.arange(n) * STEP, bench_cable()
+    waves = [
+        sum(
+            size * np.sin(rate * t + phase)
+            for size, rate, phase in zip(
+                random.uniform(low, high, count), random.uniform(2.0, 15.0, count), random.uniform(0.0, 6.0, count), strict=True
+            )
+        )
+        for low, high, count in ((2.0, 12.0, 3), (1.0, 4.0, 2))
+    ]
+    # In units of what a newton stretches.
+    motor, anchor = (cable.compliance_per_n * 1.2 * (wave - wave[0]) for wave in waves)
     motor, length = motor.astype(np.float32), (1.0 - anchor).astype(np.float32)
-    cables = sw.Cables(mujoco.MjModel.from_xml_string(HOIST), {"*": CABLE}, worlds=1)
-    near, far = drive_cable(cables, motor, length)
-    parameters = {key: value for key, value in CABLE._numbers().items() if key != "start_n"}
+    cables = sw.Cables(mujoco.MjModel.from_xml_string(HOIST), {"*": cable}, worlds=1)
+    near, far, tensions = drive_cable(cables, motor, length)
+    parameters = {key: value for key, value in cable._numbers().items() if key != "start_n"}
     law = sinew.Cable(PATH, cells=12, **parameters)
-    assert far[0, 0] == pytest.approx(law.settle(30.0).tension_out, rel=1e-6)
+    assert far[0, 0] == pytest.approx(law.settle(40.0).tension_out, rel=1e-6)
     moves = np.diff(motor.astype(float)), -np.diff(length.astype(float))
-    found = [law.step(STEP, *move) for move in zip(*moves, strict=True)]
-    out = np.array([ends.tension_out for ends in found])
-    # The start is on the edge of the band, where rounding decides between sticking and sliding; so is tension after slack.
-    unsure = np.zeros(n - 1, dtype=bool)
-    unsure[:100] = True
-    for k in np.flatnonzero(out < 2.001):
-        unsure[k : k + 100] = True
-    off = (far[1:, 0] - out)[~unsure]
-    assert (~unsure).sum() > 2000 and out.max() > 60.0
-    assert np.sqrt(np.mean(off**2)) < 1e-3, np.sqrt(np.mean(off**2))
-    assert np.abs(far[1:, 0] - out).max() < 3.0
+    out = np.array([law.step(STEP, *move).tension_out for move in zip(*moves, strict=True)])
+    # The start is on the edge of the band, where rounding decides between sticking and sliding.
+    off = (far[1:, 0] - out)[100:]
+    assert np.ptp(out) > 15.0
+    assert np.sqrt(np.mean(off**2)) < 1e-3 and np.abs(far[1:, 0] - out).max() < 3.0
+    energy = 0.5 * (law.law["compliance"] * tensions**2).sum(axis=1)
+    lost = near[1:, 0] * moves[0] - (far[1:, 0] - cable.pretension_n) * moves[1] - np.diff(energy)
+    assert lost.sum() > 0.05 and -lost[lost < 0.0].sum() < 1e-6, (lost.sum(), lost[lost < 0.0].sum())
 
 
 def test_cables_of_worlds_have_their_own_friction_and_begin_anew_alone() -> None:
     cables = sw.Cables(mujoco.MjModel.from_xml_string(HOIST), {"*": CABLE}, worlds=3)
     cables.set(friction=[[0.0], [1.0], [1.5]], drag=0.0)
     motor = np.linspace(0.0, 0.004, 200)
-    near, far = drive_cable(cables, motor, np.ones(200))
+    near, far, _ = drive_cable(cables, motor, np.ones(200))
     # Steady pull: the ratio of the tensions is the angle of friction.
     np.testing.assert_allclose(np.log(near[-1] / (far[-1] - 2.0))[1:], [0.36, 0.54], rtol=0.02)
     assert np.log(near[-1, 0] / (far[-1, 0] - 2.0)) < 2e-2
     cables.set(start_n=50.0, worlds=[False, True, False])
     cables.reset(np.array([False, True, False]))
-    _, after = drive_cable(cables, motor[-1:], np.ones(1))
+    _, after, _ = drive_cable(cables, motor[-1:], np.ones(1))
     assert after[0, 1] == pytest.approx(50.0, rel=1e-5)
     assert np.abs(after[0, [0, 2]] - far[-1, [0, 2]]).max() < 0.5
 
 
 def test_a_weight_on_cables_moves_as_with_the_plugin() -> None:
     spec = mujoco.MjSpec.from_string(HOIST)
-    hung = dataclasses.replace(CABLE, start_n=WEIGHT)
+    hung = bench_cable(start_n=WEIGHT)
     sm.add_cables(spec, {"*": hung}, damp=False)
     plugin = spec.compile()
     data = mujoco.MjData(plugin)
@@ -424,7 +441,7 @@ def test_a_weight_on_cables_moves_as_with_the_plugin() -> None:
         mujoco.mj_step(plugin, data)
         mjw.step(m, d)
     assert np.abs(data.qpos[0]) > 5e-4
-    np.testing.assert_allclose(d.qpos.numpy()[:, 0], data.qpos[0], atol=2e-5)
+    np.testing.assert_allclose(d.qpos.numpy()[:, 0], data.qpos[0], atol=4e-5)
 
 
 def test_cables_that_cannot_be_are_refused_with_the_cure() -> None:

@@ -95,7 +95,7 @@ class Cables(Part):
     @property
     def tension_in(self) -> NDArray[np.float32]:
         """Tensions at the winches after the last step, N, shape `(worlds, cables)`; waits for the device."""
-        return np.asarray(self._state.tension[0].numpy() + self._pretension, dtype=np.float32)
+        return np.asarray(self._state.tension[0].numpy(), dtype=np.float32)
 
     def set(self, *, worlds: Any = None, **factors: Any) -> None:
         """Changes factors on `friction`, `drag` and `compliance` of the cables as given, or `start_n`, the tension, N, with which
