@@ -27,7 +27,7 @@ import sinew.batch
 import sinew.mujoco as sm
 import sinew.warp
 from sinew.batch import Sheath
-from sinew.warp._check import ANGLE, GRAVITY, HOIST, MASS
+from sinew.batch._hoist import ANGLE, GRAVITY, MASS, XML
 
 #: Ratios at 8192 worlds on a graphics processor, and at 64 on a processor.
 BARS = {"plain": 1.5, "constant": 1.05, "sheaths": 1.05, "processor": 1.3}
@@ -117,7 +117,7 @@ def all_kernels() -> None:
 
 def hoist() -> tuple[Any, np.ndarray]:
     """A hoist with a sheath, and pulls at 0.99 and 1.01 of both edges of its friction, N."""
-    model = sinew.batch.prepare(mujoco.MjModel.from_xml_string(HOIST), {"*": Sheath(mu=0.2, bend=ANGLE / 0.2)})
+    model = sinew.batch.prepare(mujoco.MjModel.from_xml_string(XML), {"*": Sheath(mu=0.2, bend=ANGLE / 0.2)})
     return model, np.array([f * MASS * GRAVITY * np.exp(s * ANGLE) for s in (1.0, -1.0) for f in (0.99, 1.01)])
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import pickle
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -352,7 +354,11 @@ def test_parameters_are_checked_by_name(hoist: tuple[Any, Any, Any]) -> None:
     assert sheaths.set(mu=np.ones((4, 1))).axes.mu == 0 and sheaths.axes.mu is None
 
 
-def test_versions_that_do_not_fit_are_named(hoist: tuple[Any, Any, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_versions_that_do_not_fit_are_named_and_nothing_is_imported_unless_asked_for(
+    hoist: tuple[Any, Any, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code = "import sys, sinew, sinew.batch; assert not {'jax', 'mujoco.mjx', 'sinew.jax', 'sinew.mjx'} & set(sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)
     mx, _, data = hoist
     monkeypatch.setattr(_check, "OF_DATA", ("efc_force", "efc_bound"))
     with pytest.raises(ImportError, match=r"cannot use mujoco-mjx .*, mujoco .*, jax .*Data\._impl\.efc_bound"):

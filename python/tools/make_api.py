@@ -18,6 +18,7 @@ PACKAGE = ROOT / "python/sinew"
 PAGE = ROOT / "docs/api.md"
 MODULES = (
     "sinew", "sinew.batch", "sinew.gym", "sinew.gym.stable_baselines3", "sinew.jax", "sinew.mjx", "sinew.mujoco", "sinew.study",
+    "sinew.warp",
 )  # fmt: skip
 
 Definition: TypeAlias = ast.ClassDef | ast.FunctionDef
