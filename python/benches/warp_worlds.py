@@ -284,7 +284,7 @@ def main() -> None:
     device = wp.get_device()
     packages = ("mujoco", "mujoco-warp", "warp-lang")
     versions = {name: importlib.metadata.version(name) for name in packages}
-    today = datetime.datetime.now(tz=datetime.timezone.utc).date().isoformat()
+    today = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
     where = {"device": device.name, "date": today, **versions}
     note("where", where, ", ".join(f"{key} {value}" for key, value in where.items()))
     if device.is_cuda or args.ahead:

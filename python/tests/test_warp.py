@@ -115,7 +115,7 @@ def test_no_world_sees_another_when_some_begin_anew() -> None:
     together = run(list(range(worlds)))
     assert resets.any() and not resets.all() and np.abs(together).max() > 0.05
     for world in range(worlds):
-        # Constraints of a world are summed in an order that changes: not to the bit.
+        # Constraints of a world are summed in an order that changes: not bit-identical.
         np.testing.assert_allclose(run([world])[0], together[world], atol=2e-5)
 
 

@@ -6,6 +6,7 @@ shape `(cells, worlds, cables)`, so that neighbouring threads read neighbouring 
 
 import warp as wp
 
+# mypy: ignore-errors
 # Annotations of kernels must be types, not text: no `from __future__ import annotations` here.
 
 #: Friction bound, N, below which a node cannot stick.

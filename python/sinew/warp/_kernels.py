@@ -4,6 +4,7 @@ import warp as wp
 
 from ..batch._table import LARGEST_ANGLE, PARAMETERS
 
+# mypy: ignore-errors
 # Annotations of kernels must be types, not text: no `from __future__ import annotations` here.
 
 #: `mjCNSTR_FRICTION_TENDON`; a pulley in the list of a path; no constraint.
