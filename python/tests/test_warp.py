@@ -461,3 +461,32 @@ def test_cables_that_cannot_be_are_refused_with_the_cure() -> None:
         sw.Cables(mujoco.MjModel.from_xml_string(HOIST), {"rope": CABLE}, worlds=1)
     with pytest.raises(ValueError, match="dynamics of its own"):
         sw.Cables(mujoco.MjModel.from_xml_string(FINGER), {"flexor": CABLE}, worlds=1)
+
+
+@pytest.mark.parametrize("transmission", ["cables", "sheaths"])
+def test_a_machine_of_the_library_moves_as_with_the_plugin_and_begins_anew_by_a_mask(transmission: Any) -> None:
+    plugin = sm.load("lm_arm", transmission=transmission)
+    data, nudged = mujoco.MjData(plugin), mujoco.MjData(plugin)
+    for one in (data, nudged):
+        mujoco.mj_resetDataKeyframe(plugin, one, 0)
+    nudged.qpos += 1e-7
+    machines = sw.load("lm_arm", worlds=2, transmission=transmission)
+    start = np.array(data.qpos)
+    np.testing.assert_allclose(machines.d.qpos.numpy(), [start, start], atol=1e-6)
+    random = np.random.default_rng(2)
+    for k in range(100):
+        if k % 25 == 0:
+            low, high = (-1e-3, 2e-3) if transmission == "cables" else (5.0, 60.0)
+            data.ctrl[:] = nudged.ctrl[:] = random.uniform(low, high, plugin.nu)
+            pull(machines.d, np.tile(data.ctrl, (2, 1)))
+        mujoco.mj_step(plugin, data)
+        mujoco.mj_step(plugin, nudged)
+        machines.step()
+    off, own = (np.abs(found - data.qpos).max() for found in (machines.d.qpos.numpy(), nudged.qpos))
+    # Cables begin on the edge of their friction, where the last digit decides: the plugin leaves itself as well.
+    assert np.abs(data.qpos - start).max() > 5e-3 and off < 1e-4 + 5.0 * own, (off, own)
+    moved = machines.d.qpos.numpy()[0].copy()
+    machines.reset(np.array([False, True]))
+    after = machines.d.qpos.numpy()
+    np.testing.assert_array_equal(after[0], moved)
+    np.testing.assert_allclose(after[1], start, atol=1e-6)

@@ -87,13 +87,17 @@ def spec_of(
     if transmission == "sheaths":
         add_sheaths(spec, sheaths_of(known, turning=turning))
         return spec
-    tensions = _holding(known, muscles) if tension_n is None else _given(tension_n, len(muscles))
-    cables = {
+    add_cables(spec, laid(known, muscles, tension_n), cells=cells, substeps=substeps)
+    return spec
+
+
+def laid(machine: Machine, muscles: list[dict[str, Any]], tension_n: ArrayLike | None) -> dict[str, Cable]:
+    """The cable of every muscle with the tension at which it begins, by default such that the machine is held in its start."""
+    tensions = _holding(machine, muscles) if tension_n is None else _given(tension_n, len(muscles))
+    return {
         muscle["name"]: _cable_of(muscle["path"], muscle["parameters"], start)
         for muscle, start in zip(muscles, tensions, strict=True)
     }
-    add_cables(spec, cables, cells=cells, substeps=substeps)
-    return spec
 
 
 def sheaths_of(machine: Machine | str | os.PathLike[str], *, turning: float = 1.0) -> dict[str, Sheath]:

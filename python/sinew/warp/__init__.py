@@ -8,6 +8,7 @@ from ._check import connect
 connect()
 
 from ._cables import Cables  # noqa: E402
+from ._machine import Machines, load  # noqa: E402
 from ._sheaths import Sheaths  # noqa: E402
 
-__all__ = ["Cables", "Sheaths"]
+__all__ = ["Cables", "Machines", "Sheaths", "load"]

@@ -120,8 +120,8 @@ class Part:
         """Changes the model as is necessary, and notes the arrays of the data."""
         raise NotImplementedError
 
-    def _mask(self, worlds: Any) -> Any:
-        """Worlds as booleans of the device."""
+    def mask(self, worlds: Any = None) -> Any:
+        """Worlds as booleans of the device, which `mujoco_warp.reset_data` takes as well: all, or of shape `(worlds,)`."""
         if worlds is None:
             return self._all
         mask = worlds if isinstance(worlds, wp.array) else np.asarray(worlds)

@@ -111,7 +111,7 @@ class Cables(Part):
             if not isinstance(given, wp.array):
                 given = self._filled(name, given)
             ready.append((kernels.FACTORS.index(name), self._columns(name, given, count)))
-        mask = self._mask(worlds)
+        mask = self.mask(worlds)
         for place, values in ready:
             inputs = [place, values, mask, self._factors]
             wp.launch(_kernels.put, dim=(self._worlds, count), inputs=inputs, device=self._device)
@@ -130,7 +130,7 @@ class Cables(Part):
 
     def reset(self, worlds: Any = None) -> None:
         """Lays the cables anew with their start at the next step, in all worlds or in those of a mask."""
-        inputs = [self._mask(worlds), self._state.begun]
+        inputs = [self.mask(worlds), self._state.begun]
         wp.launch(kernels.begin_anew, dim=self._state.begun.shape, inputs=inputs, device=self._device)
 
     def act(self, m: Any, d: Any) -> None:

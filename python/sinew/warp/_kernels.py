@@ -166,3 +166,11 @@ def put(
     world, tendon = wp.tid()
     if mask[world]:
         parameters[place, world, tendon] = values[world % values.shape[0], tendon]
+
+
+@wp.kernel(enable_backward=False)
+def place(mask: wp.array(dtype=bool), start: wp.array(dtype=float), qpos: wp.array2d(dtype=float)) -> None:
+    """Puts the worlds of a mask into a pose."""
+    world, k = wp.tid()
+    if mask[world]:
+        qpos[world, k] = start[k]

@@ -66,14 +66,14 @@ class Sheaths(Part):
             if name not in PARAMETERS or not isinstance(given, wp.array):
                 given = self._table.filled(name, given, self._worlds if np.ndim(given) == 2 else None)
             ready.append((PARAMETERS.index(name), self._columns(name, given, tendons)))
-        mask = self._mask(worlds)
+        mask = self.mask(worlds)
         for place, values in ready:
             inputs = [place, values, mask, self._parameters]
             wp.launch(_kernels.put, dim=self._found.shape, inputs=inputs, device=self._device)
 
     def reset(self, worlds: Any = None) -> None:
         """Forgets the forces of the last step, in all worlds or in those of a mask: where an episode begins."""
-        wp.launch(_kernels.forget, dim=self._last.shape, inputs=[self._mask(worlds), self._last], device=self._device)
+        wp.launch(_kernels.forget, dim=self._last.shape, inputs=[self.mask(worlds), self._last], device=self._device)
 
     def act(self, m: Any, d: Any) -> None:
         """One step's friction: two launches. MuJoCo Warp calls it."""
