@@ -28,6 +28,7 @@ def test_the_blocks_of_a_page_run_one_after_the_other(
             pytest.skip(f"MuJoCo {mujoco.__version__} configures plugins in XML alone")
     if "batch" in page:
         pytest.importorskip("mujoco.mjx", reason="MJX is not installed", exc_type=ImportError)
+        pytest.importorskip("mujoco_warp", reason="MuJoCo Warp is not installed")
     if "gym" in page or page == "README.md":
         pytest.importorskip("gymnasium", reason="Gymnasium is not installed")
     if "study" in page:
