@@ -98,7 +98,7 @@ def a_cable(random: np.random.Generator, cells: int = 12) -> tuple[sj.Law, tuple
 def test_parameters_far_off_are_found_in_six_steps() -> None:
     random = np.random.default_rng(5)
     seen = jax.jit(lambda law, start, *moved: sj.simulate(law, sj.profile(law, start, start), 1e-3, *moved)[1])
-    for _ in range(20 if LONG else 4):
+    for _ in range(100 if LONG else 20):
         law, moved, start = a_cable(random)
         ends = seen(law, start, *moved)
         off = {name: float(random.choice([0.35, 1.65])) for name in ("friction", "compliance")}

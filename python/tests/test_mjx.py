@@ -200,7 +200,8 @@ def random_model(random: np.random.Generator) -> tuple[str, dict[str, Sheath]]:
         loss = f'frictionloss="{random.uniform(0.01, 0.1):.3f}"' if random.random() < 0.3 else ""
         inside = (
             f'<body pos=".15 0 0"><joint name="j{k}" axis="{random.choice(["0 1 0", "0 1 .3"])}" range="-1.2 1.2" '
-            f'limited="{random.choice(["true", "false"])}" damping="{random.uniform(0.05, 0.3):.3f}" armature="1e-3" {loss}/>'
+            f'limited="{random.choice(["true", "false"])}" damping="{random.uniform(0.05, 0.3):.3f}" armature="1e-3" '
+            f'stiffness="{random.choice([0.0, 2.0, 10.0])}" {loss}/>'
             f'<geom type="capsule" size=".01" fromto="0 0 0 .12 0 0" mass="{random.uniform(0.1, 0.5):.3f}"/>'
             f'<site name="s{k + 1}" pos=".06 0 {random.uniform(0.02, 0.05):.3f}"/>'
             f'<site name="t{k + 1}" pos=".06 0 -{random.uniform(0.02, 0.05):.3f}"/>{inside}</body>'

@@ -15,7 +15,7 @@ HALVINGS = 5
 #: Largest change of a parameter in a step, as the logarithm of its factor.
 FARTHEST = 1.0
 #: Residuals so many times the median count half.
-WIDTH = 5.0
+WIDTH = 3.0
 
 
 class Fit(NamedTuple):
