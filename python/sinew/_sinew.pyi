@@ -404,6 +404,11 @@ class Cable:
     @property
     def energy(self) -> float:
         """Elastic energy, J, without that of the pretension."""
+    @property
+    def law(self) -> dict[str, _Array]:
+        """The law as arrays, drive end first: `compliance`, m/N, shape `(cells,)`; of every node, shape `(cells - 1,)`,
+        `friction`, the half angle `mu phi / 2`, `loss`, `-ln(efficiency) / 2`, `viscous`, s/m, and `drag`, N s/m;
+        `drag_fade` and `pretension`, N, shape `()`."""
     def travel_to(self, tension_out_n: _Number, *, toward_motor: bool = True) -> float:
         """Travel of the winch, m, that brings the anchor to a tension, N, while it stands still."""
     def _assign(self, other: Cable) -> None: ...

@@ -14,7 +14,10 @@ ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("page", ["docs/python.md", "docs/mujoco.md", "docs/gym.md", "docs/study.md", "README.md"])
+PAGES = ["docs/python.md", "docs/mujoco.md", "docs/batch.md", "docs/gym.md", "docs/study.md", "README.md"]
+
+
+@pytest.mark.parametrize("page", PAGES)
 def test_the_blocks_of_a_page_run_one_after_the_other(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -23,6 +26,9 @@ def test_the_blocks_of_a_page_run_one_after_the_other(
         mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
         if not hasattr(mujoco.MjsPlugin, "config"):
             pytest.skip(f"MuJoCo {mujoco.__version__} configures plugins in XML alone")
+    if "batch" in page:
+        pytest.importorskip("mujoco.mjx", reason="MJX is not installed", exc_type=ImportError)
+        pytest.importorskip("mujoco_warp", reason="MuJoCo Warp is not installed")
     if "gym" in page or page == "README.md":
         pytest.importorskip("gymnasium", reason="Gymnasium is not installed")
     if "study" in page:
@@ -36,6 +42,9 @@ def test_the_blocks_of_a_page_run_one_after_the_other(
         # So that an error shows its line on the page.
         above = "\n" * text[: block.start(1)].count("\n")
         exec(compile(above + block[1], page, "exec"), names)
+    if "jax" in names:
+        # Numbers of 64 bits are for this page alone.
+        names["jax"].config.update("jax_enable_x64", False)
 
 
 def test_the_reference_is_that_of_the_sources() -> None:

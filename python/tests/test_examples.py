@@ -19,6 +19,16 @@ def test_an_example_with_mujoco_runs(name: str, capsys: pytest.CaptureFixture[st
     assert capsys.readouterr().out
 
 
+def test_the_example_with_many_worlds_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("mujoco.mjx", reason="MJX is not installed", exc_type=ImportError)
+    pytest.importorskip("sinew.mjx", reason="MJX cannot be used", exc_type=ImportError)
+    example = runpy.run_path(str(FOLDER / "tendon_hand_mjx.py"))
+    example["main"](8, 30)
+    angles = [float(line.split()[1]) for line in capsys.readouterr().out.splitlines()[1:9]]
+    # Friction holds the finger back on its way, and closed when the pull falls again.
+    assert max(angles) - min(angles) > 0.02
+
+
 def test_the_example_for_any_model_runs_on_the_exported_arm(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
     if not hasattr(mujoco.MjsPlugin, "config"):

@@ -110,6 +110,22 @@ def test_distributions_have_the_bits_of_rust_alone_and_among_others(
             assert bits(getattr(together, name)[k]) == bits(expected[name]), name
 
 
+def test_the_arrays_of_a_law_are_those_of_its_parameters() -> None:
+    path = [sinew.Free(0.2), sinew.Sheath(0.8, 3.0), sinew.Pulley(0.5), sinew.Free(0.3)]
+    parameters = {"friction": 0.1, "efficiency": 0.9, "viscous_s_per_m": 0.02, "drag_n_s_per_m": 60.0, "compliance_per_n": 2e-4}
+    cable = sinew.Cable(path, cells=9, drag_fade_n=4.0, pretension_n=7.0, **parameters)
+    law = cable.law
+    assert {name: values.shape for name, values in law.items()} == {
+        "compliance": (9,), "friction": (8,), "loss": (8,), "viscous": (8,), "drag": (8,), "drag_fade": (), "pretension": (),
+    }  # fmt: skip
+    assert law["compliance"].sum() == pytest.approx(2e-4 * 1.3)
+    assert law["friction"].sum() == pytest.approx(0.5 * 0.1 * 3.5) and law["viscous"].sum() == pytest.approx(0.5 * 0.02 * 3.5)
+    assert law["loss"].tolist() == pytest.approx([-0.5 * np.log(0.9), *[0.0] * 7])
+    assert law["drag"].sum() == pytest.approx(60.0) and law["drag_fade"] == 4.0 and law["pretension"] == 7.0
+    cable.settle(50.0)
+    assert cable.stretch == pytest.approx(float((law["compliance"] * cable.tensions).sum()))
+
+
 @given(
     st.lists(st.tuples(st.floats(-1e-3, 1e-3), st.floats(-1e-4, 1e-4)), min_size=1, max_size=50),
     st.floats(1e-5, 0.02),

@@ -16,7 +16,10 @@ from typing import TypeAlias
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "python/sinew"
 PAGE = ROOT / "docs/api.md"
-MODULES = ("sinew", "sinew.gym", "sinew.gym.stable_baselines3", "sinew.mujoco", "sinew.study")
+MODULES = (
+    "sinew", "sinew.batch", "sinew.gym", "sinew.gym.stable_baselines3", "sinew.jax", "sinew.mjx", "sinew.mujoco", "sinew.study",
+    "sinew.warp",
+)  # fmt: skip
 
 Definition: TypeAlias = ast.ClassDef | ast.FunctionDef
 

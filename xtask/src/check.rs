@@ -24,7 +24,7 @@ const fn by_name(name: &'static str, purpose: &'static str, run: fn(&Path) -> Re
 }
 
 /// All steps. Every build uses the dev profile and all features, so that each dependency is compiled once.
-const STEPS: [Step; 14] = [
+const STEPS: [Step; 15] = [
     step("fmt", "the code is formatted", fmt),
     step("hygiene", "no huge files, stubs, conflict markers, private paths or retired words", hygiene::check),
     step("layering", "no room imports what it must not know, no circle between files", layering::check),
@@ -38,6 +38,7 @@ const STEPS: [Step; 14] = [
     step("examples", "the examples run to their end", examples),
     by_name("long", "statistical tests over many seeds, every bench once", long),
     by_name("python", "the Python package: types, tests, documentation", python::check),
+    by_name("batch", "MJX and MuJoCo Warp: long tests, oldest and newest versions", python::batch),
     by_name("page", "the live page in a headless Chromium, types of its scripts", page::check),
 ];
 

@@ -20,6 +20,7 @@ The project's own checks.
 usage: cargo xtask check [STEP...]     run every step, or only those named, in the order of the list
        cargo xtask check long          the statistical tests over many seeds
        cargo xtask check python        the Python package, where Python 3.11 and pip are there
+       cargo xtask check batch         long tests of MJX and MuJoCo Warp, with old and new versions
        cargo xtask check page          the live page in a headless Chromium, where there is one
        cargo xtask check --list        the steps and what each is for
        cargo xtask pictures            draw the machines of models/ anew, into docs/machines

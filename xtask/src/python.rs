@@ -1,7 +1,7 @@
 //! The Python package, checked in an environment of its own below `target`.
 
 use crate::commands::{cargo, succeed};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// What builds the package, and what its tests cannot do without.
@@ -9,12 +9,15 @@ const PACKAGES: [&str; 6] = ["hypothesis", "jsonschema", "maturin>=1.9,<2", "myp
 
 /// What parts of the package work with; tests of those that cannot be installed are skipped with a message.
 /// Not among them: stable-baselines3, which brings gigabytes of PyTorch; where it is installed, it is tested.
-const OPTIONAL: [&str; 10] = [
+const OPTIONAL: [&str; 13] = [
     "gymnasium>=1.1",
     "cmaes",
     "ipykernel",
+    "jax",
     "matplotlib",
     "mujoco",
+    "mujoco-mjx",
+    "mujoco-warp>=3.6",
     "nbclient",
     "optuna>=4",
     "pandas",
@@ -24,15 +27,41 @@ const OPTIONAL: [&str; 10] = [
 
 /// Older versions of MuJoCo with which `sinew.mujoco` is tested: the oldest whose `MjSpec` configures
 /// plugins, one in the middle.
-const OLDER_MUJOCO: [&str; 2] = ["3.3.3", "3.17.0"];
+const OLDER_MUJOCO: [&[&str]; 2] = [&["mujoco==3.3.3"], &["mujoco==3.17.0"]];
+
+/// With which the simulators of many worlds are tested by the step `batch`: the oldest of each, and the
+/// MuJoCo that belongs to the newest MJX.
+const OLDER_BATCH: [&[&str]; 2] = [
+    &["mujoco==3.6.0", "mujoco-mjx==3.6.0", "mujoco-warp==3.6.0"],
+    &["mujoco==3.17.0", "mujoco-mjx==3.17.0"],
+];
+
+/// Tests with MuJoCo, and those of many worlds, for pytest.
+const MUJOCO_TESTS: &str = "mujoco";
+const BATCH_TESTS: &str = "batch or jax or mjx or warp";
 
 /// Builds the native part, then runs the tests; skipped with a message where there is no Python.
 pub(crate) fn check(root: &Path) -> Result<(), String> {
+    let Some(interpreter) = build(root)? else { return Ok(()) };
+    let golden = root.join("target/debug").join(format!("sinew-py-golden{}", std::env::consts::EXE_SUFFIX));
+    succeed(pytest(root, &interpreter, &[]).env("SINEW_GOLDEN", golden))?;
+    OLDER_MUJOCO.iter().try_for_each(|packages| with(root, &interpreter, packages, MUJOCO_TESTS))
+}
+
+/// All tests of simulators of many worlds, the long ones too, with the newest and with older versions.
+pub(crate) fn batch(root: &Path) -> Result<(), String> {
+    let Some(interpreter) = build(root)? else { return Ok(()) };
+    succeed(pytest(root, &interpreter, &["-k", BATCH_TESTS]).env("SINEW_LONG", "1"))?;
+    OLDER_BATCH.iter().try_for_each(|packages| with(root, &interpreter, packages, BATCH_TESTS))
+}
+
+/// The interpreter of an environment with the package, or nothing and a message.
+fn build(root: &Path) -> Result<Option<PathBuf>, String> {
     let environment = root.join("target/python");
     let interpreter = environment.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
     if let Err(missing) = prepare(root, &environment, &interpreter) {
         println!("skipped: {missing}");
-        return Ok(());
+        return Ok(None);
     }
     // Both packages at once: the features of the dependencies are then those of the build for Python.
     succeed(&mut cargo(
@@ -42,26 +71,36 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
     let mut maturin = python(root, &interpreter, &["-m", "maturin", "develop", "--quiet"]);
     let target = root.join("target");
     succeed(maturin.env("CARGO_TARGET_DIR", &target).env("VIRTUAL_ENV", &environment))?;
-    let golden = target.join("debug").join(format!("sinew-py-golden{}", std::env::consts::EXE_SUFFIX));
-    succeed(python(root, &interpreter, &["-m", "pytest", "--quiet"]).env("SINEW_GOLDEN", golden))?;
-    OLDER_MUJOCO.iter().try_for_each(|version| with_mujoco(root, &interpreter, version))
+    Ok(Some(interpreter))
 }
 
-/// The tests with MuJoCo once more, with another version of it from a folder of its own.
-fn with_mujoco(root: &Path, interpreter: &Path, version: &str) -> Result<(), String> {
-    let folder = root.join("target").join(format!("mujoco-{version}"));
-    let (package, place) = (format!("mujoco=={version}"), folder.display().to_string());
+/// Tests with other versions of packages, the first of them MuJoCo, from a folder of their own.
+fn with(root: &Path, interpreter: &Path, packages: &[&str], tests: &str) -> Result<(), String> {
+    let name = packages.join(" ").replace("==", "-");
+    let folder = root.join("target").join(name.replace(' ', "+"));
     if !folder.join("mujoco").is_dir() {
         let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"];
         let mut pip = python(root, interpreter, &install);
-        if let Err(error) = succeed(pip.args(["--target", &place, &package])) {
-            println!("skipped: {package} could not be installed: {error}");
+        if let Err(error) = succeed(pip.arg("--target").arg(&folder).args(packages)) {
+            println!("skipped: {name} could not be installed: {error}");
             return Ok(());
         }
     }
-    println!("with {package}");
-    let tests = ["-m", "pytest", "--quiet", "-k", "mujoco", "python/tests"];
-    succeed(python(root, interpreter, &tests).env("PYTHONPATH", &folder))
+    println!("with {name}");
+    let mut run = pytest(root, interpreter, &["-k", tests, "python/tests"]);
+    if tests == BATCH_TESTS {
+        run.env("SINEW_LONG", "1");
+    }
+    succeed(run.env("PYTHONPATH", &folder))
+}
+
+/// The tests, with what JAX and Warp compile kept from run to run.
+fn pytest(root: &Path, interpreter: &Path, arguments: &[&str]) -> Command {
+    let mut command = python(root, interpreter, &["-m", "pytest", "--quiet"]);
+    let target = root.join("target");
+    command.args(arguments).env("WARP_CACHE_PATH", target.join("warp"));
+    command.env("JAX_COMPILATION_CACHE_DIR", target.join("jax"));
+    command
 }
 
 /// An environment with all packages, or what is missing for one.

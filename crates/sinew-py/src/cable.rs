@@ -1,13 +1,13 @@
 //! One cable in its sheath.
 
-use crate::array::{Numbers, vector, wrong_shape};
+use crate::array::{Numbers, array, vector, wrong_shape};
 use crate::failure::Failure;
 use crate::long_call;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sinew::transmission::Sliding;
-use sinew::transmission::cable::{CableLaw, CableParameters, CablePath, EndMotion, EndTensions};
+use sinew::transmission::cable::{CableLaw, CableParameters, CablePath, EndMotion, EndTensions, NodeLaw};
 
 /// Tensions at the ends of a cable after a step.
 #[pyclass(frozen, module = "sinew")]
@@ -156,6 +156,29 @@ impl Cable {
     #[getter]
     fn energy(&self) -> f64 {
         self.inner.energy()
+    }
+
+    /// The law as arrays, drive end first: `compliance`, m/N, shape `(cells,)`; of every node, shape
+    /// `(cells - 1,)`, `friction`, the half angle `mu phi / 2`, `loss`, `-ln(efficiency) / 2`, `viscous`,
+    /// s/m, and `drag`, N s/m; `drag_fade` and `pretension`, N, shape `()`.
+    #[getter]
+    fn law<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let (law, found) = (self.inner.law(), PyDict::new(py));
+        found.set_item("compliance", vector(py, law.compliance()))?;
+        let columns: [(&str, fn(&NodeLaw) -> f64); 4] = [
+            ("friction", |node| node.friction),
+            ("loss", |node| node.loss),
+            ("viscous", |node| node.viscous),
+            ("drag", |node| node.drag),
+        ];
+        for (name, value) in columns {
+            found.set_item(name, PyArray1::from_iter(py, law.nodes().iter().map(value)))?;
+        }
+        let [_, fade] = law.drag();
+        for (name, value) in [("drag_fade", fade), ("pretension", law.pretension())] {
+            found.set_item(name, array(py, vec![value], &[], &[])?)?;
+        }
+        Ok(found)
     }
 
     /// Travel of the winch, m, that brings the anchor to a tension, N, while it stands still.

@@ -24,7 +24,7 @@ SLACK, STRONG = 5.0, 1e4
 def load(
     machine: Machine | str | os.PathLike[str],
     *,
-    transmission: Literal["cables", "sheaths"] = "cables",
+    transmission: Literal["cables", "sheaths", "none"] = "cables",
     timestep_s: float = 1e-3,
     cells: int = 12,
     substeps: int = 1,
@@ -46,7 +46,7 @@ def load(
 def spec_of(
     machine: Machine | str | os.PathLike[str],
     *,
-    transmission: Literal["cables", "sheaths"] = "cables",
+    transmission: Literal["cables", "sheaths", "none"] = "cables",
     timestep_s: float = 1e-3,
     cells: int = 12,
     substeps: int = 1,
@@ -58,13 +58,14 @@ def spec_of(
     `machine`: as for `sinew.Machine`. With `"cables"` the controls are displacements of the winches, m, and the
     cables begin with `tension_n` at their anchors, N, shape `(muscles,)`, by default such that the machine is held in
     its start, as far as its limits allow; with `"sheaths"` the controls are tensions at the motors, N, and `turning`
-    is the fraction of the turning of the muscles' paths that counts beside the bend of the sheaths. The start is the key
+    is the fraction of the turning of the muscles' paths that counts beside the bend of the sheaths. With `"none"` they are
+    tensions without any loss, and the model has no plugin, as `sinew.batch.prepare` wants it. The start is the key
     `start`: `mujoco.mj_resetDataKeyframe(model, data, 0)`.
 
     Sheaths have the bend of the start, in all poses. Friction of drives and their dynamics are not part of the model.
     """
-    if transmission not in ("cables", "sheaths"):
-        raise ValueError(f"transmission must be 'cables' or 'sheaths', but is {transmission!r}")
+    if transmission not in ("cables", "sheaths", "none"):
+        raise ValueError(f"transmission must be 'cables', 'sheaths' or 'none', but is {transmission!r}")
     if not 0.0 < timestep_s < 1.0:
         raise ValueError(f"timestep_s must be in (0, 1), but is {timestep_s}")
     known = machine if isinstance(machine, Machine) else Machine(machine)
@@ -81,16 +82,22 @@ def spec_of(
     for key in list(spec.keys):
         spec.delete(key) if hasattr(spec, "delete") else key.delete()
     spec.add_key(name="start", qpos=json.loads(described)["start"])
+    if transmission == "none":
+        return spec
     if transmission == "sheaths":
         add_sheaths(spec, sheaths_of(known, turning=turning))
         return spec
-    tensions = _holding(known, muscles) if tension_n is None else _given(tension_n, len(muscles))
-    cables = {
+    add_cables(spec, laid(known, muscles, tension_n), cells=cells, substeps=substeps)
+    return spec
+
+
+def laid(machine: Machine, muscles: list[dict[str, Any]], tension_n: ArrayLike | None) -> dict[str, Cable]:
+    """The cable of every muscle with the tension at which it begins, by default such that the machine is held in its start."""
+    tensions = _holding(machine, muscles) if tension_n is None else _given(tension_n, len(muscles))
+    return {
         muscle["name"]: _cable_of(muscle["path"], muscle["parameters"], start)
         for muscle, start in zip(muscles, tensions, strict=True)
     }
-    add_cables(spec, cables, cells=cells, substeps=substeps)
-    return spec
 
 
 def sheaths_of(machine: Machine | str | os.PathLike[str], *, turning: float = 1.0) -> dict[str, Sheath]:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from fnmatch import fnmatchcase
-from math import isfinite
-from typing import Any
+from typing import Any, TypeVar
 
 import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+T = TypeVar("T")
 
 #: Friction, N, that a tendon has of its own: its constraint exists only above zero.
 MIN_FRICTION = 1e-9
@@ -42,18 +45,27 @@ class Sheath:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
+            if isinstance(value, bool) or not isinstance(value, (int, float)):
                 raise ValueError(f"{field.name} must be a finite number, but is {value!r}")
-            positive = field.name in ("efficiency", "speed")
-            if value < 0.0 or (positive and value == 0.0):
-                raise ValueError(f"{field.name} must be {'above' if positive else 'at least'} zero, but is {value}")
-        if self.efficiency > 1.0:
-            raise ValueError(f"efficiency must be at most 1, but is {self.efficiency}")
+            check(field.name, value)
 
     def _text(self) -> str:
         defaults = {field.name: field.default for field in fields(self)}
         given = {name: float(getattr(self, name)) for name in defaults}
         return " ".join(f"{name}={value!r}" for name, value in given.items() if value != defaults[name])
+
+
+def check(name: str, values: ArrayLike) -> None:
+    """Raises `ValueError` for numbers outside of the domain of a sheath's parameter."""
+    numbers = np.ravel(np.asarray(values, dtype=float))
+    positive = name in ("efficiency", "speed")
+    for wrong, expected in (
+        (~np.isfinite(numbers), "a finite number"),
+        (numbers <= 0.0 if positive else numbers < 0.0, f"{'above' if positive else 'at least'} zero"),
+        ((numbers > 1.0) & (name == "efficiency"), "at most 1"),
+    ):
+        if wrong.any():
+            raise ValueError(f"{name} must be {expected}, but is {numbers[wrong].tolist()[0]!r}")
 
 
 def add_sheaths(spec: Any, sheaths: Mapping[str, Sheath], *, impedance: float = 0.995) -> list[str]:
@@ -72,18 +84,15 @@ def add_sheaths(spec: Any, sheaths: Mapping[str, Sheath], *, impedance: float = 
     """
     if not isinstance(spec, mujoco.MjSpec):
         raise TypeError(f"spec must be a mujoco.MjSpec (mujoco.MjSpec.from_file), but is {type(spec).__name__}")
-    if not 0.0 < impedance < 1.0:
-        raise ValueError(f"impedance must be in (0, 1), but is {impedance}")
+    check_impedance(impedance)
     chosen = choose(spec, sheaths, Sheath)
     text = "; ".join(f"{name}: {sheath._text()}" for name, sheath in chosen.items())
     add_instance(spec, "sinew.sheath", {"sheaths": text})
-    timestep, disabled = spec.option.timestep, spec.option.disableflags
-    safe = not disabled & mujoco.mjtDisableBit.mjDSBL_REFSAFE
+    solref, solimp = sticking(spec.option, impedance)
     for tendon in spec.tendons:
         if tendon.name in chosen:
             tendon.frictionloss = max(tendon.frictionloss, MIN_FRICTION)
-            tendon.solref_friction = [SHORTEST if safe else 2.0 * timestep, 1.0]
-            tendon.solimp_friction = [impedance, impedance, 0.001, 0.5, 2.0]
+            tendon.solref_friction, tendon.solimp_friction = solref, solimp
     for actuator in spec.actuators:
         if pulls_on(actuator) in chosen:
             low, high = actuator.forcerange
@@ -94,33 +103,53 @@ def add_sheaths(spec: Any, sheaths: Mapping[str, Sheath], *, impedance: float = 
     return list(chosen)
 
 
+def check_impedance(impedance: float) -> None:
+    """Raises `ValueError` for anything outside of (0, 1)."""
+    if not 0.0 < impedance < 1.0:
+        raise ValueError(f"impedance must be in (0, 1), but is {impedance}")
+
+
+def sticking(option: Any, impedance: float) -> tuple[list[float], list[float]]:
+    """`solref` and `solimp` of friction constraints that stop slip in one step, for the options of a model or spec."""
+    safe = not option.disableflags & mujoco.mjtDisableBit.mjDSBL_REFSAFE
+    return [SHORTEST if safe else 2.0 * option.timestep, 1.0], [impedance, impedance, 0.001, 0.5, 2.0]
+
+
 def choose(spec: Any, given: Mapping[str, Any], kind: type) -> dict[str, Any]:
     """What each tendon of a spec with an actuator gets."""
-    if not isinstance(given, Mapping):
-        raise TypeError(f"expected a mapping of tendon names to {kind.__name__}, but it is a {type(given).__name__}")
     names = [tendon.name for tendon in spec.tendons]
-    if not names:
-        raise ValueError("the model has no tendons")
-    if not given:
-        raise ValueError(f"no tendon is named, expected some of {', '.join(names)}")
-    driven = {pulls_on(actuator) for actuator in spec.actuators}
-    chosen: dict[str, Any] = {}
-    for pattern, value in given.items():
-        if not isinstance(value, kind):
-            raise TypeError(f"{pattern}: expected a {kind.__name__}, but it is a {type(value).__name__}")
-        hits = [name for name in names if name == pattern or fnmatchcase(name, pattern)]
-        if not hits:
-            raise ValueError(f"{pattern!r} fits no tendon of the model: {', '.join(names)}")
-        pulled = [name for name in hits if name in driven]
-        if not pulled:
-            raise ValueError(f"{pattern!r}: no actuator pulls on {', '.join(hits)}")
-        chosen.update(dict.fromkeys(pulled, value))
+    pulled = {pulls_on(actuator) for actuator in spec.actuators}
+    found = match(names, [name in pulled for name in names], given, kind)
+    chosen = {name: value for name, value in zip(names, found, strict=True) if value is not None}
     for name in chosen:
         if ";" in name or ": " in name or name != name.strip():
             raise ValueError(
                 f"tendon {name!r}: a name with semicolons, or with spaces at its ends or behind a colon, cannot be used"
             )
-    return {name: chosen[name] for name in names if name in chosen}
+    return chosen
+
+
+def match(names: Sequence[str], pulled: Sequence[bool], given: Mapping[str, T], kind: type[T]) -> list[T | None]:
+    """What each of a model's tendons gets; `pulled`: whether an actuator pulls on it."""
+    if not isinstance(given, Mapping):
+        raise TypeError(f"expected a mapping of tendon names to {kind.__name__}, but it is a {type(given).__name__}")
+    if not names:
+        raise ValueError("the model has no tendons")
+    if not given:
+        raise ValueError(f"no tendon is named, expected some of {', '.join(names)}")
+    found: list[T | None] = [None] * len(names)
+    for pattern, value in given.items():
+        if not isinstance(value, kind):
+            raise TypeError(f"{pattern}: expected a {kind.__name__}, but it is a {type(value).__name__}")
+        hits = [k for k, name in enumerate(names) if name == pattern or fnmatchcase(name, pattern)]
+        if not hits:
+            raise ValueError(f"{pattern!r} fits no tendon of the model: {', '.join(names)}")
+        if not any(pulled[k] for k in hits):
+            raise ValueError(f"{pattern!r}: no actuator pulls on {', '.join(names[k] for k in hits)}")
+        for k in hits:
+            if pulled[k]:
+                found[k] = value
+    return found
 
 
 def pulls_on(actuator: Any) -> str | None:
