@@ -106,7 +106,8 @@ fn test(root: &Path) -> Result<(), String> {
 /// What is built without optional features: the program as it is installed, the core as a microcontroller
 /// takes it.
 fn features(root: &Path) -> Result<(), String> {
-    // With the tests, whose dependencies have the features of those of the other steps: none is compiled twice.
+    // With the tests, whose dependencies have the features of those of the other steps: none is compiled
+    // twice.
     succeed(cargo(root, &["clippy", "--workspace", "--all-targets"]).args(LINTS))?;
     succeed(cargo(root, &["clippy", "--package", "sinew", "--no-default-features"]).args(LINTS))
 }

@@ -138,7 +138,8 @@ fn stl(bytes: &[u8]) -> Result<TriangleSurface, String> {
     })
 }
 
-/// MuJoCo's own format: numbers of corners, normals, texture coordinates and triangles, then these, 32 bits each.
+/// MuJoCo's own format: numbers of corners, normals, texture coordinates and triangles, then these, 32 bits
+/// each.
 fn msh(bytes: &[u8]) -> Result<TriangleSurface, String> {
     let (words, rest) = bytes.as_chunks::<4>();
     let count = |k: usize| words.get(k).and_then(|word| usize::try_from(i32::from_le_bytes(*word)).ok());

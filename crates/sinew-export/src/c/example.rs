@@ -1,7 +1,8 @@
 //! The program that runs a predictor over a log.
 
+use super::content::Content;
+use super::literal;
 use super::template::Filling;
-use super::{Content, literal};
 use crate::{ExportedFile, Name};
 use sinew::compensator::CompensatorSettings;
 use sinew::predictor::Model;

@@ -1,6 +1,6 @@
 //! The compensator of a model: its constants.
 
-use super::Content;
+use super::content::Content;
 use super::literal::{double, scalar};
 use super::template::Filling;
 use crate::{ExportError, Name};

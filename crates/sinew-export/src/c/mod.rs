@@ -3,6 +3,7 @@
 //! The templates hold the laws once more, in C; that they stay those of the library is a test that compares
 //! every bit of both over random models and samples.
 
+mod content;
 mod example;
 mod integrations;
 mod inverse;
@@ -12,23 +13,13 @@ mod networks;
 mod source;
 mod template;
 
+pub use content::Content;
 pub(crate) use literal::double;
 pub(crate) use source::checksum;
 pub(crate) use template::Filling;
 
 use crate::{ExportError, ExportedFile, Name};
-use sinew::compensator::CompensatorSettings;
 use sinew::predictor::Model;
-
-/// What the sources can do.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Content {
-    /// Predict the far end.
-    Predictor,
-    /// The same, and command the near side for a desired far end, as
-    /// [`Compensator`](sinew::compensator::Compensator) does with these settings.
-    Compensator(CompensatorSettings),
-}
 
 /// Header and source of a model.
 ///

@@ -1,7 +1,8 @@
 //! The header and the source: what the model needs, and nothing else.
 
+use super::content::Content;
 use super::template::Filling;
-use super::{Content, inverse, laws, literal, networks};
+use super::{inverse, laws, literal, networks};
 use crate::{ExportError, Name};
 use sinew::predictor::{Feature, InputLimits, Model, Role, Signal};
 

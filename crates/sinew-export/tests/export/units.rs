@@ -115,7 +115,8 @@ const TWO: &str = r#"
 #define RELEASE fmi2FreeInstance
 "#;
 
-/// Rows whose time runs on: what an importer cannot do otherwise. Steps of powers of two add without rounding.
+/// Rows whose time runs on: what an importer cannot do otherwise. Steps of powers of two add without
+/// rounding.
 fn rows(count: usize, random: &mut ChaCha8Rng) -> Vec<Row> {
     let rows = crate::samples::rows(count, random).into_iter().enumerate();
     rows.map(|(k, row)| Row { reset: false, time_s: k as f64 / 1024.0, ..row }).collect()

@@ -281,8 +281,8 @@ impl Isolation {
     }
 
     /// The minimum tension that a cable may have, N: by its load cell, less what the cell has pulled its
-    /// estimate up by since half a minute ago, and without the cell where it has begun to deviate. A drive does
-    /// not pay out a cable that is slack, whatever its load cell reads.
+    /// estimate up by since half a minute ago, and without the cell where it has begun to deviate. A drive
+    /// does not pay out a cable that is slack, whatever its load cell reads.
     pub(super) fn min_tension(&self, muscle: usize, measured: f64) -> f64 {
         let watched = &self.muscles[muscle];
         let [correction, bound] = self.long[muscle];

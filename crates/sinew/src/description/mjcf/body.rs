@@ -4,7 +4,8 @@ use super::compiler::InertiaFrom;
 use super::geom;
 use super::import_state::Import;
 use super::inertia::{self, Inertia};
-use super::mesh::MeshWeight;
+use super::mesh;
+use super::mesh_asset::MeshWeight;
 use super::place::{HERE, Place, place};
 use super::ranges::{limits, linear};
 use super::solid::Weight;
@@ -173,7 +174,7 @@ impl Weights {
         }
         let mut parts = self.solids.clone();
         for mesh in &self.meshes {
-            parts.push(mesh.inertia(import)?);
+            parts.push(mesh::inertia_of(import, mesh)?);
         }
         Ok((inertia::total(&parts), element))
     }

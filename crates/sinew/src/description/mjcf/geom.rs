@@ -3,7 +3,8 @@
 use super::compiler::Compiler;
 use super::import_state::{Import, Surface};
 use super::inertia::diagonal;
-use super::mesh::{self, MeshWeight};
+use super::mesh;
+use super::mesh_asset::MeshWeight;
 use super::place::{Place, place};
 use super::shell;
 use super::solid::{Solid, TYPES, Weight};

@@ -15,7 +15,8 @@ use alloc::vec::Vec;
 /// Reads a robot from MJCF with the semantics of MuJoCo 4.
 ///
 /// `file` names the text in errors; `resolve` returns the text of an included file, or the reason why there
-/// is none; of a mesh that has mass the triangles as lines `v x y z` and `f i j k`, as in OBJ. Masses, lengths and angles come out in kg, m and rad.
+/// is none; of a mesh that has mass the triangles as lines `v x y z` and `f i j k`, as in OBJ. Masses,
+/// lengths and angles come out in kg, m and rad.
 ///
 /// # Errors
 ///

@@ -2,7 +2,7 @@
 
 use super::compiler::Compiler;
 use super::defaults::Defaults;
-use super::mesh::MeshAsset;
+use super::mesh_asset::MeshAsset;
 use super::place::Place;
 use crate::body::{Parts, WrapKind};
 use crate::description::attributes::Attributes;

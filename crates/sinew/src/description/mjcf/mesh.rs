@@ -3,7 +3,8 @@
 use super::compiler::Compiler;
 use super::import_state::Import;
 use super::inertia::Inertia;
-use super::mesh_mass::{LAWS, MeshLaw, MeshMass, Triangles, WORDS};
+use super::mesh_asset::{MeshAsset, MeshWeight};
+use super::mesh_mass::{LAWS, MeshMass, Triangles, WORDS};
 use super::place::Place;
 use crate::body::MeshGeom;
 use crate::description::attributes::Attributes;
@@ -13,46 +14,15 @@ use crate::description::orientation as turn;
 use alloc::format;
 use alloc::string::{String, ToString};
 
-/// A `<mesh>` of `<asset>`.
-#[derive(Debug, Clone)]
-pub(super) struct MeshAsset {
-    element: usize,
-    /// Its file, in its own frame; without a name where the triangles stand in the model or MuJoCo makes them.
-    shape: MeshGeom,
-    /// Triangles that stand in the model, in the coordinates of a file.
-    within: Option<Triangles>,
-    law: MeshLaw,
-    /// Its mass, once a body has needed it.
-    mass: Option<MeshMass>,
-}
-
-/// A geom whose mass is that of a mesh.
-#[derive(Debug, Clone)]
-pub(super) struct MeshWeight {
-    pub(super) element: usize,
-    mesh: String,
-    place: Place,
-    mass: Option<f64>,
-    density: f64,
-}
-
-impl MeshWeight {
-    /// Of a geom that shows a mesh.
-    pub(super) fn new(at: Attributes<'_>, place: Place, mass: Option<f64>, density: f64) -> Option<Self> {
-        let mesh = at.text("mesh")?.to_string();
-        Some(Self { element: at.element, mesh, place, mass, density })
-    }
-
-    /// Mass, centre of mass and inertia in its body.
-    pub(super) fn inertia(&self, import: &mut Import<'_>) -> Result<Inertia, DescriptionError> {
-        let MeshMass { volume, center, tensor } = mass_of(import, self)?;
-        let density = self.mass.map_or(self.density, |mass| mass / volume);
-        Ok(Inertia {
-            mass: density * volume,
-            center: self.place.point(center),
-            tensor: turn::turn_tensor(self.place.orientation, tensor.map(|x| density * x)),
-        })
-    }
+/// Mass, centre of mass and inertia of a geom with a mesh in its body.
+pub(super) fn inertia_of(import: &mut Import<'_>, geom: &MeshWeight) -> Result<Inertia, DescriptionError> {
+    let MeshMass { volume, center, tensor } = mass_of(import, geom)?;
+    let density = geom.mass.map_or(geom.density, |mass| mass / volume);
+    Ok(Inertia {
+        mass: density * volume,
+        center: geom.place.point(center),
+        tensor: turn::turn_tensor(geom.place.orientation, tensor.map(|x| density * x)),
+    })
 }
 
 /// Reads a `<mesh>` of `<asset>`.

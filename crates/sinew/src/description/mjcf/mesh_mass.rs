@@ -28,8 +28,8 @@ pub(super) struct Triangles {
     pub(super) faces: Vec<[usize; 3]>,
 }
 
-/// Volume, m^3, or of a shell surface, m^2; centre, m, and inertia about it `[xx, yy, zz, xy, xz, yz]` of unit
-/// density.
+/// Volume, m^3, or of a shell surface, m^2; centre, m, and inertia about it `[xx, yy, zz, xy, xz, yz]` of
+/// unit density.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct MeshMass {
     pub(super) volume: f64,
@@ -71,8 +71,8 @@ impl Triangles {
         }
     }
 
-    /// The mass by a law; the algorithm of MuJoCo, so that its numbers come out where triangles do not enclose
-    /// a space, too.
+    /// The mass by a law; the algorithm of MuJoCo, so that its numbers come out where triangles do not
+    /// enclose a space, too.
     pub(super) fn mass(&self, law: MeshLaw) -> Result<MeshMass, String> {
         if law == MeshLaw::Convex {
             return Err(

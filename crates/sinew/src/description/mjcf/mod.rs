@@ -10,6 +10,7 @@ mod import_state;
 mod inertia;
 mod lists;
 mod mesh;
+mod mesh_asset;
 mod mesh_mass;
 mod place;
 mod ranges;

@@ -1,6 +1,6 @@
 //! Solids: the mass of a geom in its body.
 
-use super::mesh::MeshWeight;
+use super::mesh_asset::MeshWeight;
 
 /// A massive solid in its body: principal moments about its own axes.
 #[derive(Debug, Clone, Copy)]
