@@ -165,15 +165,13 @@ impl Cable {
     fn law<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (law, found) = (self.inner.law(), PyDict::new(py));
         found.set_item("compliance", vector(py, law.compliance()))?;
-        let columns: [(&str, fn(&NodeLaw) -> f64); 4] = [
-            ("friction", |node| node.friction),
-            ("loss", |node| node.loss),
-            ("viscous", |node| node.viscous),
-            ("drag", |node| node.drag),
-        ];
-        for (name, value) in columns {
-            found.set_item(name, PyArray1::from_iter(py, law.nodes().iter().map(value)))?;
-        }
+        let column = |name: &str, of: fn(&NodeLaw) -> f64| {
+            found.set_item(name, PyArray1::from_iter(py, law.nodes().iter().map(of)))
+        };
+        column("friction", |node| node.friction)?;
+        column("loss", |node| node.loss)?;
+        column("viscous", |node| node.viscous)?;
+        column("drag", |node| node.drag)?;
         let [_, fade] = law.drag();
         for (name, value) in [("drag_fade", fade), ("pretension", law.pretension())] {
             found.set_item(name, array(py, vec![value], &[], &[])?)?;
