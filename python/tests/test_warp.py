@@ -216,8 +216,8 @@ def test_fifty_random_models_of_tendons_move_as_with_the_plugin_for_half_a_secon
     seen = np.array([beside_plugin(seed, 0.5) for seed in range(50)])
     print("\nfar from the plugin, rad:", np.sort(seen[:, 0]))
     assert np.median(seen[:, 0]) < 1e-4
-    # Where contacts and stops amplify, the plugin leaves itself as well. In float32 the solver reaches its limit of iterations
-    # in some of these models: one of the fifty then goes another way.
+    # Where contacts and stops amplify, the plugin leaves itself as well. One of the fifty goes another way in Warp than in C
+    # without sheaths too.
     assert (seen[:, 0] < 1e-3 + 100.0 * seen[:, 1]).mean() >= 0.95, seen
 
 
