@@ -168,7 +168,7 @@ impl Weights {
             return Ok((inertia::total(&self.solids), element));
         }
         if let Some(geom) = self.unknown {
-            let problem = "carries the inertia of a height field, or of a solid that is fitted to a mesh, which \
+            let problem = "carries the inertia of a solid that is fitted to a mesh, which \
                 is not computed: expected an <inertial> in its body, or mass=\"0\" here";
             return Err(import.tree.error(geom, "", problem));
         }

@@ -16,7 +16,7 @@ pub(super) enum Weight {
     Nothing,
     Solid(Solid),
     Mesh(MeshWeight),
-    /// A height field, or a solid that is fitted to a mesh.
+    /// A solid that is fitted to a mesh.
     Unknown,
 }
 

@@ -114,7 +114,12 @@ fn bad_mjcf_is_refused_with_its_line_and_element() {
     refused(&world("<body>\n<joint range=\"2 1\"/></body>"), 4, &["`range`", "2 1"]);
     refused(&world("<site name=\"a\"/>\n<site name=\"a\"/>"), 4, &["taken already"]);
     refused(&world("<body pos=\"0 nan 0\"/>"), 3, &["`pos`", "nan"]);
-    refused(&world("<body><joint/>\n<geom type=\"mesh\" mesh=\"a\"/></body>"), 4, &["mesh", "<inertial>"]);
+    refused(
+        &world("<body><joint/>\n<geom type=\"mesh\" mesh=\"a\"/></body>"),
+        4,
+        &["`mesh`", "no mesh of that name"],
+    );
+    refused(&world("<body><joint/>\n<geom type=\"box\" mesh=\"a\"/></body>"), 4, &["mesh", "<inertial>"]);
     refused("\n<!DOCTYPE a [<!ENTITY b \"c\">]><mujoco model=\"&b;\"/>", 2, &["document type"]);
     refused(&world(&("<body>".repeat(10_000) + &"</body>".repeat(10_000))), 3, &["1000"]);
     refused(
