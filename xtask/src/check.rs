@@ -92,10 +92,7 @@ fn clippy(root: &Path) -> Result<(), String> {
 fn test(root: &Path) -> Result<(), String> {
     let nextest = cargo(root, &["nextest", "--version"]).output().is_ok_and(|output| output.status.success());
     if nextest {
-        // One more than there are cores: some tests wait for clocks most of their time.
-        let threads = std::thread::available_parallelism().map_or(2, usize::from) + 1;
-        let mut run = cargo(root, &["nextest", "run", "--workspace", "--all-features"]);
-        return succeed(run.args(["--test-threads", &threads.to_string()]));
+        return succeed(&mut cargo(root, &["nextest", "run", "--workspace", "--all-features"]));
     }
     println!("cargo-nextest is not installed: running `cargo test`");
     let kinds =

@@ -65,8 +65,10 @@ fn triangles(at: Attributes<'_>) -> Result<Option<Triangles>, DescriptionError> 
             return Err(at.error(name, "has a length that is no multiple of three"));
         }
     }
-    let found =
-        Triangles { corners: corners.to_vec(), faces: faces.iter().map(|f| f.map(|k| k as usize)).collect() };
+    // In single precision, as MuJoCo keeps them.
+    let corners = corners.iter().map(|corner| corner.map(|x| f64::from(x as f32))).collect();
+    let faces = faces.iter().map(|face| face.map(|k| k as usize)).collect();
+    let found = Triangles { corners, faces };
     found.check().map_err(|problem| at.error("face", problem))?;
     Ok(Some(found))
 }

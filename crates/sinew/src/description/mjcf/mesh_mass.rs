@@ -48,7 +48,10 @@ impl Triangles {
             let mut words = line.split_ascii_whitespace();
             let wrong = || format!("line `{line}`: expected `v x y z` or `f i j k`");
             match words.next() {
-                Some("v") => triangles.corners.push(three(words, |x: &f64| x.is_finite()).ok_or_else(wrong)?),
+                Some("v") => {
+                    let corner = three(words, |x: &f32| x.is_finite()).ok_or_else(wrong)?;
+                    triangles.corners.push(corner.map(f64::from));
+                }
                 Some("f") => {
                     let face: [usize; 3] = three(words, |k| *k > 0).ok_or_else(wrong)?;
                     triangles.faces.push(face.map(|k| k - 1));
