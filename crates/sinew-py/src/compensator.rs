@@ -143,8 +143,8 @@ impl Compensator {
     /// The command for one sample, after which the state follows the near column, or the command where that
     /// is NaN.
     ///
-    /// `time_s`: time, s. `inputs`: shape `(inputs,)`, one number per column of `Model.inputs`, NaN for missing.
-    /// `desired`: the far end, in the unit of the training logs.
+    /// `time_s`: time, s. `inputs`: shape `(inputs,)`, one number per column of `Model.inputs`, NaN for
+    /// missing. `desired`: the far end, in the unit of the training logs.
     fn step(&mut self, time_s: f64, inputs: &Bound<'_, PyAny>, desired: f64) -> PyResult<NearCommand> {
         let inputs = Numbers::from_python(inputs, "inputs")?;
         let inputs = inputs.row("inputs", self.inputs())?;
