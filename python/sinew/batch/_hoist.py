@@ -32,7 +32,7 @@ def model() -> Any:
 
 def pulls() -> NDArray[np.float64]:
     """Tensions, N, at 0.99 and 1.01 of the upper edge, and of the lower one."""
-    return np.array([share * MASS * GRAVITY * exp(sign * ANGLE) for sign in (1.0, -1.0) for share in (0.99, 1.01)])
+    return np.array([of_edge * MASS * GRAVITY * exp(sign * ANGLE) for sign in (1.0, -1.0) for of_edge in (0.99, 1.01)])
 
 
 def wrong(speeds: ArrayLike) -> str | None:

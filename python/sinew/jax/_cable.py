@@ -83,10 +83,10 @@ def profile(law: Law, tension_in: Any, tension_out: Any) -> State:
     half = law.friction + law.loss
     far = jnp.maximum(tension_out - law.pretension, 0.0)
     near = jnp.maximum(tension_in, 0.0)
-    share = jnp.concatenate([jnp.zeros(1, half.dtype), jnp.cumsum(half)]) / jnp.maximum(half.sum(), NO_FRICTION)
+    fraction = jnp.concatenate([jnp.zeros(1, half.dtype), jnp.cumsum(half)]) / jnp.maximum(half.sum(), NO_FRICTION)
     taut = (near > 0.0) & (far > 0.0)
     ratio = jnp.where(taut, far, 1.0) / jnp.where(taut, near, 1.0)
-    tension = jnp.where(taut, near, 0.0) * ratio**share
+    tension = jnp.where(taut, near, 0.0) * ratio**fraction
     return State(tension, jnp.zeros_like(half), (law.compliance * tension).sum())
 
 

@@ -122,10 +122,10 @@ def rub(
         largest = own[tendon]
         if pull > 0.0:
             wrap = parameters[BEND, world, tendon]
-            share = parameters[TURNING, world, tendon]
-            if share > 0.0:
+            fraction = parameters[TURNING, world, tendon]
+            if fraction > 0.0:
                 psi = turning_of(wrap_adr[world, tendon], wrap_num[world, tendon], world, wrap_xpos, wrap_obj)
-                wrap += share * psi
+                wrap += fraction * psi
             ratio = velocity[world, tendon] / parameters[SPEED, world, tendon]
             weakening = 1.0 + parameters[RISE, world, tendon] / (1.0 + ratio * ratio)
             loss = -wp.log(parameters[EFFICIENCY, world, tendon])

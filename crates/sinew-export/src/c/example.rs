@@ -4,7 +4,6 @@ use super::content::Content;
 use super::literal;
 use super::template::Filling;
 use crate::{ExportedFile, Name};
-use sinew::compensator::CompensatorSettings;
 use sinew::predictor::Model;
 
 const EXAMPLE: &str = include_str!("templates/example.c");
@@ -30,7 +29,7 @@ pub(super) fn file(model: &Model, name: &Name, content: Content) -> ExportedFile
     if let Content::Compensator(settings) = content {
         // Of a cable the near tension may be missing beside the command.
         let tension = model.estimator.law.cable.as_ref().map(|cable| cable.columns.tension);
-        let near = settings.near.or_else(|| CompensatorSettings::usual_near(model)).unwrap_or_default();
+        let near = settings.near_of(model).unwrap_or_default();
         let optional = [near].into_iter().chain(tension);
         let lines: String = optional.map(|k| format!("        required[{k}] = 0;\n")).collect();
         filling.when("inverse", true);

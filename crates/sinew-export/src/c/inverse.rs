@@ -1,10 +1,10 @@
 //! The compensator of a model: its constants.
 
 use super::content::Content;
-use super::literal::{double, scalar};
+use super::literal::{comment, double, scalar};
 use super::template::Filling;
 use crate::{ExportError, Name};
-use sinew::compensator::{Compensator, CompensatorConstants, CompensatorSettings, MAX_EVALUATIONS};
+use sinew::compensator::{Compensator, CompensatorConstants, MAX_EVALUATIONS};
 use sinew::predictor::Model;
 
 /// Fills what a compensator needs beside its model; nothing where the predictor alone is asked for.
@@ -18,14 +18,14 @@ pub(super) fn fill(
     content: Content,
 ) -> Result<(), ExportError> {
     let Content::Compensator(settings) = content else { return Ok(()) };
-    let constants = constants(model, &settings)?;
+    let constants = Compensator::new(model.clone(), &settings)?.constants();
     let cable = model.estimator.law.cable.as_ref();
     let everywhere = cable.is_none_or(|cable| cable.model.zero_stretch.is_none());
     filling.when("inverse", true);
     filling.when("expecting", cable.is_some());
     filling.when("moves", constants.direction != 0.0);
     filling.when("everywhere", constants.direction != 0.0 && everywhere);
-    filling.set("near", super::literal::comment(&model.inputs[constants.near].column));
+    filling.set("near_column", comment(&model.inputs[constants.near].column));
     filling.set("max_evaluations", MAX_EVALUATIONS);
     let adapts = cable.is_some_and(|cable| cable.model.learning > 0.0);
     filling.set("drag_factor", if adapts { "c->model.law_drag_factor" } else { "1.0" });
@@ -41,10 +41,6 @@ pub(super) fn fill(
     }
     filling.set("inverse_tables", tables);
     Ok(())
-}
-
-fn constants(model: &Model, settings: &CompensatorSettings) -> Result<CompensatorConstants, ExportError> {
-    Ok(Compensator::new(model.clone(), settings)?.constants())
 }
 
 fn tables(constants: &CompensatorConstants, n: &str, everywhere: bool) -> String {

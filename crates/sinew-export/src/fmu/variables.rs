@@ -2,7 +2,6 @@
 
 use crate::ExportError;
 use crate::c::{Content, checksum};
-use sinew::compensator::CompensatorSettings;
 use sinew::predictor::{Input, InputLimits, Model};
 use std::collections::BTreeSet;
 
@@ -62,7 +61,7 @@ impl<'a> Interface<'a> {
         match content {
             Content::Predictor => Self { model, near: None, numbers: &PREDICTION, flags: &PREDICTION_FLAGS },
             Content::Compensator(settings) => {
-                let near = settings.near.or_else(|| CompensatorSettings::usual_near(model));
+                let near = settings.near_of(model);
                 Self { model, near, numbers: &COMMAND, flags: &COMMAND_FLAGS }
             }
         }

@@ -1,6 +1,6 @@
 //! Mean, deviation, gate and flags of generated C against the predictor's, bit by bit.
 
-use crate::compiler::{MODES, compile, compilers, covered, run};
+use crate::compiler::{MODES, compile, compilers, covered, first_difference, rows_of, run};
 use crate::models::{INPUTS, Kind, model};
 use crate::samples::{Row, rows};
 use rand::SeedableRng;
@@ -78,22 +78,12 @@ fn compare(model: &Model, rows: &[Row], modes: &[&[&str]], label: &str) {
     for compiler in compilers() {
         for flags in modes {
             compile(compiler, folder.path(), &["exported.c", "harness.c"], flags);
-            let got = run(folder.path(), &bytes(rows), &[]);
-            let got: Vec<[u64; 4]> = got
-                .chunks_exact(32)
-                .map(|row| {
-                    std::array::from_fn(|k| u64::from_ne_bytes(row[8 * k..8 * k + 8].try_into().unwrap()))
-                })
-                .collect();
-            assert_eq!(got.len(), expected.len(), "{label}");
-            let mut pairs = got.iter().zip(&expected).enumerate();
-            if let Some((row, (got, expected))) = pairs.find(|(_, (got, expected))| got != expected) {
-                let numbers = |bits: &[u64; 4]| bits.map(f64::from_bits);
+            let got = rows_of(&run(folder.path(), &bytes(rows), &[]));
+            if let Some((row, got, expected)) = first_difference(&got, &expected) {
+                let read = rows[row];
                 panic!(
-                    "{label} {compiler} {flags:?}: row {row} {:?}: {:?} in C, {:?} in Rust\n{model:?}",
-                    rows[row],
-                    numbers(got),
-                    numbers(expected)
+                    "{label} {compiler} {flags:?}: row {row} {read:?}: {got:?} in C, {expected:?} in \
+                     Rust\n{model:?}"
                 );
             }
         }

@@ -55,6 +55,23 @@ pub(crate) fn run(folder: &Path, input: &[u8], arguments: &[&str]) -> Vec<u8> {
     output.stdout
 }
 
+/// Rows of numbers that a program has written, bit by bit.
+pub(crate) fn rows_of<const N: usize>(bytes: &[u8]) -> Vec<[u64; N]> {
+    let (numbers, rest) = bytes.as_chunks::<8>();
+    assert!(rest.is_empty() && numbers.len().is_multiple_of(N), "{} bytes", bytes.len());
+    numbers.chunks_exact(N).map(|row| std::array::from_fn(|k| u64::from_ne_bytes(row[k]))).collect()
+}
+
+/// The first row in which two lists differ, with both as numbers.
+pub(crate) fn first_difference<const N: usize>(
+    got: &[[u64; N]],
+    expected: &[[u64; N]],
+) -> Option<(usize, [f64; N], [f64; N])> {
+    assert_eq!(got.len(), expected.len());
+    let row = got.iter().zip(expected).position(|(got, expected)| got != expected)?;
+    Some((row, got[row].map(f64::from_bits), expected[row].map(f64::from_bits)))
+}
+
 /// Lines that a program compiled with `--coverage` has executed, and all lines of the source; none without
 /// gcov.
 pub(crate) fn covered(folder: &Path, source: &str) -> Option<(f64, f64)> {

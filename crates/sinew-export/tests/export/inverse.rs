@@ -1,6 +1,6 @@
 //! Commands of generated C against those of the compensator, bit by bit.
 
-use crate::compiler::{MODES, compile, compilers, run};
+use crate::compiler::{MODES, compile, compilers, first_difference, rows_of, run};
 use crate::models::{INPUTS, Kind, between, model};
 use crate::samples::{Row, rows};
 use rand::{RngExt, SeedableRng};
@@ -155,21 +155,12 @@ fn compare(kind: Kind, seed: u64, count: usize, modes: &[&[&str]]) {
     for compiler in compilers() {
         for flags in modes {
             compile(compiler, folder.path(), &["exported.c", "harness.c"], flags);
-            let got: Vec<[u64; 8]> = run(folder.path(), &bytes(&questions), &[])
-                .chunks_exact(64)
-                .map(|row| {
-                    std::array::from_fn(|k| u64::from_ne_bytes(row[8 * k..8 * k + 8].try_into().unwrap()))
-                })
-                .collect();
-            assert_eq!(got.len(), expected.len());
-            let mut pairs = got.iter().zip(&expected).enumerate();
-            if let Some((k, (got, expected))) = pairs.find(|(_, (got, expected))| got != expected) {
-                let numbers = |bits: &[u64; 8]| bits.map(f64::from_bits);
+            let got = rows_of(&run(folder.path(), &bytes(&questions), &[]));
+            if let Some((row, got, expected)) = first_difference(&got, &expected) {
+                let asked = asked[row];
                 panic!(
-                    "{kind:?} {seed} {compiler} {flags:?}: row {k} {:?}: {:?} in C, {:?} in Rust, {settings:?}",
-                    asked[k],
-                    numbers(got),
-                    numbers(expected)
+                    "{kind:?} {seed} {compiler} {flags:?} {settings:?}: row {row} {asked:?}: {got:?} in C, \
+                     {expected:?} in Rust"
                 );
             }
         }

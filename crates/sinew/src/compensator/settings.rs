@@ -51,14 +51,14 @@ const TOLERANCE: f64 = 2e-7;
 const UNLIMITED: f64 = 1e12;
 
 impl CompensatorSettings {
-    /// The input that is commanded where none is set, if the model has one.
+    /// The input that is commanded, as set or where it is left out, if the model has one.
     #[must_use]
-    pub fn usual_near(model: &Model) -> Option<usize> {
+    pub fn near_of(&self, model: &Model) -> Option<usize> {
         let first = |role: Role| model.inputs.iter().position(|input| input.role == role);
-        match &model.estimator.law.cable {
+        self.near.or_else(|| match &model.estimator.law.cable {
             Some(cable) => Some(cable.columns.motor),
             None => first(Role::Effort).or_else(|| first(Role::Motion)),
-        }
+        })
     }
 
     /// # Errors

@@ -175,14 +175,12 @@ impl Compensator {
     /// [`CompensatorError::Settings`] names a setting outside its domain.
     pub fn new(model: Model, settings: &CompensatorSettings) -> Result<Self, CompensatorError> {
         model.validate()?;
-        let near = match settings.near {
-            Some(near) => commandable(&model, near)?,
-            None => CompensatorSettings::usual_near(&model).ok_or_else(|| ModelFileError {
-                name: "inputs".to_string(),
-                expected: "a tension, torque or position of the near side to command".to_string(),
-                got: "others alone".to_string(),
-            })?,
+        let none = || ModelFileError {
+            name: "inputs".to_string(),
+            expected: "a tension, torque or position of the near side to command".to_string(),
+            got: "others alone".to_string(),
         };
+        let near = commandable(&model, settings.near_of(&model).ok_or_else(none)?)?;
         let limits = settings.limits(&model, near)?;
         let law = model.estimator.law.cable.as_ref().filter(|cable| cable.columns.motor == near);
         let cable = match law {

@@ -89,7 +89,8 @@ fn held_for(
 pub(super) fn text(payload: &Payload) -> String {
     if payload.held.is_empty() {
         return "\nNo payload: no gravity acts on the machine, or it has no end point; \
-                `endpoint = \"SITE\"` in [task] of the machine file names a site of the body, and a site `endpoint` is one by itself.\n"
+                `endpoint = \"SITE\"` in [task] of the machine file names a site of the body, and a site \
+                `endpoint` is one by itself.\n"
             .to_owned();
     }
     let row = |held: &HeldFor| {

@@ -87,7 +87,8 @@ void @_reset(@_state *state)
 }
 
 //%if expecting
-/* The next sample; where `expected` is given, the near tension is what the model expects, and is put there. */
+/* The next sample; where `expected` is given, the near tension is what the model expects, and is put
+ * there. */
 static @_prediction @_advance(@_state *s, double time_s, const double *inputs, double *expected)
 {
 //%else

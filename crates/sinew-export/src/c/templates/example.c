@@ -231,8 +231,9 @@ static void print_cell(double x)
 
 static void command(const int *places, const log_row *row, int restarts)
 {
-    static const char *const flags[] = {"not_attainable", "rate_limited", "out_of_range", "correction_withdrawn",
-                                        "state_unknown", "input_held", "reset", "repeated"};
+    static const char *const flags[] = {"not_attainable", "rate_limited", "out_of_range",
+                                        "correction_withdrawn", "state_unknown", "input_held", "reset",
+                                        "repeated"};
     static @_compensator compensator;
     static int started;
     const int trial = places[@@_INPUTS + 1] >= 0;

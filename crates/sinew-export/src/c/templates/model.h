@@ -109,7 +109,7 @@ void @_reset(@_state *state);
 #define @@_COMMAND_REPEATED 128u           /* the same time stamp as before: the command is repeated */
 
 typedef struct {
-    double value;              /* the near side: //%here near */
+    double value;              /* the near side: //%here near_column */
     double low, high;          /* the commands at the ends of the 95 % band of the far end */
     double mean;               /* the far end at this command */
     double standard_deviation; /* of that */
@@ -142,8 +142,8 @@ void @_compensator_reset(@_compensator *compensator);
 @_prediction @_compensator_observe(@_compensator *compensator, double time_s,
                                    const double inputs[@@_INPUTS]);
 
-/* The command for the time at which the drive can follow it, and a desired far end. The other inputs are those
- * that are expected then; the near one is not read. The state stays. */
+/* The command for the time at which the drive can follow it, and a desired far end. The other inputs are
+ * those that are expected then; the near one is not read. The state stays. */
 @_command @_compensator_command(@_compensator *compensator, double time_s, const double inputs[@@_INPUTS],
                                 double desired);
 

@@ -11,7 +11,8 @@
 #include <string.h>
 
 /* Value references: time is 0, then the inputs, then the numbers and flags that come out. */
-enum { @@_FIRST_NUMBER = @@_INPUTS + 1, @@_FIRST_FLAG = @@_FIRST_NUMBER + //%here numbers, @@_FLAGS = //%here flags };
+enum { @@_FIRST_NUMBER = @@_INPUTS + 1, @@_FIRST_FLAG = @@_FIRST_NUMBER + //%here numbers };
+#define @@_FLAGS //%here flags
 
 /* Everything that a copy of the state has to hold: no pointers. */
 typedef struct {

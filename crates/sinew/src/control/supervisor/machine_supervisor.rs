@@ -20,7 +20,8 @@ use alloc::vec::Vec;
 ///
 /// ```text
 /// exchange, measurement -> limits, faults -> mode (TRANSITIONS) -> winches:
-///   off: amplifiers off   ready, fault: stand   pretension: wind in   hold, run: ArmController   safe stop: brake, let down
+///   off: amplifiers off   ready, fault: stand   pretension: wind in   hold, run: ArmController
+///   safe stop: brake, release
 /// ```
 ///
 /// The controller's own detection of faults is part of it; limits, slack, lost and late cycles, stale

@@ -1,6 +1,5 @@
 //! Settings of the compiler element.
 
-use super::mesh_mass::MeshLaw;
 use crate::description::attributes::Attributes;
 use crate::description::error::DescriptionError;
 use crate::description::tree::Tree;
@@ -28,8 +27,6 @@ pub(super) struct Compiler {
     pub(super) min_inertia: f64,
     pub(super) balance: bool,
     pub(super) total_mass: Option<f64>,
-    /// Mass of meshes that do not say it.
-    pub(super) mesh_law: MeshLaw,
     /// Folder of meshes, relative to that of the model.
     pub(super) mesh_folder: String,
     /// Whether folders within the names of files are left out.
@@ -48,7 +45,6 @@ impl Compiler {
             min_inertia: 0.0,
             balance: false,
             total_mass: None,
-            mesh_law: MeshLaw::Legacy,
             mesh_folder: String::new(),
             strip_path: false,
         };
@@ -76,10 +72,6 @@ impl Compiler {
         }
         if let Some(folder) = at.text("meshdir").or_else(|| at.text("assetdir")) {
             self.mesh_folder = folder.to_string();
-        }
-        // Of older files.
-        if at.flag("exactmeshinertia", self.mesh_law == MeshLaw::Exact)? {
-            self.mesh_law = MeshLaw::Exact;
         }
         self.strip_path = at.flag("strippath", self.strip_path)?;
         self.auto_limits = at.flag("autolimits", self.auto_limits)?;

@@ -4,7 +4,7 @@ use super::compiler::Compiler;
 use super::import_state::Import;
 use super::inertia::Inertia;
 use super::mesh_asset::{MeshAsset, MeshWeight};
-use super::mesh_mass::{LAWS, MeshMass, Triangles, WORDS};
+use super::mesh_mass::{LAWS, MeshLaw, MeshMass, Triangles, WORDS};
 use super::place::Place;
 use crate::body::MeshGeom;
 use crate::description::attributes::Attributes;
@@ -44,7 +44,7 @@ pub(super) fn read(import: &mut Import<'_>, element: usize) -> Result<(), Descri
         orientation: turn::IDENTITY,
         surface: None,
     };
-    let law = at.word("inertia", &WORDS)?.map_or(import.compiler.mesh_law, |word| LAWS[word]);
+    let law = at.word("inertia", &WORDS)?.map_or(MeshLaw::Legacy, |word| LAWS[word]);
     let within = triangles(at)?;
     let name = import.name("mesh", at)?.or_else(|| at.text("file").map(stem));
     if let Some(name) = name {

@@ -120,7 +120,7 @@ impl Triangles {
     fn about(&self, law: MeshLaw, center: [f64; 3]) -> MeshMass {
         const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
         let (mut volume, mut products) = (0.0, [0.0; 6]);
-        let share = if law == MeshLaw::Shell { 12.0 } else { 20.0 };
+        let divisor = if law == MeshLaw::Shell { 12.0 } else { 20.0 };
         for face in &self.faces {
             let corners = face.map(|k| core::array::from_fn(|i| self.corners[k][i] - center[i]));
             let [d, e, f]: [[f64; 3]; 3] = corners;
@@ -128,7 +128,7 @@ impl Triangles {
             let part = weight(law, area, dot(centre, normal));
             volume += part;
             for (product, (i, j)) in products.iter_mut().zip(PAIRS) {
-                *product += part / share
+                *product += part / divisor
                     * (2.0 * (d[i] * d[j] + e[i] * e[j] + f[i] * f[j])
                         + d[i] * e[j]
                         + d[j] * e[i]

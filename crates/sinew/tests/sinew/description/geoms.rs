@@ -164,9 +164,9 @@ const FACES: &str = "0 2 4 2 1 4 1 3 4 3 0 4 2 0 5 1 2 5 3 1 5";
 /// A body with these triangles, given in the model or in a file.
 fn meshed(source: &str, law: &str, geom: &str) -> String {
     format!(
-        "<mujoco><asset><mesh name=\"m\" {source} scale=\"1 -1.5 1\" refpos=\"0.01 0.02 0.03\" refquat=\"1 0.2 0 0\" \
-         {law}/></asset><worldbody><body><joint/><geom type=\"mesh\" mesh=\"m\" pos=\"0.3 0 0\" quat=\"1 0 1 0\" \
-         {geom}/></body></worldbody></mujoco>"
+        "<mujoco><asset><mesh name=\"m\" {source} scale=\"1 -1.5 1\" refpos=\"0.01 0.02 0.03\" \
+         refquat=\"1 0.2 0 0\" {law}/></asset><worldbody><body><joint/><geom type=\"mesh\" mesh=\"m\" \
+         pos=\"0.3 0 0\" quat=\"1 0 1 0\" {geom}/></body></worldbody></mujoco>"
     )
 }
 
