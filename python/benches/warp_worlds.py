@@ -148,20 +148,20 @@ def controls(count: int, worlds: int, actuators: int, within: tuple[float, float
 
 
 def arm_beside_c(steps: int) -> None:
-    """Positions of the arm after a second, off the plugin's in C."""
+    """Positions of the arm after a second, off the plugin's in C, which does not begin at the force of the last step."""
     plugin = sm.load(args.machine, transmission="sheaths")
     data, start = (mujoco.MjData(plugin) for _ in range(2))
     for one in (data, start):
         mujoco.mj_resetDataKeyframe(plugin, one, 0)
-    worlds, d, m, _ = variant("sheaths", 4)
-    stepper = Stepper(m, d)
-    put(d, start, worlds)
+    worlds, d, m, sheaths = variant("sheaths", 4)
     all_controls = controls(steps // HOLD, 1, plugin.nu)
     for row in all_controls:
         data.ctrl[:] = row[0]
         d.ctrl.assign(np.repeat(row, worlds, axis=0))
         mujoco.mj_step(plugin, data, HOLD)
-        stepper.run(HOLD)
+        for _ in range(HOLD):
+            sheaths.reset()
+            mjw.step(m, d)
     off = float(np.abs(d.qpos.numpy() - data.qpos).max())
     note("arm", off, f"{args.machine} beside the plugin in C after {steps * plugin.opt.timestep:g} s: {off:.1e} rad (bar 1e-4)")
 
