@@ -465,6 +465,24 @@ mod tests {
     }
 
     #[test]
+    fn a_drive_that_reverses_stands_over_its_reversal_travel_and_not_much_less() {
+        for (efficiency, tension, speed) in [(0.6, 550.0, 0.004), (0.7, 450.0, 0.003), (0.85, 300.0, 0.002)] {
+            let reducer = Reducer { efficiency, ..Reducer::ratio_53() };
+            let mut drive = Drive::new(DriveParameters { reducer, ..exact() }, 1).unwrap();
+            for _ in 0..1500 {
+                drive.step(DriveCommand::Velocity(speed), tension, H);
+            }
+            for side in [-1.0, 1.0] {
+                // The speed changes within the first cycles; then the shaft is held by friction.
+                let command = DriveCommand::Velocity(side * speed);
+                let stood = (0..2000).filter(|_| drive.step(command, tension, H).moved * side < 1e-9).count();
+                let fraction = speed * H * stood as f64 / (drive.parameters.reversal_travel() * tension);
+                assert!((0.6..1.0).contains(&fraction), "{efficiency} {side}: {fraction}");
+            }
+        }
+    }
+
+    #[test]
     fn speed_control_takes_over_a_turning_shaft_without_a_jump_of_the_torque() {
         let parameters = exact();
         let mut drive = Drive::new(parameters, 1).unwrap();

@@ -3,6 +3,7 @@
 use super::motor::Motor;
 use super::reducer::Reducer;
 use super::sensors::{Encoder, LoadCell};
+use super::velocity_loop::VelocityLoop;
 use super::winch::Winch;
 use crate::Error;
 use crate::error::{positive, within};
@@ -93,6 +94,17 @@ impl DriveParameters {
         let torque =
             tension * reducer.efficiency / turns - reducer.friction - reducer.viscous * turns * speed;
         torque / motor.torque_constant
+    }
+
+    /// Commanded travel after which the speed control has taken back the friction of the reducer where the drive
+    /// reverses, per tension of the cable, m/N: until then it stands.
+    #[must_use]
+    pub fn reversal_travel(&self) -> f64 {
+        let Self { motor, reducer, winch, .. } = self;
+        let turns = reducer.ratio / winch.arm(0);
+        let losses = (1.0 / reducer.efficiency - reducer.efficiency) * (1.0 + reducer.ripple) / turns;
+        let torque = losses + 2.0 * reducer.friction / self.allowed_tension();
+        torque / (motor.inertia * VelocityLoop::DRIVE_INTEGRAL * turns)
     }
 
     /// Tension that the drive may be asked for, N: 19 in 20 of the one above which it does not wind in, and

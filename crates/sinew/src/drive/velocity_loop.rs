@@ -37,6 +37,8 @@ pub struct VelocityLimits {
 impl VelocityLoop {
     /// `K` of a drive, 1/s.
     pub const DRIVE_GAIN: f64 = 150.0;
+    /// `K^2/4` of a drive, 1/s^2: its integral action per inertia.
+    pub const DRIVE_INTEGRAL: f64 = 0.25 * Self::DRIVE_GAIN * Self::DRIVE_GAIN;
 
     /// A loop at rest.
     #[must_use]

@@ -113,6 +113,9 @@ pub(super) struct FaultDetector {
     jumped_for: Vec<f64>,
     /// Travel of every winch beside its command in the last cycle, m.
     motor_off: Vec<f64>,
+    /// Last change of every motor encoder, m, and the commanded travel against it since then, m, up to which a
+    /// drive that reverses stands.
+    reversal: Vec<[f64; 2]>,
     /// Whether an unchanged motor encoder is attributed to its drive.
     drive_standing: Vec<bool>,
     /// `x_T` and `x_c` of every winch, m.
@@ -159,6 +162,7 @@ impl FaultDetector {
             winch_residual: vec![0.0; muscles],
             jumped_for: vec![0.0; muscles],
             motor_off: vec![0.0; muscles],
+            reversal: vec![[0.0; 2]; muscles],
             drive_standing: vec![false; muscles],
             unchanged_travel: vec![[0.0; 2]; muscles],
             missing_for: vec![0.0; muscles],
@@ -181,6 +185,7 @@ impl FaultDetector {
         self.winch_residual.fill(0.0);
         self.jumped_for.fill(0.0);
         self.motor_off.fill(0.0);
+        self.reversal.fill([0.0; 2]);
         self.drive_standing.fill(false);
         self.unchanged_travel.fill([0.0; 2]);
         self.missing_for.fill(0.0);
@@ -260,15 +265,16 @@ impl FaultDetector {
                 false => self.isolation.min_tension(k, measurement.tension[k]),
             };
             let blocked = may_ignore_command(speed, tension, gains.slack_tension);
-            let max_residual = gains.max_winch_residual;
+            let (most, max_residual) = (gains.max_winch_speed, gains.max_winch_residual);
             let commanded = if speed.is_finite() { h * speed } else { 0.0 };
+            let expected = if blocked { 0.0 } else { self.travel_beyond_reversal(k, commanded, tension) };
             let motor = &mut self.motors[k];
+            let previous = motor.previous();
             // After a loss the winch may be elsewhere than it was commanded to.
             let lost = motor.rejected_for > 0.0 && self.jumped_for[k] == 0.0;
-            let plausible = motor.update(h, measured, if blocked { 0.0 } else { commanded });
+            let plausible = motor.update(h, measured, expected);
             // A winch that moves by itself gathers speed; a reading that jumps does not.
             let off = measured - self.motor[k] - commanded;
-            let most = gains.max_winch_speed;
             // A reading that stood and goes on has the travel of that time to make up.
             let stood = 1.5 * self.unchanged_travel[k][1].abs();
             let freely = stood + if blocked { h * most } else { 0.0 };
@@ -287,6 +293,8 @@ impl FaultDetector {
             let changed = motor.has_changed();
             let [by_tension, by_command] = &mut self.unchanged_travel[k];
             if changed {
+                let last = measured - previous;
+                self.reversal[k] = [if self.started && last.is_finite() { last } else { 0.0 }, 0.0];
                 (*by_tension, *by_command) = (0.0, 0.0);
             } else if accepted {
                 *by_tension += h * prediction.unexplained_speed[k];
@@ -312,6 +320,19 @@ impl FaultDetector {
                 self.stop(Fault::Drive(k), if stood { Symptom::Standing } else { Symptom::Unknown });
             }
         }
+    }
+
+    /// The part of a commanded travel, m, that a drive takes at once: where it reverses under a tension, N, its
+    /// speed control first takes back the friction of the reducer.
+    fn travel_beyond_reversal(&mut self, k: usize, commanded: f64, tension: f64) -> f64 {
+        let [last, taken] = &mut self.reversal[k];
+        if commanded * *last >= 0.0 {
+            return commanded;
+        }
+        let left = self.muscle_gains[k].reversal_travel * tension.max(0.0) - *taken;
+        let standing = left.max(0.0).min(commanded.abs());
+        *taken += standing;
+        commanded - standing.copysign(commanded)
     }
 
     /// Whether the load cell of a winch confirms its commanded travel while the encoder's output is

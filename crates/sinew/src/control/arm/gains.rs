@@ -130,6 +130,10 @@ pub struct MuscleGains {
     /// m: commanded travel over which the motor encoder may stand.
     #[serde(rename = "max_unchanged_travel_m")]
     pub max_unchanged_travel: f64,
+    /// m/N: commanded travel over which a drive that reverses stands until its speed control has taken back the
+    /// friction of its reducer, per tension of its cable.
+    #[serde(rename = "reversal_travel_m_per_n", default)]
+    pub reversal_travel: f64,
     /// `r_v,max`, m: residual between commanded and measured travel of the winch.
     #[serde(rename = "max_winch_residual_m")]
     pub max_winch_residual: f64,
@@ -271,6 +275,7 @@ impl MuscleGains {
             ("rate_gain", self.rate_gain),
             ("backlash_gain", self.backlash_gain),
             ("backlash_integral", self.backlash_integral),
+            ("reversal_travel", self.reversal_travel),
             ("min_drive_tension", self.min_drive_tension),
             ("slack_tension", self.slack_tension),
             ("load_cell_noise", self.load_cell_noise),
@@ -323,6 +328,7 @@ impl ArmGains {
             rest_speed: 1e-3,
             max_motor_rate: 2.0,
             max_unchanged_travel: 8e-4,
+            reversal_travel: 1.8e-6,
             max_winch_residual: 0.006,
             max_tension_rate: 4e4,
             max_equal_tensions: 8.0,
@@ -402,7 +408,7 @@ mod tests {
 
     #[test]
     fn gains_that_may_vanish_are_refused_by_name_below_zero() {
-        let non_negative: [(&str, Set); 10] = [
+        let non_negative: [(&str, Set); 11] = [
             ("damping", |gains, x| gains.damping = x),
             ("creep_feedback_fraction", |gains, x| gains.creep_feedback_fraction = x),
             ("bandwidth", |gains, x| gains.joints[1].bandwidth = x),
@@ -411,6 +417,7 @@ mod tests {
             ("rate_gain", |gains, x| gains.muscles[1].rate_gain = x),
             ("backlash_gain", |gains, x| gains.muscles[1].backlash_gain = x),
             ("backlash_integral", |gains, x| gains.muscles[1].backlash_integral = x),
+            ("reversal_travel", |gains, x| gains.muscles[1].reversal_travel = x),
             ("min_drive_tension", |gains, x| gains.muscles[1].min_drive_tension = x),
             ("slack_tension", |gains, x| gains.muscles[1].slack_tension = x),
         ];

@@ -103,6 +103,11 @@ impl SensorMonitor {
         Symptom::of_reading(self.previous, self.stood)
     }
 
+    /// The latest measurement.
+    pub(super) fn previous(&self) -> f64 {
+        self.previous
+    }
+
     /// Whether the output has been the same for this time, s.
     pub(super) fn has_stood_for(&self, time: f64) -> bool {
         self.same_for >= time - ROUNDING

@@ -206,6 +206,7 @@ fn of_muscle(
         rest_speed: 0.05 * arm,
         max_motor_rate: 10.0 * speed,
         max_unchanged_travel: (0.03 * arm).clamp((0.002 + period) * speed, (0.003 + period) * speed),
+        reversal_travel: drive.reversal_travel(),
         max_winch_residual: 0.03 * speed,
         max_tension_rate: 40.0 * drive.load_cell.range,
         max_equal_tensions: equal_samples(drive, *period),

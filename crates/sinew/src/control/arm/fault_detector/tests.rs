@@ -353,6 +353,28 @@ fn the_travel_that_a_load_cell_explains_tells_a_stuck_encoder_from_a_drive_that_
 }
 
 #[test]
+fn a_drive_that_reverses_may_stand_until_its_speed_control_has_taken_back_the_friction_of_its_reducer() {
+    let stands_at = |before: f64, tension: f64| {
+        let found = stopped(|k| Cycle {
+            speed: if k < 100 { 0.02 * before } else { -0.02 },
+            motor: 0.5 + 0.02 * before * H * f64::from(k.min(99)),
+            tension: noisy(tension, k),
+            estimated: tension,
+            ..quiet(k)
+        });
+        let (k, fault, _) = found.unwrap();
+        assert_eq!(fault, Fault::Drive(1));
+        k
+    };
+    let at_once = stands_at(-1.0, 400.0);
+    assert_eq!(stands_at(-1.0, 100.0), at_once);
+    // 1.8 um/N at 20 um a cycle.
+    for (tension, later) in [(100.0, 9), (400.0, 36)] {
+        assert!(is_at(stands_at(1.0, tension), at_once + later), "{tension}");
+    }
+}
+
+#[test]
 fn a_winch_that_lags_and_then_stands_is_said_to_stand_one_that_creeps_is_not() {
     // r_v = 8 mm (1 - e^(-t/t_f)) is 5.7 mm after 253 cycles.
     let symptom = |motor: &dyn Fn(u32) -> f64, speed: f64| {
