@@ -86,8 +86,8 @@ def evaluate(sinew, file, m, folder, seed=0):
             worst[k] = max(worst[k], np.abs(error).max(initial=0))
     return worst
 
-sinew, files = sys.argv[1], sys.argv[2:]
-for file in files:
+def compare(sinew, file):
+    """Prints how one file differs from what MuJoCo makes of it."""
     with tempfile.TemporaryDirectory() as folder:
         one, toml, two = (os.path.join(folder, n) for n in ("one.xml", "two.toml", "two.xml"))
         try:
@@ -100,3 +100,5 @@ for file in files:
             print("   length m, moment arm m, gravity relative, sites m:", *evaluate(sinew, file, m, folder))
         except subprocess.CalledProcessError as e: print(os.path.basename(file), "SINEW:", e.stderr)
         except Exception as e: print(os.path.basename(file), type(e).__name__, e)
+if __name__ == "__main__":
+    for file in sys.argv[2:]: compare(sys.argv[1], file)

@@ -1,5 +1,6 @@
 //! The tree of bodies: joints, inertias, sites and geoms, in MuJoCo's order.
 
+use super::attach::attach;
 use super::compiler::InertiaFrom;
 use super::geom;
 use super::import_state::Import;
@@ -45,6 +46,10 @@ pub(super) fn world(import: &mut Import<'_>) -> Result<(), DescriptionError> {
     }
     open.extend(first.into_iter().rev().map(|seen| (seen, 0)));
     while let Some((seen, parent)) = open.pop() {
+        if tree.elements[seen.element].name == "attach" {
+            attach(import, seen.element, seen.frame, parent)?;
+            continue;
+        }
         let index = body(import, seen, parent)?;
         let class = tree.elements[seen.element].attribute("childclass").or(seen.class);
         let inner = contents(import, seen.element, index, class)?;
@@ -108,7 +113,7 @@ fn contents<'a>(
     while let Some(seen) = open.pop() {
         let Seen { element, frame, class } = seen;
         match tree.elements[element].name.as_str() {
-            "body" => bodies.push(seen),
+            "body" | "attach" => bodies.push(seen),
             "frame" => {
                 let at = Attributes::own(tree, element);
                 if let Some(class) = at.text("childclass") {
@@ -133,7 +138,7 @@ fn contents<'a>(
                 return Err(tree.error(element, "", "is one too many: the world has none, a body one"));
             }
             "camera" | "light" => {}
-            name @ ("plugin" | "composite" | "flexcomp" | "attach") => {
+            name @ ("plugin" | "composite" | "flexcomp") => {
                 import.pass_over(element, name, &format!("<{name}> is not read, what it makes is left out"));
             }
             _ => return Err(tree.error(element, "", "is not read within a body")),
@@ -287,7 +292,15 @@ fn joint(import: &mut Import<'_>, seen: Seen<'_>, body: usize) -> Result<(), Des
     if body == 0 {
         return Err(at.error("", "stands in the world, which does not move: expected a body"));
     }
-    import.ignored(at, &["springdamper", "align"]);
+    import.ignored(at, &["springdamper"]);
+    let aligned = at.word("align", &["false", "true", "auto"])?;
+    if free && (aligned == Some(1) || aligned != Some(0) && import.compiler.align_free) {
+        return Err(at.error(
+            "align",
+            "moves the frame of the body to the principal axes of its inertia, which is not done here: expected \
+                false, and no alignfree in <compiler>",
+        ));
+    }
     let kind = match at.word("type", &["hinge", "slide", "ball", "free"])? {
         Some(place) if !free => KINDS[place],
         _ if free => JointKind::Free,

@@ -26,6 +26,8 @@ pub(super) struct Compiler {
     pub(super) min_mass: f64,
     pub(super) min_inertia: f64,
     pub(super) balance: bool,
+    /// Whether free bodies take the frame of their inertia.
+    pub(super) align_free: bool,
     pub(super) total_mass: Option<f64>,
     /// Folder of meshes, relative to that of the model.
     pub(super) mesh_folder: String,
@@ -44,6 +46,7 @@ impl Compiler {
             min_mass: 0.0,
             min_inertia: 0.0,
             balance: false,
+            align_free: false,
             total_mass: None,
             mesh_folder: String::new(),
             strip_path: false,
@@ -75,6 +78,7 @@ impl Compiler {
         }
         self.strip_path = at.flag("strippath", self.strip_path)?;
         self.auto_limits = at.flag("autolimits", self.auto_limits)?;
+        self.align_free = at.flag("alignfree", self.align_free)?;
         self.balance = at.flag("balanceinertia", self.balance)?;
         match at.word("inertiafromgeom", &["false", "true", "auto"])? {
             Some(0) => self.inertia_from = InertiaFrom::Inertial,

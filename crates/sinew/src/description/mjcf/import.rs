@@ -26,6 +26,16 @@ pub fn from_mjcf(
     text: &str,
     resolve: &mut dyn FnMut(&str) -> Result<String, String>,
 ) -> Result<Description, DescriptionError> {
+    read(file, text, resolve, 0)
+}
+
+/// The same for a model that others attach: `depth` of them.
+pub(super) fn read(
+    file: &str,
+    text: &str,
+    resolve: &mut dyn FnMut(&str) -> Result<String, String>,
+    depth: usize,
+) -> Result<Description, DescriptionError> {
     let mut tree = Tree::parse(file, text, &mut *resolve)?;
     if tree.elements[0].name != "mujoco" {
         return Err(tree.error(0, "", "is the root: expected <mujoco>"));
@@ -34,7 +44,7 @@ pub fn from_mjcf(
     let compiler = Compiler::read(&tree)?;
     replicate::expand(&mut tree, &compiler)?;
     let defaults = Defaults::read(&tree)?;
-    let mut import = Import::new(&tree, compiler, &defaults, file, resolve);
+    let mut import = Import::new(&tree, compiler, &defaults, file, resolve, (read, depth));
     read_settings(&mut import)?;
     for asset in top_elements(&tree, "asset") {
         let meshes = tree.elements[asset].children.iter().filter(|&&e| tree.elements[e].name == "mesh");
@@ -89,9 +99,6 @@ fn read_references(import: &mut Import<'_>) -> Result<(), DescriptionError> {
 /// Outermost elements that refer to nothing; warns of what is not read.
 fn read_settings(import: &mut Import<'_>) -> Result<(), DescriptionError> {
     let tree = import.tree;
-    for compiler in top_elements(tree, "compiler") {
-        import.ignored(Attributes::own(tree, compiler), &["alignfree"]);
-    }
     for option in top_elements(tree, "option") {
         let at = Attributes::own(tree, option);
         import.parts.gravity = at.array_or("gravity", import.parts.gravity)?;

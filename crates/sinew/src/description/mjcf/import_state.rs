@@ -5,6 +5,7 @@ use super::defaults::Defaults;
 use super::mesh_asset::MeshAsset;
 use super::place::Place;
 use crate::body::{Parts, WrapKind};
+use crate::description::Description;
 use crate::description::attributes::Attributes;
 use crate::description::error::{DescriptionError, Warning};
 use crate::description::origin::Origins;
@@ -28,6 +29,14 @@ pub(super) struct Surface {
     pub(super) wrap: Option<usize>,
 }
 
+/// Reads a model that so many others attach.
+pub(super) type Read = fn(
+    &str,
+    &str,
+    &mut dyn FnMut(&str) -> Result<String, String>,
+    usize,
+) -> Result<Description, DescriptionError>;
+
 /// What has been read of a file so far.
 pub(super) struct Import<'a> {
     pub(super) tree: &'a Tree,
@@ -37,6 +46,11 @@ pub(super) struct Import<'a> {
     pub(super) surfaces: BTreeMap<String, Surface>,
     /// Meshes by the names of their assets.
     pub(super) meshes: BTreeMap<String, MeshAsset>,
+    /// Models that were attached, by the names of their assets, how they are read, and how many attach this
+    /// one.
+    pub(super) models: BTreeMap<String, Parts>,
+    pub(super) read: Read,
+    pub(super) depth: usize,
     /// Text of a file: what it includes, and triangles of meshes.
     pub(super) files: &'a mut dyn FnMut(&str) -> Result<String, String>,
     /// Groups of the shapes of bodies, and of those in files.
@@ -57,6 +71,7 @@ impl<'a> Import<'a> {
         defaults: &'a Defaults,
         file: &str,
         files: &'a mut dyn FnMut(&str) -> Result<String, String>,
+        (read, depth): (Read, usize),
     ) -> Self {
         let parts = Parts {
             name: tree.elements[0].attribute("model").unwrap_or("MuJoCo Model").to_string(),
@@ -70,6 +85,9 @@ impl<'a> Import<'a> {
             parts,
             surfaces: BTreeMap::new(),
             meshes: BTreeMap::new(),
+            models: BTreeMap::new(),
+            read,
+            depth,
             files,
             geom_groups: Vec::new(),
             mesh_groups: Vec::new(),
@@ -108,10 +126,15 @@ impl<'a> Import<'a> {
     ) -> Result<Option<String>, DescriptionError> {
         self.describe(kind, place, at);
         let Some(name) = at.text("name").filter(|name| !name.is_empty()) else { return Ok(None) };
-        if self.names.entry(kind).or_default().insert(name.to_string(), place).is_some() {
+        if !self.take(kind, name, place) {
             return Err(at.error("name", format!("is taken already by another {kind}")));
         }
         Ok(Some(name.to_string()))
+    }
+
+    /// Gives a name, unless it is empty, to the part with an index; false where another has it.
+    pub(super) fn take(&mut self, kind: &'static str, name: &str, place: usize) -> bool {
+        name.is_empty() || self.names.entry(kind).or_default().insert(name.to_string(), place).is_none()
     }
 
     /// Records file and line of a part.

@@ -57,9 +57,9 @@ pub(super) fn read(import: &mut Import<'_>, element: usize) -> Result<(), Descri
 fn triangles(at: Attributes<'_>) -> Result<Option<Triangles>, DescriptionError> {
     let corners = at.list("vertex", 12, usize::MAX)?;
     let faces = at.list("face", 3, usize::MAX)?;
-    let (Some(corners), Some(faces)) = (corners, faces) else { return Ok(None) };
+    let Some(corners) = corners else { return Ok(None) };
     let (corners, left) = corners.as_chunks::<3>();
-    let (faces, left_of_faces) = faces.as_chunks::<3>();
+    let (faces, left_of_faces) = faces.as_deref().unwrap_or_default().as_chunks::<3>();
     for (name, left) in [("vertex", left), ("face", left_of_faces)] {
         if !left.is_empty() {
             return Err(at.error(name, "has a length that is no multiple of three"));
@@ -68,7 +68,10 @@ fn triangles(at: Attributes<'_>) -> Result<Option<Triangles>, DescriptionError> 
     // In single precision, as MuJoCo keeps them.
     let corners = corners.iter().map(|corner| corner.map(|x| f64::from(x as f32))).collect();
     let faces = faces.iter().map(|face| face.map(|k| k as usize)).collect();
-    let found = Triangles { corners, faces };
+    let mut found = Triangles { corners, faces };
+    if found.faces.is_empty() {
+        found = found.hull().map_err(|problem| at.error("vertex", problem))?;
+    }
     found.check().map_err(|problem| at.error("face", problem))?;
     Ok(Some(found))
 }
@@ -113,7 +116,7 @@ fn mass_of(import: &mut Import<'_>, geom: &MeshWeight) -> Result<MeshMass, Descr
     };
     let mut triangles = match (&asset.within, shape.file.as_str()) {
         (Some(triangles), _) => triangles.clone(),
-        (None, "") => return Err(refused("expected a file, or vertices with faces".to_string())),
+        (None, "") => return Err(refused("expected a file, or vertices".to_string())),
         (None, file) => {
             let text = (import.files)(file).and_then(|text| Triangles::parse(&text));
             text.map_err(|problem| refused(format!("`{file}`: {problem}")))?

@@ -1,5 +1,6 @@
 //! Mass of a mesh: volume, centre of mass and inertia of what its triangles enclose or are.
 
+use super::hull::convex_hull;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -74,15 +75,17 @@ impl Triangles {
         }
     }
 
+    /// The convex hull of the corners.
+    pub(super) fn hull(self) -> Result<Self, String> {
+        let faces = convex_hull(&self.corners).ok_or("has corners in one plane, which enclose no space")?;
+        Ok(Self { faces, ..self })
+    }
+
     /// The mass by a law; the algorithm of MuJoCo, so that its numbers come out where triangles do not
     /// enclose a space, too.
     pub(super) fn mass(&self, law: MeshLaw) -> Result<MeshMass, String> {
         if law == MeshLaw::Convex {
-            return Err(
-                "has inertia=\"convex\", the inertia of its hull, which is not computed: expected exact, \
-                legacy or shell"
-                    .to_string(),
-            );
+            return self.clone().hull()?.mass(MeshLaw::Exact);
         }
         let middle = self.middle()?;
         let (mut volume, mut center) = (0.0, [0.0; 3]);
@@ -212,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn what_encloses_nothing_is_refused_and_a_hull_is_not_computed() {
+    fn what_encloses_nothing_is_refused_and_a_hull_needs_no_faces() {
         let mut flat = cuboid([1.0, 1.0, 1.0]);
         flat.corners.iter_mut().for_each(|corner| corner[2] = 0.0);
         assert!(flat.mass(MeshLaw::Exact).unwrap_err().contains("too small"));
@@ -220,7 +223,8 @@ mod tests {
         turned.faces.iter_mut().for_each(|face| face.swap(0, 1));
         assert!(turned.mass(MeshLaw::Exact).unwrap_err().contains("inside out"));
         assert!(turned.mass(MeshLaw::Legacy).is_ok());
-        assert!(turned.mass(MeshLaw::Convex).unwrap_err().contains("convex"));
+        assert!((turned.mass(MeshLaw::Convex).unwrap().volume - 1.0).abs() < 1e-12);
+        assert!(flat.mass(MeshLaw::Convex).unwrap_err().contains("one plane"));
     }
 
     #[test]

@@ -1,10 +1,12 @@
 //! MJCF, the robot format of MuJoCo: import and export of the content that matters for cables.
 
+mod attach;
 mod body;
 mod compiler;
 mod defaults;
 mod export;
 mod geom;
+mod hull;
 mod import;
 mod import_state;
 mod inertia;

@@ -15,13 +15,18 @@ use alloc::vec::Vec;
 /// Largest number of elements that copies may add, which bounds memory.
 const MOST: usize = 100_000;
 
-/// Replaces every `replicate` by a frame with its copies, innermost first.
+/// Replaces every `replicate` by a frame with its copies: the first before the second, what stands in one
+/// before it.
 pub(super) fn expand(tree: &mut Tree, compiler: &Compiler) -> Result<(), DescriptionError> {
-    let written = tree.elements.len();
-    // Descendants follow their element in the list.
-    for index in (0..written).rev() {
+    let most = tree.elements.len() + MOST;
+    let (mut backwards, mut open) = (Vec::new(), Vec::from([0]));
+    while let Some(at) = open.pop() {
+        backwards.push(at);
+        open.extend(&tree.elements[at].children);
+    }
+    for index in backwards.into_iter().rev() {
         if tree.elements[index].name == "replicate" {
-            copies(tree, index, written + MOST, compiler)?;
+            copies(tree, index, most, compiler)?;
         }
     }
     Ok(())

@@ -197,7 +197,20 @@ fn mass_and_inertia_of_meshes_are_those_of_mujoco() {
             4.062_505_090_931_6e-3,
         ],
     );
+    let hull = (
+        0.942_500_034_170_225,
+        [0.299_735_770_036_359_1, 0.018_548_767_045_871_51, 0.002_616_046_964_743_965],
+        [
+            3.073_695_991_146_492e-3,
+            1.861_906_030_247_235_6e-3,
+            3.387_352_372_207_711e-3,
+            -3.748_091_896_079e-5,
+            -3.963_704_861_778e-5,
+            1.768_018_166_821_8e-4,
+        ],
+    );
     let inline = format!("vertex=\"{CORNERS}\" face=\"{FACES}\"");
+    let corners = format!("vertex=\"{CORNERS}\"");
     let numbers = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
     let lines = |letter: &str, text: &str, add: i32| -> String {
         let numbers: Vec<String> = match add {
@@ -208,13 +221,18 @@ fn mass_and_inertia_of_meshes_are_those_of_mujoco() {
     };
     let file = lines("v", CORNERS, 0) + &lines("f", FACES, 1);
     let near = |a: f64, b: f64, size: f64| (a - b).abs() < 1e-9 * size;
-    for source in [inline.as_str(), "file=\"m.stl\""] {
+    for source in [inline.as_str(), "file=\"m.stl\"", &corners] {
+        let of_faces = source != corners;
         for (law, (mass, center, tensor)) in [
-            ("", enclosed),
-            ("inertia=\"exact\"", enclosed),
-            ("inertia=\"legacy\"", enclosed),
+            ("", if of_faces { enclosed } else { hull }),
+            ("inertia=\"exact\"", if of_faces { enclosed } else { hull }),
+            ("inertia=\"legacy\"", if of_faces { enclosed } else { hull }),
+            ("inertia=\"convex\"", hull),
             ("inertia=\"shell\"", surface),
-        ] {
+        ]
+        .into_iter()
+        .filter(|(law, _)| of_faces || !law.contains("shell"))
+        {
             let text = meshed(source, law, "density=\"500\"");
             let found = from_mjcf("m.xml", &text, &mut |name| {
                 assert_eq!(name, "m.stl");
@@ -231,7 +249,8 @@ fn mass_and_inertia_of_meshes_are_those_of_mujoco() {
         }
         let text = meshed(source, "", "mass=\"2\"");
         let body = from_mjcf("m.xml", &text, &mut |_| Ok(file.clone())).unwrap().parts.bodies[1].clone();
-        assert!(near(body.mass, 2.0, 2.0) && near(body.inertia[0], enclosed.2[0] * 2.0 / enclosed.0, 1.0));
+        let (mass, _, tensor) = if of_faces { enclosed } else { hull };
+        assert!(near(body.mass, 2.0, 2.0) && near(body.inertia[0], tensor[0] * 2.0 / mass, 1.0));
     }
 }
 
@@ -245,8 +264,8 @@ fn a_mesh_whose_mass_is_needed_and_not_known_is_refused_with_its_line_and_the_wa
     for (source, law, geom, file, words) in [
         ("file=\"m.stl\"", "", "", none.clone(), "`m.stl`: cannot be read"),
         ("file=\"m.stl\"", "", "", Ok("v 0 0\n".to_owned()), "line `v 0 0`"),
-        (&*inline, "inertia=\"convex\"", "", none.clone(), "inertia=\"convex\""),
-        (&*format!("vertex=\"{CORNERS}\""), "", "", none.clone(), "vertices with faces"),
+        ("builtin=\"sphere\" params=\"1\"", "", "", none.clone(), "expected a file, or vertices"),
+        ("vertex=\"0 0 0 1 0 0 0 1 0 1 1 0\"", "", "", none.clone(), "corners in one plane"),
         (&*inline.replace("3 1 5", "3 1 9"), "", "", none.clone(), "corner 9"),
         (&*inline, "inertia=\"solid\"", "", none.clone(), "solid"),
     ] {
