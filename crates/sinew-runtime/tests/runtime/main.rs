@@ -10,3 +10,4 @@ mod device_tables;
 mod link;
 mod link_stops;
 mod segment;
+mod servos_protocol;

@@ -24,7 +24,7 @@ use alloc::vec::Vec;
 /// | C, t_v | compliance of the cable, [`TIME_CONSTANT`]                          | m/N, s |
 /// | t_r, v_u, T_s | [`SafetyLimits::pretension_time`](crate::machine::SafetyLimits), [`MuscleLimits`](super::MuscleLimits) | s, m/s, N |
 ///
-/// The limb is carried where it is: the tensions balance it in its measured pose. It ends once every tension
+/// Where a tension is not measured, `T` is that of the motor's current. The limb is carried where it is: the tensions balance it in its measured pose. It ends once every tension
 /// is [`REACHED`] of its target, at once where the cables are tense already. No winch pays out.
 ///
 /// # Source
@@ -168,7 +168,7 @@ impl Pretension {
                 fault = fault.or(Some(NamedFault::new(Fault::TensionSensor(k), Symptom::Lost)));
             }
             let change = (measured - core::mem::replace(&mut self.previous[k], measured)).abs();
-            if change > gains.implausible_step(measured) {
+            if gains.load_cell && change > gains.implausible_step(measured) {
                 fault = fault.or(Some(NamedFault::new(Fault::TensionSensor(k), Symptom::Jumped)));
             }
             *drive = DriveCommand::Velocity(self.speed[k]);

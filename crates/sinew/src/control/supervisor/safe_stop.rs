@@ -60,13 +60,14 @@ impl SafeStop {
     }
 
     /// Begins with the commands of the cycle before and the tensions that were accepted in it, N, NaN where a
-    /// load cell was rejected: it is not used in the stop either.
-    pub(super) fn begin(&mut self, drives: &[DriveCommand], accepted: &[f64]) {
+    /// load cell was rejected: it is not used in the stop either. Without a load cell it is the tension of the
+    /// motor's current that is used.
+    pub(super) fn begin(&mut self, gains: &ArmGains, drives: &[DriveCommand], accepted: &[f64]) {
         (self.time, self.is_down) = (0.0, false);
         self.braked.fill(false);
         self.previous.fill(f64::NAN);
-        for (measured, accepted) in self.measured.iter_mut().zip(accepted) {
-            *measured = accepted.is_finite();
+        for ((measured, accepted), gains) in self.measured.iter_mut().zip(accepted).zip(&gains.muscles) {
+            *measured = accepted.is_finite() || !gains.load_cell;
         }
         for (speed, drive) in self.speed.iter_mut().zip(drives) {
             *speed = match drive {
@@ -111,7 +112,8 @@ impl SafeStop {
         let lowering = self.time > safety.holding_time && received && !self.is_down;
         for (k, (previous, measured)) in self.previous.iter_mut().zip(&mut self.measured).enumerate() {
             let change = (tension[k] - core::mem::replace(previous, tension[k])).abs();
-            *measured &= change.is_nan() || change <= gains.muscles[k].implausible_step(tension[k]);
+            let gains = &gains.muscles[k];
+            *measured &= change.is_nan() || change <= gains.implausible_step(tension[k]) || !gains.load_cell;
         }
         let unknown = |k: usize| !self.measured[k] || tension[k].is_nan();
         let low = |k: usize| !unknown(k) && tension[k] <= gains.muscles[k].slack_tension;
@@ -173,7 +175,7 @@ mod tests {
             limits.muscles.iter_mut().for_each(|muscle| muscle.lowering_speed = 0.01);
             (limits.safety.holding_time, limits.safety.lowering_time) = (0.5, 2.0);
             let mut stop = SafeStop::new(2);
-            stop.begin(&drives, &[0.0; 2]);
+            stop.begin(&gains, &drives, &[0.0; 2]);
             Self { stop, gains, limits }
         }
 
