@@ -32,11 +32,7 @@ fn open(address: &str) -> Result<Box<dyn Wire>, BusError> {
 struct TextWire(UdpSocket);
 
 impl Wire for TextWire {
-    fn operate<'a>(
-        &'a mut self,
-        machine: &Machine,
-        _: &Devices,
-    ) -> Result<Box<dyn Plant + 'a>, BusError> {
+    fn operate<'a>(&'a mut self, machine: &Machine, _: &Devices) -> Result<Box<dyn Plant + 'a>, BusError> {
         let patience = self.0.set_read_timeout(Some(Duration::from_nanos(machine.period_ns() / 2)));
         patience.map_err(|error| BusError::System(error.into()))?;
         let (line, muscles) = (String::with_capacity(4096), machine.muscles.len());

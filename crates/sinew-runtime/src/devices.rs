@@ -45,7 +45,15 @@ impl BusReader for DeviceTables {
     fn keys(&self) -> BusKeys {
         BusKeys {
             device: &[
-                "id", "model", "port", "baud", "vendor", "product", "revision", "revision_rule", "alias",
+                "id",
+                "model",
+                "port",
+                "baud",
+                "vendor",
+                "product",
+                "revision",
+                "revision_rule",
+                "alias",
             ],
             drive: &["operating_mode", "synchronization"],
             channel: &["value", "status"],
@@ -60,7 +68,8 @@ impl BusReader for DeviceTables {
     ) -> Result<(), DescriptionError> {
         let [servo, other] = ["id", "vendor"].map(|key| device.entry(key));
         let (is_servo, first) = (servo.is_some(), self.count == 0);
-        let other_kind = if self.servos.is_empty() { servo.as_ref().filter(|_| !first) } else { other.as_ref() };
+        let other_kind =
+            if self.servos.is_empty() { servo.as_ref().filter(|_| !first) } else { other.as_ref() };
         if let Some(entry) = other_kind {
             return Err(entry.refuse("devices of one bus: all servos, or all on EtherCAT"));
         }

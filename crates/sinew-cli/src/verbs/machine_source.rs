@@ -90,11 +90,7 @@ fn role_of(file: &FileReference<'_>) -> String {
     file.included_by.map_or_else(|| file.path.to_owned(), |by| format!("{} in {by}", file.path))
 }
 
-fn build(
-    path: &Path,
-    text: &str,
-    texts: &mut Texts<'_>,
-) -> Result<(MachineDescription, Devices), Error> {
+fn build(path: &Path, text: &str, texts: &mut Texts<'_>) -> Result<(MachineDescription, Devices), Error> {
     let name = path.display().to_string();
     let mut tables = DeviceTables::default();
     let described = match Format::from_path(path) {

@@ -3,8 +3,8 @@
 
 use crate::Error;
 use crate::calibrate::{cable_log, ended_early, networks};
-use crate::experiment::oracle_models;
 use crate::experiment::bench::{BenchRow, BenchRun, CalibrationRun, Programme, run_all};
+use crate::experiment::oracle_models;
 use rayon::prelude::*;
 use sinew::control::arm::MuscleGains;
 use sinew::control::compensation::NetworkCompensation;

@@ -13,7 +13,9 @@ use crate::experiment::arm::{TrackRun, TrackSession};
 use crate::experiment::{TrackSummary, oracle_models};
 use rayon::prelude::*;
 use sinew::control::arm::{ActuationMode, ArmController, ArmStatus, CableStateSource, Fault, synthesize};
+use sinew::control::supervisor::{Limits, Supervisor};
 use sinew::machine::{ControlRules, Machine};
+use sinew::predictor::CableModel;
 use sinew::trajectory::Trajectory;
 use sinew::twin::arm::ArmSpecimen;
 
@@ -72,7 +74,7 @@ const MAX_SLACK: f64 = 0.25;
 
 /// Finds rules with which sampled machines track a motion, and so many of its repeats as take 4 s; the
 /// controller has the designed body and the true parameters of their cables, which a calibration would
-/// identify.
+/// identify; cables without a load cell are as designed.
 ///
 /// # Errors
 /// [`Error::Physics`] where trajectory and machine do not belong together.
@@ -198,7 +200,7 @@ fn simulate(
     (trajectory, repeats): (&Trajectory, u32),
     poses: &[Vec<f64>],
 ) -> Result<Simulated, Error> {
-    let models = oracle_models(built);
+    let models = known_models(machine, built)?;
     let (gains, found) = synthesize(machine, &models, poses)?;
     let limits = gains.tension_limits();
     let mode = ActuationMode::WinchSpeed(CableStateSource::Observer);
@@ -217,7 +219,9 @@ fn simulate(
         seed: FIRST_SEED,
     };
     // What a machine does after its stop is nothing to judge.
-    let (mut session, mut stopped) = (TrackSession::new(&run, controller)?, false);
+    let limits = Limits::of_gains(controller.gains()).with_drives_of_unmeasured(machine);
+    let supervisor = Supervisor::new(controller, limits)?;
+    let (mut session, mut stopped) = (TrackSession::supervised(&run, supervisor)?, false);
     while !stopped && session.step(|row| stopped = matches!(row.command.status, ArmStatus::Stopped(_)))? {}
     let summary = session.finish();
     let dead_bands: Vec<f64> = found.joints.iter().map(|joint| joint.dead_band).collect();
@@ -227,6 +231,18 @@ fn simulate(
         joint_errors: summary.joint_error.iter().map(|error| error.max).collect(),
         fraction_of_limits: error.max(summary.slack.0 / MAX_SLACK),
     })
+}
+
+/// The true parameters of the cables, which a calibration would identify; without a load cell, as designed.
+fn known_models(machine: &Machine, built: &ArmSpecimen) -> Result<Vec<CableModel>, Error> {
+    let mut models = oracle_models(built);
+    let designed = oracle_models(&ArmSpecimen::nominal(machine)?);
+    for ((model, designed), muscle) in models.iter_mut().zip(designed).zip(&machine.muscles) {
+        if !muscle.drive.has_load_cell {
+            *model = designed;
+        }
+    }
+    Ok(models)
 }
 
 /// How well a run tracks the motion, and what is wrong with it.

@@ -41,8 +41,9 @@ impl Wire for Interface {
             Some(link) => link,
             None => RawSocketLink::open(&self.name)?,
         };
-        let matched =
-            Master::new(&self.storage, link)?.match_devices(&devices.ethercat).map_err(EthercatError::from)?;
+        let matched = Master::new(&self.storage, link)?
+            .match_devices(&devices.ethercat)
+            .map_err(EthercatError::from)?;
         Ok(Box::new(matched.operate(machine)?))
     }
 }

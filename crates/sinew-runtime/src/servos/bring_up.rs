@@ -98,9 +98,13 @@ impl<L: Lines> Configuring<'_, '_, L> {
         let registers = device.model.registers;
         let name = || device.name.clone();
         let number = self.exchange.ping(self.line, device.id).map_err(|source| self.port(source))?;
-        let number = number.ok_or_else(|| self.silent())?;
+        let number = number.ok_or_else(|| self.device.silent())?;
         if device.model.number.is_some_and(|expected| expected != number) {
-            return Err(ServoError::Model { device: name(), got: number, expected: device.model.name.clone() });
+            return Err(ServoError::Model {
+                device: name(),
+                got: number,
+                expected: device.model.name.clone(),
+            });
         }
         let error = self.read(registers.hardware_error, 1)?;
         if error != 0 {
@@ -127,7 +131,13 @@ impl<L: Lines> Configuring<'_, '_, L> {
     }
 
     /// Writes a value where another one stands, and reads it back.
-    fn set(&mut self, register: &'static str, address: u16, octets: u16, value: i64) -> Result<(), ServoError> {
+    fn set(
+        &mut self,
+        register: &'static str,
+        address: u16,
+        octets: u16,
+        value: i64,
+    ) -> Result<(), ServoError> {
         if self.read(address, octets)? == value {
             return Ok(());
         }
@@ -136,18 +146,25 @@ impl<L: Lines> Configuring<'_, '_, L> {
         if got == value { Ok(()) } else { Err(self.refused(register, value, format!("reads back as {got}"))) }
     }
 
-    fn write(&mut self, register: &'static str, address: u16, octets: u16, value: i64) -> Result<(), ServoError> {
+    fn write(
+        &mut self,
+        register: &'static str,
+        address: u16,
+        octets: u16,
+        value: i64,
+    ) -> Result<(), ServoError> {
         let data = value.to_le_bytes();
         let parts = [&address.to_le_bytes()[..], &data[..usize::from(octets)]];
         let answer = self.exchange.ask((self.line, self.device.id), WRITE, &parts);
-        let (error, _) = answer.map_err(|source| self.port(source))?.ok_or_else(|| self.silent())?;
+        let (error, _) = answer.map_err(|source| self.port(source))?.ok_or_else(|| self.device.silent())?;
         if error & 0x7f == 0 { Ok(()) } else { Err(self.refused(register, value, status(error))) }
     }
 
     fn read(&mut self, address: u16, octets: u16) -> Result<i64, ServoError> {
         let parts = [&address.to_le_bytes()[..], &octets.to_le_bytes()];
         let answer = self.exchange.ask((self.line, self.device.id), READ, &parts);
-        let (error, data) = answer.map_err(|source| self.port(source))?.ok_or_else(|| self.silent())?;
+        let (error, data) =
+            answer.map_err(|source| self.port(source))?.ok_or_else(|| self.device.silent())?;
         if data.len() != usize::from(octets) {
             return Err(self.refused("reading of address", i64::from(address), status(error)));
         }
@@ -158,11 +175,6 @@ impl<L: Lines> Configuring<'_, '_, L> {
 
     fn refused(&self, register: &'static str, value: i64, reason: String) -> ServoError {
         ServoError::Refused { device: self.device.name.clone(), register, value, reason }
-    }
-
-    fn silent(&self) -> ServoError {
-        let ServoDevice { name, id, baud, .. } = self.device;
-        ServoError::Silent { device: name.clone(), id: *id, baud: *baud }
     }
 
     fn port(&self, source: io::Error) -> ServoError {

@@ -47,6 +47,10 @@ struct Line {
 const SILENT_CYCLES: u32 = 3;
 /// Since the beginning of a cycle, when answers are waited for no longer: a fraction of the period.
 const READ_FRACTION: f64 = 0.5;
+/// Time for the answers before the first cycle, ns.
+const PATIENCE: u64 = 40_000_000;
+/// Part of the period that a line may be busy.
+const LINE_FRACTION: f64 = 0.95;
 /// Codes of [`BusFault::NotReady`].
 pub(super) const SILENT: u16 = 0;
 pub(super) const WITHOUT_TORQUE: u16 = 1;
@@ -67,6 +71,9 @@ impl<L: Lines> ServoBus<L> {
     /// # Errors
     /// The first servo that is missing, another one, faulty, or does not take what it is told.
     pub fn start(mut lines: L, machine: &Machine, devices: &[ServoDevice]) -> Result<Self, ServoError> {
+        if let Some(of) = machine.devices.iter().find(|of| !of.channels().is_empty()) {
+            return Err(ServoError::Sensor { device: of.name.clone() });
+        }
         if devices.len() != machine.devices.iter().filter(|of| of.driven_muscle().is_some()).count() {
             return Err(ServoError::OtherBus);
         }
@@ -103,18 +110,16 @@ impl<L: Lines> ServoBus<L> {
         Ok(bus)
     }
 
-    /// Finds out whether the servos of every line answer a fast sync read, and that all answer.
+    /// Finds out whether the servos of every line answer a fast sync read, and that all answer in time.
     fn probe(&mut self) -> Result<(), ServoError> {
         let mut feedback = Feedback::new(self.muscles, 0);
         for _ in 0..2 {
             for _ in 0..MIN_CYCLES {
-                self.read(&mut feedback);
-                if self.servos.iter().all(|servo| servo.silent == 0) {
-                    return Ok(());
-                }
-                self.asked = false;
-                self.begin = self.begin.saturating_add(self.period);
-                self.lines.rest_until(self.begin);
+                self.lines.begin_cycle(self.period);
+                self.exchange(None);
+                let deadline = self.lines.now() + PATIENCE;
+                self.gather(deadline, &mut feedback);
+                self.begin = self.lines.now();
             }
             for (line, of) in self.per_line.iter_mut().enumerate() {
                 // Old firmware does not know it.
@@ -122,10 +127,24 @@ impl<L: Lines> ServoBus<L> {
                 of.fast = of.fast && !silent;
             }
         }
-        let silent = self.servos.iter().find(|servo| servo.silent > 0);
-        silent.map_or(Ok(()), |Slot { device, .. }| {
-            Err(ServoError::Silent { device: device.name.clone(), id: device.id, baud: device.baud })
-        })
+        self.asked = false;
+        if let Some(Slot { device, .. }) = self.servos.iter().find(|servo| servo.silent > 0) {
+            return Err(device.silent());
+        }
+        for (line, of) in self.per_line.iter().enumerate() {
+            let Some(Slot { device, .. }) = self.servos.iter().find(|servo| servo.line == line) else {
+                continue;
+            };
+            let (servos, each) = (of.order.len(), if of.fast { READING + 4 } else { READING + 11 });
+            let octets = 2 * 14 + 6 * servos + 8 + each * servos;
+            let needed = (octets * 10) as f64 / f64::from(device.baud);
+            let period = self.period as f64 * 1e-9;
+            if needed > LINE_FRACTION * period {
+                let (device, baud) = (device.name.clone(), device.baud);
+                return Err(ServoError::Slow { device, servos, baud, needed, period });
+            }
+        }
+        Ok(())
     }
 
     /// The lines.
@@ -239,6 +258,16 @@ impl<L: Lines> ServoBus<L> {
         octets
     }
 
+    /// Collects the answers of all lines until a deadline, ns; what is wrong.
+    fn gather(&mut self, deadline: u64, feedback: &mut Feedback) -> Option<BusFault> {
+        let octets: usize = (0..self.per_line.len()).map(|line| self.collect(line, deadline)).sum();
+        feedback.clear();
+        if octets == 0 || self.lost {
+            return Some(BusFault::Lost);
+        }
+        self.take_over(feedback).or(self.lines.injected())
+    }
+
     /// Takes over the readings of the servos that answered; the first thing that is wrong.
     fn take_over(&self, feedback: &mut Feedback) -> Option<BusFault> {
         let age = self.commanded.map_or(f64::NAN, |at| self.begin.saturating_sub(at) as f64 * 1e-3);
@@ -249,9 +278,11 @@ impl<L: Lines> ServoBus<L> {
             let not_ready = |code, muscle| BusFault::NotReady { device, code, muscle };
             if servo.silent > 0 {
                 // One that is silent for long is missing; until then its reading is bridged.
-                let muscle = (servo.silent >= SILENT_CYCLES).then_some(muscle);
-                silent = if muscle.is_some() { fault = fault.or(Some(not_ready(SILENT, muscle))); silent }
-                    else { silent.or(Some(not_ready(SILENT, None))) };
+                if servo.silent >= SILENT_CYCLES {
+                    fault = fault.or(Some(not_ready(SILENT, Some(muscle))));
+                } else {
+                    silent = silent.or(Some(not_ready(SILENT, None)));
+                }
                 continue;
             }
             let reading = servo.reading;
@@ -350,14 +381,7 @@ impl<L: Lines> Plant for ServoBus<L> {
             self.exchange(None);
         }
         let deadline = self.begin + (self.period as f64 * READ_FRACTION) as u64;
-        let octets: usize = (0..self.per_line.len()).map(|line| self.collect(line, deadline)).sum();
-        feedback.clear();
-        let fault = if octets == 0 || self.lost {
-            Some(BusFault::Lost)
-        } else {
-            self.take_over(feedback).or(self.lines.injected())
-        };
-        Exchange { fault }
+        Exchange { fault: self.gather(deadline, feedback) }
     }
 
     fn write(&mut self, commands: &[DriveCommand]) {

@@ -1,5 +1,6 @@
 //! What identifies a machine's servos.
 
+use super::error::ServoError;
 use super::model::{BAUD, Model};
 use sinew::machine::{Device, DeviceRole, DriveDevice, DriveMode, Machine};
 
@@ -83,6 +84,11 @@ impl ServoDevice {
         let ratio = machine.muscles[self.drive.muscle].drive.reducer.ratio;
         self.drive.counts_per_turn = (self.model.counts / ratio).copysign(self.drive.counts_per_turn);
         self
+    }
+
+    /// That nothing answers in its place.
+    pub(super) fn silent(&self) -> ServoError {
+        ServoError::Silent { device: self.name.clone(), id: self.id, baud: self.baud }
     }
 
     /// The ports of servos, each once, in their order.

@@ -19,6 +19,15 @@ pub enum ServoError {
     /// The machine file describes devices of another bus.
     #[error("the devices of the machine file are no servos: expected `id` and `model` in each [[device]]")]
     OtherBus,
+    /// A sensor that no servo has.
+    #[error(
+        "{device}: no servo measures it: expected load_cell = \"none\" and none = true in \
+        [every_joint_encoder]"
+    )]
+    Sensor {
+        /// Name of the device.
+        device: String,
+    },
     /// Servos of one line that cannot be asked together.
     #[error("{device} and {other} are on one line: expected {expected}")]
     Line {
@@ -38,6 +47,21 @@ pub enum ServoError {
         id: u8,
         /// Rate of the line.
         baud: u32,
+    },
+    /// A line is too slow for the period.
+    #[error("{device} and all {servos} of its line: {baud} bit/s take {:.3} ms of a cycle of {:.3} ms: expected \
+        a longer period_s, a higher baud or another port", 1e3 * needed, 1e3 * period)]
+    Slow {
+        /// Name of the first device.
+        device: String,
+        /// Servos of the line.
+        servos: usize,
+        /// Rate of the line.
+        baud: u32,
+        /// What a cycle takes, s.
+        needed: f64,
+        /// The machine's period, s.
+        period: f64,
     },
     /// Another model answers.
     #[error("{device}: model number {got}: expected {expected}")]
@@ -71,11 +95,10 @@ pub enum ServoError {
     },
 }
 
-
 /// The bits of a hardware error status in words.
-#[must_use]
-pub fn hardware(error: u8) -> String {
-    let known = [(0, "input voltage"), (2, "overheating"), (3, "encoder"), (4, "electrical shock"), (5, "overload")];
+pub(super) fn hardware(error: u8) -> String {
+    let known =
+        [(0, "input voltage"), (2, "overheating"), (3, "encoder"), (4, "electrical shock"), (5, "overload")];
     let set = known.iter().filter(|(bit, _)| error >> bit & 1 == 1).map(|(_, name)| *name);
     let words = set.collect::<Vec<_>>().join(", ");
     if words.is_empty() { format!("hardware error {error:#04x}") } else { words }

@@ -12,9 +12,8 @@ const RATE: Domain = Domain::new("9600, 57600, 115200 or 1, 2, 3, 4, 4.5 million
     BAUD.iter().any(|rate| f64::from(*rate).to_bits() == x.to_bits())
 });
 const NUMBER: Domain = Domain::new("a whole number in 0..=0xffff", |x| is_whole(x, 65_535.0));
-const VELOCITIES: Domain = Domain::new("a whole number in 1..=0x7fffffff", |x| {
-    x >= 1.0 && is_whole(x, f64::from(i32::MAX))
-});
+const VELOCITIES: Domain =
+    Domain::new("a whole number in 1..=0x7fffffff", |x| x >= 1.0 && is_whole(x, f64::from(i32::MAX)));
 const POSITIVE: Domain = Domain::new("a number > 0", |x| x > 0.0);
 const NOT_NEGATIVE: Domain = Domain::new("a number >= 0", |x| x >= 0.0);
 
@@ -99,7 +98,8 @@ impl BusReader for DeviceTables {
         listing.number("id", id, source(&entry));
         let model = model(&device.required("model")?, device)?;
         listing.text("model", &model.name, source(&entry));
-        let port = device.entry("port").map(|entry| entry.text("the path of a serial port").map(str::to_owned));
+        let port =
+            device.entry("port").map(|entry| entry.text("the path of a serial port").map(str::to_owned));
         let baud = device.entry("baud").map_or(Ok(f64::from(BAUD[3])), |entry| entry.number(RATE))?;
         let extended = listing.word(device, "operating_mode", (&["velocity", "extended_position"], 0))? == 1;
         let counts = device.entry("counts_per_turn").map(|entry| -> Result<_, DescriptionError> {

@@ -186,7 +186,10 @@ impl Decoder {
                         block.map(|[error, id]| {
                             let done = to == end;
                             self.blocks = if done { 0 } else { self.blocks };
-                            (done.then_some(end), Found { id, instruction, error, data: [from + 2, to - CRC] })
+                            (
+                                done.then_some(end),
+                                Found { id, instruction, error, data: [from + 2, to - CRC] },
+                            )
                         })
                     }
                 }

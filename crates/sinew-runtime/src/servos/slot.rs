@@ -3,7 +3,7 @@
 use super::bring_up::READING;
 use super::device::{OperatingMode, ServoDevice};
 use super::model::Registers;
-use sinew::drive::{DriveCommand, DriveParameters, SpeedControl, MeasuredShaft};
+use sinew::drive::{DriveCommand, DriveParameters, MeasuredShaft, SpeedControl};
 use sinew::machine::DriveDevice;
 
 /// One servo of a running machine.

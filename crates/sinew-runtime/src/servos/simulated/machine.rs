@@ -32,7 +32,7 @@ struct Place {
 }
 
 /// Speed with which a servo approaches a position, per s.
-const POSITION_GAIN: f64 = 20.0;
+const POSITION_GAIN: f64 = 80.0;
 
 impl SimulatedMachine {
     /// A machine as built; `machine` is its design. Its servos are on one line for each of `ports`, which
@@ -54,7 +54,8 @@ impl SimulatedMachine {
                 let (drive, parameters) = (device.drive, machine.muscles[device.drive.muscle].drive);
                 servos.push(Place { chain, servo, drive, parameters });
             }
-            let simulated = on_port().map(|device| SimulatedServo::new(device.model.clone(), device.id, number));
+            let simulated =
+                on_port().map(|device| SimulatedServo::new(device.model.clone(), device.id, number));
             chains.push(SimulatedChain::new(simulated.collect(), (!heard).then_some(baud)));
         }
         let commands = vec![DriveCommand::Brake; machine.muscles.len()];
@@ -102,7 +103,8 @@ impl SimulatedMachine {
             return;
         }
         for place in servos.iter() {
-            let Some(servo) = chains.get(place.chain).and_then(|chain| chain.servos().get(place.servo)) else {
+            let Some(servo) = chains.get(place.chain).and_then(|chain| chain.servos().get(place.servo))
+            else {
                 continue;
             };
             commands[place.drive.muscle] = place.command(servo, &self.arm);
@@ -117,7 +119,9 @@ impl SimulatedMachine {
         for place in &self.servos {
             let muscle = place.drive.muscle;
             let chain = self.chains.get_mut(place.chain);
-            let Some(servo) = chain.and_then(|chain| chain.servos_mut().get_mut(place.servo)) else { continue };
+            let Some(servo) = chain.and_then(|chain| chain.servos_mut().get_mut(place.servo)) else {
+                continue;
+            };
             let angle = place.motor_angle(&self.arm);
             if !angle.is_finite() {
                 servo.raise(ENCODER);

@@ -52,8 +52,8 @@ pub struct Supervisor {
     /// Of every muscle without a load cell the tension that its motor's current tells, of others the measured
     /// one, N: `[muscles]`.
     tension: Vec<f64>,
-    /// Currents of the motors, A, NaN where they are not known: `[muscles]`.
-    current: Vec<f64>,
+    /// Currents of the motors as read last, and smoothed, A, NaN where they are not known: `[muscles]`.
+    current: Vec<[f64; 2]>,
     /// Time for which no readings have come, s.
     lost_for: f64,
     /// Lateness of the cycles of about the last second, of each a period at most, s.
@@ -66,6 +66,10 @@ pub struct Supervisor {
 const LATE_FRACTION: f64 = 0.25;
 /// s: time in which late cycles are forgotten.
 const LATENESS_MEMORY: f64 = 1.0;
+
+/// s: time constant with which currents are smoothed, since most of a single one may be that of a rotor's
+/// acceleration.
+const CURRENT_SMOOTHING: f64 = 0.05;
 
 /// What the conditions of the transitions are at present.
 struct Conditions {
@@ -116,7 +120,7 @@ impl Supervisor {
             drives: vec![DriveCommand::Off; muscles],
             muscles: vec![MuscleState::Relaxed; muscles],
             tension: vec![f64::NAN; muscles],
-            current: vec![f64::NAN; muscles],
+            current: vec![[f64::NAN; 2]; muscles],
             lost_for: 0.0,
             late_by: 0.0,
             late: 0.0,
@@ -206,7 +210,7 @@ impl Supervisor {
     /// [`Error::WrongLength`] for another number of muscles.
     pub fn set_currents(&mut self, current: &[f64]) -> Result<(), Error> {
         check_length("currents", current.len(), self.current.len())?;
-        self.current.copy_from_slice(current);
+        self.current.iter_mut().zip(current).for_each(|([read, _], current)| *read = *current);
         Ok(())
     }
 
@@ -226,7 +230,7 @@ impl Supervisor {
         self.controller.check(measurement, reference)?;
         self.take(request);
         let found = self.detect(h, measurement, exchange);
-        self.take_tensions(measurement.tension);
+        self.take_tensions(h, measurement.tension);
         let tension = core::mem::take(&mut self.tension);
         // An observer begins with what the current tells, and is not corrected by it.
         let seen = if self.mode.is_controlled() { measurement.tension } else { &tension };
@@ -244,13 +248,16 @@ impl Supervisor {
     }
 
     /// The measured tensions, and of muscles without a load cell those of their motors' currents.
-    fn take_tensions(&mut self, measured: &[f64]) {
+    fn take_tensions(&mut self, h: f64, measured: &[f64]) {
         let Self { tension, current, limits, controller, drives, .. } = self;
         let muscles = limits.muscles.iter().zip(&controller.gains().muscles).zip(drives);
         for (k, ((limit, gains), drive)) in muscles.enumerate() {
             let speed = if let DriveCommand::Velocity(speed) = drive { *speed } else { 0.0 };
+            let [read, smooth] = &mut current[k];
+            let change = (h / CURRENT_SMOOTHING).min(1.0) * (*read - *smooth);
+            *smooth = if change.is_nan() { *read } else { *smooth + change };
             tension[k] = match &limit.motor {
-                Some((drive, _)) if !gains.load_cell => drive.tension_by_current(current[k], speed),
+                Some((drive, _)) if !gains.load_cell => drive.tension_by_current(*smooth, speed),
                 _ => measured[k],
             };
         }

@@ -155,7 +155,9 @@ impl Pretension {
             let slack = measured < limit.slack_tension && lacking > 0.0;
             let tighten = (lacking * self.compliance[k] / TIME_CONSTANT).min(limit.wind_in_speed);
             let speed = if slack { limit.wind_in_speed } else { tighten };
-            let most = h * gains.max_winch_acceleration;
+            // Gently where the current tells the tension, so that little of it accelerates the rotor.
+            let gentle = if gains.load_cell { f64::INFINITY } else { limit.wind_in_speed / TIME_CONSTANT };
+            let most = h * gains.max_winch_acceleration.min(gentle);
             self.speed[k] += (speed - self.speed[k]).clamp(-most, most);
             self.taken[k] += h * self.speed[k];
             // Beyond the stretch at its target it is slack that was wound in.

@@ -250,7 +250,7 @@ mod tests {
         let [jumped, _] = machine.speeds([2.0, TENSE]);
         assert!((jumped + 0.01).abs() < 1e-12, "{jumped}");
         let mut machine = Machine::standing();
-        machine.stop.begin(&[DriveCommand::Velocity(0.0); 2], &[f64::NAN, TENSE]);
+        machine.stop.begin(&machine.gains, &[DriveCommand::Velocity(0.0); 2], &[f64::NAN, TENSE]);
         let mut machine = machine.after(HELD + 200, [2.0, TENSE]);
         let [unknown, _] = machine.speeds([2.0, TENSE]);
         assert!((unknown + 0.01).abs() < 1e-12 && !machine.stop.is_down, "{unknown}");
@@ -350,7 +350,11 @@ mod tests {
         machine.stop.brake(1);
         let mut machine = machine.after(HELD + 100, [1.0; 2]);
         assert!(machine.stop.is_down);
-        machine.stop.begin(&[DriveCommand::Velocity(0.02), DriveCommand::Velocity(0.0)], &[0.0; 2]);
+        machine.stop.begin(
+            &machine.gains,
+            &[DriveCommand::Velocity(0.02), DriveCommand::Velocity(0.0)],
+            &[0.0; 2],
+        );
         assert!(!machine.stop.is_down);
         for cycle in 1..=HELD {
             let expected = (0.02 - 2.0 * H * cycle as f64).max(0.0);

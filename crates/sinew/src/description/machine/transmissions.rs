@@ -267,7 +267,8 @@ impl<'d> Reader<'d, '_> {
         }
         // That others have none says nothing about this one.
         let given = |table: &&Table<'_>| table.entry("load_cell").is_some_and(|entry| !entry.is_text());
-        let tables = self.layers.iter().filter(given).filter_map(|table| table.table("load_cell").transpose());
+        let tables =
+            self.layers.iter().filter(given).filter_map(|table| table.table("load_cell").transpose());
         let tables = tables.collect::<Result<Vec<_>, _>>()?;
         tables.iter().try_for_each(|table| table.check_keys(&keys(LOAD_CELL, &[])))?;
         let named = ("load_cell.", ValueSource::Default);
