@@ -91,7 +91,7 @@ fn a_cycle_over_serial_servos_allocates_nothing() {
     let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), setup.machine.period);
     let mut clock = VirtualClock::default();
     let before = ALLOCATIONS.get();
-    for _ in 0..700 {
+    for _ in 0..1000 {
         assert!(cycle.step(&mut clock, 0).unwrap().exchange.fault.is_none());
     }
     assert_eq!(ALLOCATIONS.get() - before, 0);

@@ -11,8 +11,8 @@ use sinew_session::BusFault;
 ///
 /// twin is the simulated machine without wires; segment adds an EtherCAT master and simulated EtherCAT
 /// devices in this process, chain a master of serial servos and simulated servos; ethercat drives the devices
-/// on a network interface, servos those on serial ports, which the machine file describes. Everything is planned and checked as by `sinew track` before the start. At the end the times of
-/// the cycle are shown.
+/// on a network interface, servos those on serial ports, which the machine file describes. Everything is
+/// planned and checked as by `sinew track` before the start. At the end the times of the cycle are shown.
 ///
 /// On --virtual-time the cycle does not wait for its deadlines: the results are bit-identical.
 ///

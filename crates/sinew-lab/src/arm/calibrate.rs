@@ -75,7 +75,7 @@ impl CalibrationProgramme {
 /// Identifies the observer model of every transmission of an arm from its own runs on the bench.
 ///
 /// Every fit starts from the parameters of `design`. A muscle whose design has an identified model
-/// ([`MuscleDesign::model`](sinew::machine::MuscleDesign::model)) keeps it, and one without a load cell, whose
+/// ([`MuscleDesign::model`](sinew::machine::MuscleDesign::model)) keeps it; one without a load cell, whose
 /// runs would show no tension, keeps its cable as designed.
 ///
 /// # Errors

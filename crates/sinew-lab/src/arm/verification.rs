@@ -7,7 +7,7 @@
 use super::feasibility::first_infeasibility;
 use super::outcome::{joint_errors, largest_bounded_error};
 use super::plan::plan_tour;
-use super::tracking::poses_along;
+use super::tracking::{INITIAL_REST_S, poses_along};
 use crate::Error;
 use crate::experiment::arm::{TrackRun, TrackSession};
 use crate::experiment::{TrackSummary, oracle_models};
@@ -203,6 +203,8 @@ fn simulate(
     let models = known_models(machine, built)?;
     let (gains, found) = synthesize(machine, &models, poses)?;
     let limits = gains.tension_limits();
+    // Without a load cell a run begins with a pretension.
+    let measured = machine.muscles.iter().all(|muscle| muscle.drive.has_load_cell);
     let mode = ActuationMode::WinchSpeed(CableStateSource::Observer);
     let controller =
         ArmController::new(&machine.robot, &models, gains, mode)?.with_sheath_bends(&built.bends)?;
@@ -213,7 +215,7 @@ fn simulate(
         tension_limits: &limits,
         trajectory,
         repeats,
-        before: REST[0],
+        before: if measured { REST[0] } else { INITIAL_REST_S },
         after: REST[1],
         faults: &[],
         seed: FIRST_SEED,

@@ -127,7 +127,6 @@ impl<L: Lines> ServoBus<L> {
                 of.fast = of.fast && !silent;
             }
         }
-        self.asked = false;
         if let Some(Slot { device, .. }) = self.servos.iter().find(|servo| servo.silent > 0) {
             return Err(device.silent());
         }
@@ -144,6 +143,8 @@ impl<L: Lines> ServoBus<L> {
                 return Err(ServoError::Slow { device, servos, baud, needed, period });
             }
         }
+        // The first cycle finds its readings as every other.
+        self.exchange(None);
         Ok(())
     }
 

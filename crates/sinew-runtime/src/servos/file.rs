@@ -96,8 +96,9 @@ impl BusReader for DeviceTables {
         }
         let id = entry.number(ID)?;
         listing.number("id", id, source(&entry));
-        let model = model(&device.required("model")?, device)?;
-        listing.text("model", &model.name, source(&entry));
+        let named = device.required("model")?;
+        let model = model(&named, device)?;
+        listing.text("model", &model.name, source(&named));
         let port =
             device.entry("port").map(|entry| entry.text("the path of a serial port").map(str::to_owned));
         let baud = device.entry("baud").map_or(Ok(f64::from(BAUD[3])), |entry| entry.number(RATE))?;

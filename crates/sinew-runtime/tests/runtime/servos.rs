@@ -15,6 +15,8 @@ use std::rc::Rc;
 
 /// s.
 const PERIOD: f64 = 4e-3;
+/// A cycle in the middle of the motion.
+const MIDDLE: u64 = 1000;
 const NAMES: [&str; 3] = ["bench_joint", "planar_leg", "finger"];
 
 /// A machine whose only sensors are those of its servos.
@@ -93,7 +95,8 @@ impl Lines for Watched {
 }
 
 fn setup(name: &str) -> (Setup, Vec<ServoDevice>) {
-    let setup = Setup::new(servo_machine(name), 3, &[]);
+    // The motion begins when the cables have their tensions.
+    let setup = Setup { before: 3.0, ..Setup::new(servo_machine(name), 3, &[]) };
     let servos = ServoDevice::simulated(&setup.machine);
     (setup, servos)
 }
@@ -166,7 +169,7 @@ fn stopped(setup: &Setup, watched: &Watched, servos: &[ServoDevice]) -> Option<(
         if let (None, ArmStatus::Stopped(fault)) = (&found, record.command.arm.status) {
             found = Some((cycles, record.exchange, format!("{fault:?}")));
         }
-        if found.is_some() && cycles > found.as_ref().unwrap().0 + 600 {
+        if found.is_some() && cycles > found.as_ref().unwrap().0 + 400 {
             still.push(watched.servos(SimulatedServo::position));
         }
     });
@@ -186,9 +189,9 @@ fn a_servo_that_fails_in_the_middle_of_a_motion_is_found_named_and_leads_to_a_sa
     let (setup, servos) = setup("planar_leg");
     // The second servo, in the middle of the motion.
     for act in [Act::Fault(1, Some(ServoFault::Silent)), Act::Reset(1), Act::Raise(1, OVERLOAD)] {
-        let watched = Watched::new(&setup, &servos).with(400, act);
+        let watched = Watched::new(&setup, &servos).with(MIDDLE, act);
         let (cycle, exchange, fault) = stopped(&setup, &watched, &servos).unwrap();
-        assert!((400..410).contains(&cycle), "{act:?}: {cycle}");
+        assert!((MIDDLE..MIDDLE + 10).contains(&cycle), "{act:?}: {cycle}");
         assert_eq!(fault, "Drive(1)", "{act:?}");
         let expected = match act {
             Act::Fault(..) => BusFault::NotReady { device: 1, code: 0, muscle: Some(1) },

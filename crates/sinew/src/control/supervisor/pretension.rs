@@ -24,8 +24,9 @@ use alloc::vec::Vec;
 /// | C, t_v | compliance of the cable, [`TIME_CONSTANT`]                          | m/N, s |
 /// | t_r, v_u, T_s | [`SafetyLimits::pretension_time`](crate::machine::SafetyLimits), [`MuscleLimits`](super::MuscleLimits) | s, m/s, N |
 ///
-/// Where a tension is not measured, `T` is that of the motor's current. The limb is carried where it is: the tensions balance it in its measured pose. It ends once every tension
-/// is [`REACHED`] of its target, at once where the cables are tense already. No winch pays out.
+/// Where a tension is not measured, `T` is that of the motor's current. The limb is carried where it is: the
+/// tensions balance it in its measured pose. It ends once every tension is [`REACHED`] of its target, at once
+/// where the cables are tense already. No winch pays out.
 ///
 /// # Source
 /// Our own.

@@ -60,8 +60,8 @@ impl SafeStop {
     }
 
     /// Begins with the commands of the cycle before and the tensions that were accepted in it, N, NaN where a
-    /// load cell was rejected: it is not used in the stop either. Without a load cell it is the tension of the
-    /// motor's current that is used.
+    /// load cell was rejected: it is not used in the stop either. Where there is none, the tension that the
+    /// motor's current tells is used.
     pub(super) fn begin(&mut self, gains: &ArmGains, drives: &[DriveCommand], accepted: &[f64]) {
         (self.time, self.is_down) = (0.0, false);
         self.braked.fill(false);
