@@ -232,7 +232,7 @@ impl<L: Lines> ServoBus<L> {
         order.iter().for_each(|k| servos[*k].silent = servos[*k].silent.saturating_add(1));
         while left > 0 {
             while let Some(packet) = decoder.next(fast.then_some(READING)) {
-                let of = order.iter().map(|k| *k).find(|k| servos[*k].device.id == packet.id);
+                let of = order.iter().copied().find(|k| servos[*k].device.id == packet.id);
                 let data = packet.data.first_chunk().filter(|_| packet.data.len() == READING);
                 if let (STATUS, Some(servo), Some(data)) = (packet.instruction, of, data)
                     && servos[servo].silent > 0

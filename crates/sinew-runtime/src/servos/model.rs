@@ -100,8 +100,11 @@ pub mod eeprom {
 /// Rates of a line, bit/s, by their number in the control table.
 pub const BAUD: [u32; 8] = [9600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
 
+/// Names and model numbers.
+type Names = &'static [(&'static str, u16)];
+
 /// Name and model number of those of the X series, by the unit of their current, A, 0 for none.
-const X: [(f64, u32, &[(&str, u16)]); 4] = [
+const X: [(f64, u32, Names); 4] = [
     (
         0.0,
         1023,

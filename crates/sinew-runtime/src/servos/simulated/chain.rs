@@ -16,7 +16,7 @@ pub struct SimulatedChain {
 #[derive(Debug, Clone)]
 struct Line {
     servos: Vec<SimulatedServo>,
-    /// Rate, bit/s; none: every servo hears everything, as on a pseudo-terminal.
+    /// Rate, bit/s; none: every servo hears everything at once, as on a pseudo-terminal.
     baud: Option<u32>,
     /// Octets that come back, where the answers in them end, and when these are complete, ns.
     answer: Vec<u8>,
@@ -28,15 +28,14 @@ struct Line {
 
 /// Octets under way, at most; more are lost.
 const CAPACITY: usize = 1 << 14;
-/// Rate of a line whose rate is not said, bit/s.
-const USUAL_BAUD: u32 = 1_000_000;
 /// Bits of an octet on the line.
 const BITS: u64 = 10;
 /// Pause before an answer of its own, ns.
 const GAP: u64 = 20_000;
 
 impl SimulatedChain {
-    /// A chain on a line of a rate, bit/s; none: every servo hears everything, as on a pseudo-terminal.
+    /// A chain on a line of a rate, bit/s; none: every servo hears everything at once, as on a
+    /// pseudo-terminal.
     #[must_use]
     pub fn new(servos: Vec<SimulatedServo>, baud: Option<u32>) -> Self {
         let (answer, due) = (Vec::with_capacity(2 * CAPACITY), Vec::with_capacity(CAPACITY / 8));
@@ -96,7 +95,7 @@ impl SimulatedChain {
 
 impl Line {
     fn time(&self, octets: usize) -> u64 {
-        octets as u64 * BITS * 1_000_000_000 / u64::from(self.baud.unwrap_or(USUAL_BAUD))
+        self.baud.map_or(0, |baud| octets as u64 * BITS * 1_000_000_000 / u64::from(baud))
     }
 
     fn carry_out(&mut self, id: u8, instruction: u8, parameters: &[u8], now: u64) {
@@ -196,7 +195,7 @@ impl Line {
             self.answer.truncate(start);
             return;
         }
-        self.free += if alone { servo.return_delay() + GAP } else { 0 };
+        self.free += if alone { servo.return_delay() + self.baud.map_or(0, |_| GAP) } else { 0 };
         self.free += self.time(self.answer.len() - start);
         self.due.push((self.answer.len(), self.free));
     }

@@ -67,8 +67,8 @@ impl Limits {
         }
     }
 
-    /// With the drives of those muscles of a machine that have no load cell: their currents tell when they are
-    /// tense.
+    /// With the drives of those muscles of a machine that have no load cell: their currents tell when they
+    /// are tense.
     #[must_use]
     pub fn with_drives_of_unmeasured(mut self, machine: &Machine) -> Self {
         for (limit, design) in self.muscles.iter_mut().zip(&machine.muscles) {
