@@ -6,7 +6,8 @@ use sinew_runtime::servos::protocol::{BROADCAST, Decoder, encode, encode_fast_bl
 
 #[test]
 fn packets_are_those_of_the_manual() {
-    let golden: [(u8, &[&[u8]], &[u8]); 3] = [
+    type Golden<'a> = (u8, &'a [&'a [u8]], &'a [u8]);
+    let golden: [Golden<'_>; 3] = [
         (PING, &[], &[0xff, 0xff, 0xfd, 0, 1, 3, 0, 1, 0x19, 0x4e]),
         (READ, &[&[132, 0, 4, 0]], &[0xff, 0xff, 0xfd, 0, 1, 7, 0, 2, 0x84, 0, 4, 0, 0x1d, 0x15]),
         (
