@@ -9,9 +9,10 @@ const PACKAGES: [&str; 6] = ["hypothesis", "jsonschema", "maturin>=1.9,<2", "myp
 
 /// What parts of the package work with; tests of those that cannot be installed are skipped with a message.
 /// Not among them: stable-baselines3, which brings gigabytes of PyTorch; where it is installed, it is tested.
-const OPTIONAL: [&str; 13] = [
+const OPTIONAL: [&str; 15] = [
     "gymnasium>=1.1",
     "cmaes",
+    "dynamixel-sdk",
     "ipykernel",
     "jax",
     "matplotlib",
@@ -23,6 +24,7 @@ const OPTIONAL: [&str; 13] = [
     "pandas",
     "polars",
     "ray>=2.40",
+    "rustypot",
 ];
 
 /// Older versions of MuJoCo with which `sinew.mujoco` is tested: the oldest whose `MjSpec` configures

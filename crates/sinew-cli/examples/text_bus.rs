@@ -11,12 +11,18 @@ use sinew::trajectory::{MinimumJerk, Schedule, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin};
 use sinew_lab::{arm::IdentifiedMachine, machine_file::load_machine};
 use sinew_runtime::cycle::{Cycle, MonotonicClock, Timing, run};
-use sinew_runtime::{Bus, BusError, Wire, ethercat::EthercatDevice};
+use sinew_runtime::{Bus, BusError, Devices, Wire};
 use sinew_session::{BusFault, BusStatistics, Exchange, Feedback, Plant, TwinPlant};
 use std::{error::Error, fmt::Write as _, net::UdpSocket, path::Path, time::Duration};
 
 /// The line in the list of buses.
-const BUS: Bus = Bus { name: "text", about: "Lines of text over UDP", open, words: |_| String::new() };
+const BUS: Bus = Bus {
+    name: "text",
+    about: "Lines of text over UDP",
+    needs_interface: true,
+    open,
+    words: |_| String::new(),
+};
 
 fn open(address: &str) -> Result<Box<dyn Wire>, BusError> {
     let socket = UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.connect(address).map(|()| socket));
@@ -26,11 +32,7 @@ fn open(address: &str) -> Result<Box<dyn Wire>, BusError> {
 struct TextWire(UdpSocket);
 
 impl Wire for TextWire {
-    fn operate<'a>(
-        &'a mut self,
-        machine: &Machine,
-        _: &[EthercatDevice],
-    ) -> Result<Box<dyn Plant + 'a>, BusError> {
+    fn operate<'a>(&'a mut self, machine: &Machine, _: &Devices) -> Result<Box<dyn Plant + 'a>, BusError> {
         let patience = self.0.set_read_timeout(Some(Duration::from_nanos(machine.period_ns() / 2)));
         patience.map_err(|error| BusError::System(error.into()))?;
         let (line, muscles) = (String::with_capacity(4096), machine.muscles.len());
@@ -133,7 +135,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         return devices(address, TwinPlant::new(arm), feedback);
     }
     let mut wire = (BUS.open)(address)?;
-    let plant = wire.operate(&machine, &[])?;
+    let plant = wire.operate(&machine, &Devices::default())?;
     let schedule = Schedule::new(&trajectory, 1, 0.3, 0.7)?;
     let limits = Limits::from_machine(&machine, gains)?;
     let mut cycle = Cycle::new(plant, Supervisor::new(controller, limits)?, schedule, machine.period);

@@ -44,6 +44,9 @@ pub(crate) enum Error {
     /// A machine on EtherCAT that does not start.
     #[error(transparent)]
     Ethercat(#[from] sinew_runtime::ethercat::EthercatError),
+    /// A machine with servos that does not start.
+    #[error(transparent)]
+    Servos(#[from] sinew_runtime::servos::ServoError),
     /// A bus that does not start.
     #[error(transparent)]
     Bus(#[from] sinew_runtime::BusError),
@@ -368,6 +371,7 @@ impl Error {
             Self::Interface(sinew_segment::RawSocketError::NoInterface { .. }) => Self::BAD_INPUT,
             Self::Interface(_) => Self::SYSTEM,
             Self::Bus(sinew_runtime::BusError::System(_)) => Self::SYSTEM,
+            Self::Servos(sinew_runtime::servos::ServoError::Port { source, .. }) => reading_code(source),
             Self::Link(error) => link_code(error),
             Self::Page(_) => Self::SYSTEM,
             _ => Self::BAD_INPUT,

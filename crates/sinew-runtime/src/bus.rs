@@ -1,4 +1,4 @@
-use crate::ethercat::EthercatDevice;
+use crate::devices::Devices;
 use sinew::machine::Machine;
 use sinew_session::{BusFault, Plant};
 
@@ -9,7 +9,9 @@ pub struct Bus {
     pub name: &'static str,
     /// What it is, in one line.
     pub about: &'static str,
-    /// Opens the interface of this name, on which nothing has power yet.
+    /// Whether an interface has to be named, which the machine file does not.
+    pub needs_interface: bool,
+    /// Opens the interface of this name, empty where none is named, on which nothing has power yet.
     pub open: fn(&str) -> Result<Box<dyn Wire>, BusError>,
     /// The code of a fault in words, which follow the name of the device where there is one.
     pub words: fn(BusFault) -> String,
@@ -25,7 +27,7 @@ pub trait Wire {
     fn operate<'a>(
         &'a mut self,
         machine: &Machine,
-        devices: &[EthercatDevice],
+        devices: &Devices,
     ) -> Result<Box<dyn Plant + 'a>, BusError>;
 }
 

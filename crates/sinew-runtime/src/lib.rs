@@ -8,6 +8,7 @@
 //! |---|---|
 //! | [`BUSES`] | the buses that a real machine can be on: a room and a line each |
 //! | [`ethercat`] | a machine on EtherCAT: link, master, drives after CiA 402; what identifies its devices |
+//! | [`servos`] | a machine whose drives are serial servos: lines, protocol, registers; simulated servos |
 //! | [`link`] | requests and references from a client elsewhere |
 //! | [`cycle`] | a session in real time: its deadlines, and how well they are kept |
 //!
@@ -17,15 +18,20 @@
 
 mod bus;
 pub mod cycle;
+mod devices;
 mod error;
 pub mod ethercat;
 pub mod link;
+pub mod servos;
 
 pub use bus::{Bus, BusError, Wire};
+pub use devices::{DeviceTables, Devices};
 pub use error::Error;
 
 /// The buses that a real machine can be on.
 pub const BUSES: &[Bus] = &[
     #[cfg(target_os = "linux")]
     ethercat::BUS,
+    #[cfg(target_os = "linux")]
+    servos::BUS,
 ];

@@ -11,6 +11,7 @@ use common::{Setup, machine};
 use core::alloc::{GlobalAlloc, Layout};
 use core::cell::Cell;
 use sinew::control::supervisor::{Mode, Request};
+use sinew::machine::Device;
 use sinew::trajectory::online::JointLimits;
 use sinew_link::client::Client;
 use sinew_link::host::{Server, ServerSettings, SessionSettings};
@@ -18,6 +19,7 @@ use sinew_link::{Command, Request as LinkRequest, SetpointKind, Setpoints};
 use sinew_runtime::cycle::{Cycle, VirtualClock};
 use sinew_runtime::ethercat::FrameStorage;
 use sinew_runtime::link::{LinkedMotion, domain};
+use sinew_runtime::servos::{ServoBus, ServoDevice, SimulatedLines, SimulatedMachine};
 use std::alloc::System;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -73,6 +75,27 @@ fn a_cycle_over_ethercat_allocates_nothing() {
         assert_eq!(cycle.supervisor().mode(), ends, "{name}");
         assert!(moved > 1e-3, "{name}: the machine moved");
     }
+}
+
+#[test]
+fn a_cycle_over_serial_servos_allocates_nothing() {
+    let mut design = sinew::machine::Machine { period: 4e-3, ..machine("finger") };
+    design.muscles.iter_mut().for_each(|muscle| muscle.drive.has_load_cell = false);
+    design.encoders.fill(None);
+    design.devices = Device::defaults(&design.robot, &design.muscles, &design.encoders);
+    let setup = Setup::new(design, 1, &[]);
+    let servos = ServoDevice::simulated(&setup.machine);
+    let ports = ServoDevice::ports(&servos);
+    let simulated = SimulatedMachine::new(setup.plant.clone(), &setup.machine, &servos, &ports, false);
+    let bus = ServoBus::start(SimulatedLines::new(simulated), &setup.machine, &servos).unwrap();
+    let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), setup.machine.period);
+    let mut clock = VirtualClock::default();
+    let before = ALLOCATIONS.get();
+    for _ in 0..1000 {
+        assert!(cycle.step(&mut clock, 0).unwrap().exchange.fault.is_none());
+    }
+    assert_eq!(ALLOCATIONS.get() - before, 0);
+    assert_eq!(cycle.supervisor().mode(), Mode::Run);
 }
 
 #[test]

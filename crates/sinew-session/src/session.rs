@@ -162,6 +162,7 @@ impl<P: Plant, M: Motion> Session<P, M> {
         let stops = self.stopping && desired.request != Request::TurnOff;
         let request = if stops { Request::SafeStop } else { desired.request };
         let reference = references.at(&desired.moment);
+        supervisor.set_currents(&feedback.current)?;
         let command = supervisor.step(self.period, &feedback.measurement(), &reference, request, &status)?;
         let controlled = clock.now();
 

@@ -16,6 +16,7 @@ mod motion;
 mod page;
 mod path;
 mod run;
+mod servos;
 mod session;
 mod simulation;
 mod track;
@@ -47,6 +48,7 @@ pub(crate) use motion::MotionArguments;
 pub(crate) use page::PageArguments;
 pub(crate) use path::{PATH_FORMS, PathArgument};
 pub(crate) use run::{BusArgument, RunArguments};
+pub(crate) use servos::{ServosArguments, ServosScanArguments, ServosSimulateArguments, ServosVerb};
 pub(crate) use session::SessionArguments;
 pub(crate) use simulation::{
     MuscleStrokes, Part, ReproduceArguments, TwinArguments, TwinBenchArguments, TwinCableArguments,
@@ -119,6 +121,7 @@ pub(crate) enum Verb {
     Run(RunArguments),
     Live(LiveArguments),
     Ethercat(EthercatArguments),
+    Servos(ServosArguments),
     Link(LinkArguments),
     Log(LogArguments),
     Twin(TwinArguments),

@@ -4,15 +4,15 @@ use super::ethercat::DeviceFileArguments;
 use super::session::SessionArguments;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use sinew_runtime::{BUSES, Bus, ethercat};
+use sinew_runtime::{BUSES, Bus, ethercat, servos};
 use sinew_session::BusFault;
 
 /// Run a machine: its control cycle once a period, on a simulated or a real bus.
 ///
 /// twin is the simulated machine without wires; segment adds an EtherCAT master and simulated EtherCAT
-/// devices in this process; ethercat drives the devices on a network interface, which the machine file
-/// describes. Everything is planned and checked as by `sinew track` before the start. At the end the times of
-/// the cycle are shown.
+/// devices in this process, chain a master of serial servos and simulated servos; ethercat drives the devices
+/// on a network interface, servos those on serial ports, which the machine file describes. Everything is
+/// planned and checked as by `sinew track` before the start. At the end the times of the cycle are shown.
 ///
 /// On --virtual-time the cycle does not wait for its deadlines: the results are bit-identical.
 ///
@@ -24,8 +24,9 @@ pub(crate) struct RunArguments {
     /// Drives and sensors
     #[arg(long, value_parser = buses(), default_value = TWIN.0)]
     pub(crate) bus: BusArgument,
-    /// Network interface of the devices, for --bus ethercat
-    #[arg(long, value_name = "IF", required_if_eq_any(BUSES.iter().map(|bus| ("bus", bus.name))))]
+    /// Network interface of the devices, for --bus ethercat; serial port of servos whose table names none
+    #[arg(long, value_name = "IF", required_if_eq_any(
+        BUSES.iter().filter(|bus| bus.needs_interface).map(|bus| ("bus", bus.name))))]
     pub(crate) interface: Option<String>,
     #[command(flatten)]
     pub(crate) devices: DeviceFileArguments,
@@ -41,6 +42,8 @@ pub(crate) enum BusArgument {
     Twin,
     /// The same behind an EtherCAT master and simulated EtherCAT devices.
     Segment,
+    /// The same behind a master of serial servos and simulated servos.
+    Chain,
     /// A real machine.
     Real(&'static Bus),
 }
@@ -50,14 +53,17 @@ const TWIN: (&str, &str) = ("twin", "The simulated machine, without wires");
 const SEGMENT: (&str, &str) =
     ("segment", "The same behind an EtherCAT master and simulated EtherCAT devices");
 
+const CHAIN: (&str, &str) = ("chain", "The same behind a master of serial servos and simulated servos");
+
 /// Those that are simulated, and every real one.
 fn buses() -> impl TypedValueParser<Value = BusArgument> {
     let real = BUSES.iter().map(|bus| (bus.name, bus.about));
-    let values = [TWIN, SEGMENT].into_iter().chain(real);
+    let values = [TWIN, SEGMENT, CHAIN].into_iter().chain(real);
     let values = values.map(|(name, about)| PossibleValue::new(name).help(about));
     PossibleValuesParser::new(values).map(|name| match BUSES.iter().find(|bus| bus.name == name) {
         Some(bus) => BusArgument::Real(bus),
         None if name == SEGMENT.0 => BusArgument::Segment,
+        None if name == CHAIN.0 => BusArgument::Chain,
         None => BusArgument::Twin,
     })
 }
@@ -68,6 +74,7 @@ impl BusArgument {
         match self {
             Self::Twin => TWIN.0,
             Self::Segment => SEGMENT.0,
+            Self::Chain => CHAIN.0,
             Self::Real(bus) => bus.name,
         }
     }
@@ -76,6 +83,7 @@ impl BusArgument {
     pub(crate) fn words(self, fault: BusFault) -> String {
         match self {
             Self::Twin | Self::Segment => ethercat::words(fault),
+            Self::Chain => servos::words(fault),
             Self::Real(bus) => (bus.words)(fault),
         }
     }

@@ -8,7 +8,7 @@ use sinew::description::{MachineDescription, from_mjcf, from_urdf, machine_of};
 use sinew_lab::machine_file::{
     Format, MachineFileError, beside, built_in, include, load_machine_on, muscles_of, read_text,
 };
-use sinew_runtime::ethercat::{DeviceTables, EthercatDevice};
+use sinew_runtime::{DeviceTables, Devices};
 use std::path::{Path, PathBuf};
 
 /// Text of a file, with what it is to the machine.
@@ -38,7 +38,7 @@ type Texts<'a> = dyn FnMut(String, &mut dyn FnMut() -> Result<String, String>) -
 /// A machine, what identifies its devices, and the texts that it was read from.
 pub(crate) struct Loaded {
     pub(crate) described: MachineDescription,
-    pub(crate) devices: Vec<EthercatDevice>,
+    pub(crate) devices: Devices,
     pub(crate) source: MachineSource,
 }
 
@@ -46,10 +46,10 @@ pub(crate) struct Loaded {
 pub(crate) fn load_machine(
     path: &Path,
     muscles: Option<&Path>,
-) -> Result<(MachineDescription, Vec<EthercatDevice>), Error> {
+) -> Result<(MachineDescription, Devices), Error> {
     let mut tables = DeviceTables::default();
     let described = load_machine_on(path, muscles, &mut tables)?;
-    let devices = tables.devices(&described.machine);
+    let devices = tables.devices(&described.machine)?;
     Ok((described, devices))
 }
 
@@ -90,11 +90,7 @@ fn role_of(file: &FileReference<'_>) -> String {
     file.included_by.map_or_else(|| file.path.to_owned(), |by| format!("{} in {by}", file.path))
 }
 
-fn build(
-    path: &Path,
-    text: &str,
-    texts: &mut Texts<'_>,
-) -> Result<(MachineDescription, Vec<EthercatDevice>), Error> {
+fn build(path: &Path, text: &str, texts: &mut Texts<'_>) -> Result<(MachineDescription, Devices), Error> {
     let name = path.display().to_string();
     let mut tables = DeviceTables::default();
     let described = match Format::from_path(path) {
@@ -126,6 +122,6 @@ fn build(
             machine_on_bus(&name, text, &mut read, &mut tables)?
         }
     };
-    let devices = tables.devices(&described.machine);
+    let devices = tables.devices(&described.machine)?;
     Ok((described, devices))
 }

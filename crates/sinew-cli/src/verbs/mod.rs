@@ -25,6 +25,8 @@ pub(crate) mod predict;
 pub(crate) mod recording;
 pub(crate) mod reproduce;
 pub(crate) mod run;
+pub(crate) mod servos;
+mod simulated_arm;
 pub(crate) mod track;
 pub(crate) mod twin;
 mod verification;

@@ -4,6 +4,7 @@
 use crate::Error;
 use crate::calibrate::{cable_log, ended_early, networks};
 use crate::experiment::bench::{BenchRow, BenchRun, CalibrationRun, Programme, run_all};
+use crate::experiment::oracle_models;
 use rayon::prelude::*;
 use sinew::control::arm::MuscleGains;
 use sinew::control::compensation::NetworkCompensation;
@@ -74,7 +75,8 @@ impl CalibrationProgramme {
 /// Identifies the observer model of every transmission of an arm from its own runs on the bench.
 ///
 /// Every fit starts from the parameters of `design`. A muscle whose design has an identified model
-/// ([`MuscleDesign::model`](sinew::machine::MuscleDesign::model)) keeps it.
+/// ([`MuscleDesign::model`](sinew::machine::MuscleDesign::model)) keeps it; one without a load cell, whose
+/// runs would show no tension, keeps its cable as designed.
 ///
 /// # Errors
 /// [`Error::Experiment`] where a run ends early or the arms have different numbers of muscles;
@@ -91,7 +93,10 @@ pub fn calibrate_arm(
     if [specimen.cables.len(), specimen.drives.len(), machine.muscles.len(), programmes.len()] != [count; 4] {
         return Err(Error::experiment("muscles", "as many as in the design", &specimen.cables.len()));
     }
-    let kept = |muscle: &usize| machine.muscles[*muscle].model.is_none();
+    let kept = |muscle: &usize| {
+        let design = &machine.muscles[*muscle];
+        design.model.is_none() && design.drive.has_load_cell
+    };
     let muscles: Vec<usize> = (0..count).filter(kept).collect();
     let logs = runs(specimen, &muscles, programmes, seed, |stroke| stroke.decimation)?;
     let fits = muscles.par_iter().zip(logs).map(|(muscle, logs)| {
@@ -108,7 +113,12 @@ pub fn calibrate_arm(
         Ok(model)
     });
     let mut fits = fits.collect::<Result<Vec<_>, Error>>()?.into_iter();
-    let models = machine.muscles.iter().map(|muscle| muscle.model.clone().or_else(|| fits.next()));
+    let mut designed = oracle_models(design).into_iter();
+    let models = machine.muscles.iter().map(|muscle| {
+        let as_designed = designed.next();
+        let known = muscle.model.clone();
+        known.or_else(|| if muscle.drive.has_load_cell { fits.next() } else { as_designed })
+    });
     Ok(models.flatten().collect())
 }
 

@@ -7,13 +7,15 @@
 use super::feasibility::first_infeasibility;
 use super::outcome::{joint_errors, largest_bounded_error};
 use super::plan::plan_tour;
-use super::tracking::poses_along;
+use super::tracking::{INITIAL_REST_S, poses_along};
 use crate::Error;
 use crate::experiment::arm::{TrackRun, TrackSession};
 use crate::experiment::{TrackSummary, oracle_models};
 use rayon::prelude::*;
 use sinew::control::arm::{ActuationMode, ArmController, ArmStatus, CableStateSource, Fault, synthesize};
+use sinew::control::supervisor::{Limits, Supervisor};
 use sinew::machine::{ControlRules, Machine};
+use sinew::predictor::CableModel;
 use sinew::trajectory::Trajectory;
 use sinew::twin::arm::ArmSpecimen;
 
@@ -72,7 +74,7 @@ const MAX_SLACK: f64 = 0.25;
 
 /// Finds rules with which sampled machines track a motion, and so many of its repeats as take 4 s; the
 /// controller has the designed body and the true parameters of their cables, which a calibration would
-/// identify.
+/// identify; cables without a load cell are as designed.
 ///
 /// # Errors
 /// [`Error::Physics`] where trajectory and machine do not belong together.
@@ -198,9 +200,11 @@ fn simulate(
     (trajectory, repeats): (&Trajectory, u32),
     poses: &[Vec<f64>],
 ) -> Result<Simulated, Error> {
-    let models = oracle_models(built);
+    let models = known_models(machine, built)?;
     let (gains, found) = synthesize(machine, &models, poses)?;
     let limits = gains.tension_limits();
+    // Without a load cell a run begins with a pretension.
+    let measured = machine.muscles.iter().all(|muscle| muscle.drive.has_load_cell);
     let mode = ActuationMode::WinchSpeed(CableStateSource::Observer);
     let controller =
         ArmController::new(&machine.robot, &models, gains, mode)?.with_sheath_bends(&built.bends)?;
@@ -211,13 +215,15 @@ fn simulate(
         tension_limits: &limits,
         trajectory,
         repeats,
-        before: REST[0],
+        before: if measured { REST[0] } else { INITIAL_REST_S },
         after: REST[1],
         faults: &[],
         seed: FIRST_SEED,
     };
     // What a machine does after its stop is nothing to judge.
-    let (mut session, mut stopped) = (TrackSession::new(&run, controller)?, false);
+    let limits = Limits::of_gains(controller.gains()).with_drives_of_unmeasured(machine);
+    let supervisor = Supervisor::new(controller, limits)?;
+    let (mut session, mut stopped) = (TrackSession::supervised(&run, supervisor)?, false);
     while !stopped && session.step(|row| stopped = matches!(row.command.status, ArmStatus::Stopped(_)))? {}
     let summary = session.finish();
     let dead_bands: Vec<f64> = found.joints.iter().map(|joint| joint.dead_band).collect();
@@ -227,6 +233,18 @@ fn simulate(
         joint_errors: summary.joint_error.iter().map(|error| error.max).collect(),
         fraction_of_limits: error.max(summary.slack.0 / MAX_SLACK),
     })
+}
+
+/// The true parameters of the cables, which a calibration would identify; without a load cell, as designed.
+fn known_models(machine: &Machine, built: &ArmSpecimen) -> Result<Vec<CableModel>, Error> {
+    let mut models = oracle_models(built);
+    let designed = oracle_models(&ArmSpecimen::nominal(machine)?);
+    for ((model, designed), muscle) in models.iter_mut().zip(designed).zip(&machine.muscles) {
+        if !muscle.drive.has_load_cell {
+            *model = designed;
+        }
+    }
+    Ok(models)
 }
 
 /// How well a run tracks the motion, and what is wrong with it.

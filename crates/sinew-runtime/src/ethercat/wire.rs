@@ -1,18 +1,23 @@
 //! EtherCAT in the list of buses.
 
-use super::device::EthercatDevice;
 use super::error::EthercatError;
 use super::master::Master;
 use super::pump::FrameStorage;
 use super::raw_link::RawSocketLink;
 use crate::bus::{Bus, BusError, Wire};
+use crate::devices::Devices;
 use sinew::machine::Machine;
 use sinew_segment::RawSocketError;
 use sinew_session::Plant;
 
 /// Devices on a network interface.
-pub const BUS: Bus =
-    Bus { name: "ethercat", about: "Devices on a network interface", open, words: super::words };
+pub const BUS: Bus = Bus {
+    name: "ethercat",
+    about: "Devices on a network interface",
+    needs_interface: true,
+    open,
+    words: super::words,
+};
 
 /// An interface, until its master takes it, and the memory of that master.
 struct Interface {
@@ -30,14 +35,15 @@ impl Wire for Interface {
     fn operate<'a>(
         &'a mut self,
         machine: &Machine,
-        devices: &[EthercatDevice],
+        devices: &Devices,
     ) -> Result<Box<dyn Plant + 'a>, BusError> {
         let link = match self.link.take() {
             Some(link) => link,
             None => RawSocketLink::open(&self.name)?,
         };
-        let matched =
-            Master::new(&self.storage, link)?.match_devices(devices).map_err(EthercatError::from)?;
+        let matched = Master::new(&self.storage, link)?
+            .match_devices(&devices.ethercat)
+            .map_err(EthercatError::from)?;
         Ok(Box::new(matched.operate(machine)?))
     }
 }

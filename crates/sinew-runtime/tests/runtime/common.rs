@@ -24,6 +24,8 @@ pub(crate) struct Setup {
     pub(crate) trajectory: Trajectory,
     pub(crate) controller: ArmController,
     pub(crate) plant: ArmTwin,
+    /// Rest before the motion, s.
+    pub(crate) before: f64,
 }
 
 pub(crate) fn machine(name: &str) -> Machine {
@@ -75,7 +77,7 @@ impl Setup {
         let plant =
             ArmTwin::new(&specimen, &machine.start, &tensions, seed).unwrap().with_faults(faults).unwrap();
         let devices = EthercatDevice::simulated(&machine);
-        Self { machine, devices, trajectory, controller, plant }
+        Self { machine, devices, trajectory, controller, plant, before: 0.3 }
     }
 
     pub(crate) fn supervisor(&self) -> Supervisor {
@@ -84,7 +86,7 @@ impl Setup {
     }
 
     pub(crate) fn schedule(&self) -> Schedule<'_> {
-        Schedule::new(&self.trajectory, 1, 0.3, 0.7).unwrap()
+        Schedule::new(&self.trajectory, 1, self.before, 0.7).unwrap()
     }
 
     pub(crate) fn twin_bus(&self) -> TwinPlant {

@@ -10,3 +10,5 @@ mod device_tables;
 mod link;
 mod link_stops;
 mod segment;
+mod servos;
+mod servos_protocol;

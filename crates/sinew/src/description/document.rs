@@ -308,7 +308,9 @@ impl<'d> Entry<'d> {
         self.value.get_ref().is_str()
     }
 
-    pub(in crate::description) fn is_table(&self) -> bool {
+    /// Whether its value is a table.
+    #[must_use]
+    pub fn is_table(&self) -> bool {
         self.value.get_ref().is_table()
     }
 
@@ -318,7 +320,10 @@ impl<'d> Entry<'d> {
     }
 
     /// A text that is not empty.
-    pub(in crate::description) fn text(&self, expected: &str) -> Result<&'d str, DescriptionError> {
+    ///
+    /// # Errors
+    /// Something else.
+    pub fn text(&self, expected: &str) -> Result<&'d str, DescriptionError> {
         let text = self.value.get_ref().as_str().filter(|text| !text.is_empty());
         text.ok_or_else(|| self.refuse(&format!("{expected} in quotes")))
     }

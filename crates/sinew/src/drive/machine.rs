@@ -269,7 +269,8 @@ impl Drive {
     /// Measurements of a drive that stands under a cable tension, N.
     pub fn stand(&mut self, tension: f64) {
         let tension = if tension.is_finite() { tension.max(0.0) } else { 0.0 };
-        self.delays[1].fill(self.parameters.load_cell.read(tension, &mut self.random));
+        let measured = self.measured(tension);
+        self.delays[1].fill(measured);
         self.sense(tension);
     }
 
@@ -339,11 +340,17 @@ impl Drive {
         Powered { turn: turned, winding, electrical: (beside + k * turned.speed) * winding.mean * h }
     }
 
+    /// What the load cell shows at a tension, N; NaN without one.
+    fn measured(&mut self, tension: f64) -> f64 {
+        let Self { parameters: p, random, .. } = self;
+        if p.has_load_cell { p.load_cell.read(tension, random) } else { f64::NAN }
+    }
+
     fn sense(&mut self, tension: f64) {
-        let p = &self.parameters;
-        let angle = p.encoder.read(self.angle) * self.per_ratio;
+        let measured = self.measured(tension);
+        let angle = self.parameters.encoder.read(self.angle) * self.per_ratio;
         let position = self.delays[0].pass(self.drum.wound(angle));
-        let tension = self.delays[1].pass(p.load_cell.read(tension, &mut self.random));
+        let tension = self.delays[1].pass(measured);
         let current = self.delays[2].pass(self.motor.current);
         self.reading = DriveReading { position, tension, current };
     }
@@ -361,6 +368,10 @@ impl Drive {
             DriveCommand::Velocity(velocity) if velocity.is_finite() => {
                 self.enter(Mode::Velocity);
                 velocity
+            }
+            DriveCommand::Tension { .. } if !p.has_load_cell => {
+                self.enter(Mode::Velocity);
+                0.0
             }
             DriveCommand::Tension { tension, feed } if tension.is_finite() && feed.is_finite() => {
                 self.enter(Mode::Tension);

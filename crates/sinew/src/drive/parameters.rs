@@ -21,6 +21,9 @@ pub struct DriveParameters {
     pub encoder: Encoder,
     /// Load cell at the outlet.
     pub load_cell: LoadCell,
+    /// Whether there is one: without it the tension is not measured, and its numbers are those of a cell that
+    /// the machine might have.
+    pub has_load_cell: bool,
     /// Delay of every reading beside its sampling, ms, >= 0.
     pub delay_ms: f64,
     /// Limit of the velocity reference at the cable, m/s^2, > 0.
@@ -42,6 +45,7 @@ impl DriveParameters {
             winch: Winch::fifteen_millimetres(),
             encoder: Encoder { counts: 2048.0, zero: 0.0 },
             load_cell: LoadCell::one_kilonewton(),
+            has_load_cell: true,
             delay_ms: 1.0,
             acceleration: 5.0,
             max_tension: 600.0,
@@ -131,6 +135,18 @@ impl DriveParameters {
         let turns = reducer.ratio / winch.arm(0);
         let torque = motor.torque_constant * current - reducer.friction;
         (torque * reducer.efficiency * turns).max(0.0)
+    }
+
+    /// Tension at a current, A, of a drive that was commanded a speed of the cable, m/s, N: against friction
+    /// where it winds in or stands after that, with friction on its side where it pays out.
+    #[must_use]
+    pub fn tension_by_current(&self, current: f64, speed: f64) -> f64 {
+        if speed >= 0.0 {
+            return self.tension_of(current);
+        }
+        let Self { motor, reducer, winch, .. } = self;
+        let torque = motor.torque_constant * current + reducer.friction;
+        (torque * reducer.ratio / winch.arm(0) / reducer.efficiency).max(0.0)
     }
 
     /// Speed at which the drive winds in cable at a tension, N, m/s: the limit of the voltage with a hot

@@ -82,7 +82,7 @@ const LOAD_CELL_COUNTS: f64 = 8_388_608.0;
 
 impl Device {
     /// The devices of a machine whose file names none: in the order of the muscles a drive and its load cell,
-    /// then the joint encoders.
+    /// where there is one, then the joint encoders.
     #[must_use]
     pub fn defaults(robot: &Robot, muscles: &[MuscleDesign], encoders: &[Option<JointEncoder>]) -> Vec<Self> {
         let channel = |signal, scale| SensorChannel { signal, scale, offset: 0.0 };
@@ -90,9 +90,11 @@ impl Device {
         for (k, (muscle, tendon)) in muscles.iter().zip(&robot.parts().tendons).enumerate() {
             let role = DeviceRole::Drive(DriveDevice::new(k, &muscle.drive));
             devices.push(Self { name: format!("drive of {}", tendon.name), role });
-            let scale = muscle.drive.load_cell.range / LOAD_CELL_COUNTS;
-            let role = DeviceRole::Sensors(vec![channel(Signal::Tension(k), scale)]);
-            devices.push(Self { name: format!("load cell of {}", tendon.name), role });
+            if muscle.drive.has_load_cell {
+                let scale = muscle.drive.load_cell.range / LOAD_CELL_COUNTS;
+                let role = DeviceRole::Sensors(vec![channel(Signal::Tension(k), scale)]);
+                devices.push(Self { name: format!("load cell of {}", tendon.name), role });
+            }
         }
         let encoders: Vec<SensorChannel> = encoders
             .iter()

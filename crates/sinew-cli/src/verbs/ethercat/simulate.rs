@@ -7,24 +7,16 @@ use crate::interrupt;
 use crate::output::print;
 use crate::verbs::device_files;
 use crate::verbs::machine_source::load_machine;
-use sinew::control::arm::{resting_tensions, synthesize};
-use sinew::twin::arm::{ArmSpecimen, ArmTwin};
-use sinew_lab::experiment::oracle_models;
+use crate::verbs::simulated_arm::{end_after, simulated_arm};
 use sinew_runtime::ethercat::{SimulatedMachine, serve};
 use sinew_segment::RawSocket;
-use std::sync::atomic::Ordering;
-use std::time::Duration;
 
 pub(super) fn run(arguments: &EthercatSimulateArguments, general: &General) -> Result<Answer, Error> {
     let (described, devices) = load_machine(&arguments.machine, None)?;
-    let machine = described.machine;
+    let (machine, devices) = (described.machine, devices.ethercat);
     let descriptions = device_files::read(&arguments.devices.files, &devices)?;
     let socket = RawSocket::open(&arguments.interface)?;
-    let design = ArmSpecimen::nominal(&machine)?;
-    let (gains, _) = synthesize(&machine, &oracle_models(&design), std::slice::from_ref(&machine.start))?;
-    let specimen = ArmSpecimen::sampled_around(&design, &machine, arguments.seed)?;
-    let tensions = resting_tensions(&specimen.robot, &machine.start, &gains.tension_limits())?;
-    let arm = ArmTwin::new(&specimen, &machine.start, &tensions, arguments.seed)?;
+    let arm = simulated_arm(&machine, arguments.seed)?;
     let mut simulated = SimulatedMachine::new(arm, &machine, devices);
     let mut segment = simulated.segment(&descriptions)?;
     if !general.json {
@@ -36,12 +28,7 @@ pub(super) fn run(arguments: &EthercatSimulateArguments, general: &General) -> R
         ))?;
     }
     let stop = interrupt::answer();
-    if let Some(seconds) = arguments.duration {
-        std::thread::spawn(move || {
-            std::thread::sleep(Duration::from_secs_f64(seconds));
-            stop.store(true, Ordering::SeqCst);
-        });
-    }
+    end_after(arguments.duration, stop);
     let answered = serve(&socket, (&mut segment, &mut simulated), machine.period_ns(), stop)?;
     // What the master has left behind: drives that it did not disable, and those that stopped by themselves.
     let drives = || segment.devices().iter().filter_map(|device| device.drive());

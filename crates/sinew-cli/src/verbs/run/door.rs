@@ -11,8 +11,8 @@ use std::path::PathBuf;
 pub(crate) struct Door<'a> {
     pub(crate) arguments: &'a SessionArguments,
     pub(crate) bus: BusArgument,
-    /// Of a real machine.
-    pub(crate) interface: Option<&'a str>,
+    /// Of a real machine; empty where its file names it.
+    pub(crate) interface: &'a str,
     /// Files that describe simulated devices.
     pub(crate) devices: &'a [PathBuf],
     pub(crate) pace: Pace,
@@ -36,7 +36,7 @@ impl<'a> Door<'a> {
         Self {
             arguments: session,
             bus: *bus,
-            interface: interface.as_deref().filter(|_| matches!(bus, BusArgument::Real(_))),
+            interface: interface.as_deref().unwrap_or(""),
             devices: &devices.files,
             pace: if *virtual_time { Pace::Virtual } else { Pace::RealTime },
         }
@@ -45,11 +45,11 @@ impl<'a> Door<'a> {
     /// Of `sinew track`: the twin, without deadlines.
     pub(super) fn track(TrackArguments { session }: &'a TrackArguments) -> Self {
         let pace = if session.page.page { Pace::Watched } else { Pace::Virtual };
-        Self { arguments: session, bus: BusArgument::Twin, interface: None, devices: &[], pace }
+        Self { arguments: session, bus: BusArgument::Twin, interface: "", devices: &[], pace }
     }
 
     pub(crate) fn is_simulated(&self) -> bool {
-        self.interface.is_none()
+        !matches!(self.bus, BusArgument::Real(_))
     }
 
     pub(crate) fn is_linked(&self) -> bool {
@@ -62,6 +62,9 @@ impl<'a> Door<'a> {
         let refuse = |flag, value: String, expected| Err(Error::Argument { flag, value, expected });
         let shown = |file: &PathBuf| file.display().to_string();
         if !self.is_simulated() {
+            if self.pace == Pace::Virtual {
+                return refuse("--virtual-time", self.bus.name().to_owned(), "it with a simulated bus only");
+            }
             if let Some(fault) = motion.fault.first() {
                 return refuse("--fault", fault.text.clone(), "it with a simulated bus only");
             }

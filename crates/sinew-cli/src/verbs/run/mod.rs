@@ -29,6 +29,7 @@ use sinew_runtime::Bus;
 use sinew_runtime::cycle::{Cycle, MonotonicClock, RealTime, Timing, run as step_through};
 use sinew_runtime::ethercat::{EthercatError, FrameStorage, Master, SegmentLink, SimulatedMachine};
 use sinew_runtime::link::{LinkedMotion, RunMotion};
+use sinew_runtime::servos::{self, ServoBus, ServoDevice, SimulatedLines};
 use sinew_segment::DescriptionFile;
 use sinew_session::{CycleRecord, Plant, TwinPlant, VirtualClock};
 use stopping::Stopping;
@@ -49,15 +50,15 @@ fn start(door: &Door<'_>, general: &General) -> Result<Answer, Error> {
     let setup = door.setup();
     drop(progress);
     let setup = setup?;
-    let descriptions = device_files::read(door.devices, &setup.devices)?;
+    let descriptions = device_files::read(door.devices, &setup.devices.ethercat)?;
     door.tell_duration(&setup);
     let timed = door.pace == Pace::RealTime;
     let shown =
         Shown { bus: door.bus.name(), simulated: door.is_simulated(), linked: door.is_linked(), timed };
     let page = RunPage::start(&door.arguments.page, &setup, &shown)?;
     let prepared = Prepared { door, setup: &setup, progress: Progress::new() };
-    let ended = match (door.bus, door.interface) {
-        (BusArgument::Real(bus), Some(interface)) => prepared.on_hardware(bus, interface, page)?,
+    let ended = match door.bus {
+        BusArgument::Real(bus) => prepared.on_hardware(bus, door.interface, page)?,
         _ => prepared.simulated(&descriptions, page)?,
     };
     drop(prepared);
@@ -113,13 +114,20 @@ impl Prepared<'_> {
         let watch = self.watch(recording, page, Some(judged).filter(|_| !door.is_linked()));
         let (mut ended, judged, supervisor) = match door.bus {
             BusArgument::Twin => self.step(TwinPlant::new(plant), supervisor, watch)?,
-            // The latter has an interface and is not simulated.
+            BusArgument::Chain => {
+                let (servos, ports) = (&setup.devices.servos, ServoDevice::ports(&setup.devices.servos));
+                let machine = servos::SimulatedMachine::new(plant, &setup.machine, servos, &ports, false);
+                let bus = ServoBus::start(SimulatedLines::new(machine), &setup.machine, servos)?;
+                self.step(bus, supervisor, watch)?
+            }
+            // The latter is not simulated.
             BusArgument::Segment | BusArgument::Real(_) => {
-                let simulated = SimulatedMachine::new(plant, &setup.machine, setup.devices.clone());
+                let devices = &setup.devices.ethercat;
+                let simulated = SimulatedMachine::new(plant, &setup.machine, devices.clone());
                 let segment = simulated.segment(descriptions)?;
                 let storage = FrameStorage::new();
                 let master = Master::new(&storage, SegmentLink::new(segment, simulated))?;
-                let matched = master.match_devices(&setup.devices).map_err(EthercatError::from)?;
+                let matched = master.match_devices(devices).map_err(EthercatError::from)?;
                 self.step(matched.operate(&setup.machine)?, supervisor, watch)?
             }
         };

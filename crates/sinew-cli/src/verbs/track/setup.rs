@@ -15,7 +15,7 @@ use sinew_lab::arm::{
     CalibratedArm, INITIAL_REST_S, InfeasibleMotion, TrackingTask, Verified, infeasible_motion, verify,
     verify_tour,
 };
-use sinew_runtime::ethercat::EthercatDevice;
+use sinew_runtime::Devices;
 use std::path::Path;
 
 /// A run that can be simulated.
@@ -23,7 +23,7 @@ pub(crate) struct Setup {
     /// With its payload.
     pub(crate) machine: Machine,
     /// What identifies its devices.
-    pub(crate) devices: Vec<EthercatDevice>,
+    pub(crate) devices: Devices,
     /// Where its parts are written.
     places: Places,
     /// The texts that it was read from.

@@ -367,7 +367,7 @@ impl FaultDetector {
             self.tension[k] = if accepted { measured } else { f64::NAN };
             // A tension that is missing has no name before it is known whether the joint lacks its force.
             let unnamed = missing && self.missing_for[k] <= JUDGEMENT_TIME;
-            if !accepted && !unnamed {
+            if !accepted && !unnamed && self.muscle_gains[k].load_cell {
                 let bridged = self.isolation.bridged(k).filter(|_| plausible);
                 let rejected = (Fault::TensionSensor(k), self.load_cells[k].symptom());
                 let (fault, symptom) = bridged.unwrap_or(rejected);

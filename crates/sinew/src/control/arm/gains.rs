@@ -152,6 +152,9 @@ pub struct MuscleGains {
     /// N: tension below which a drive may not pay out cable although it is commanded to.
     #[serde(rename = "slack_tension_n")]
     pub slack_tension: f64,
+    /// Whether the tension at the drive is measured.
+    #[serde(default = "measured", skip_serializing_if = "Clone::clone")]
+    pub load_cell: bool,
     /// `s`, N, >= 0: standard deviation of the load cell's noise.
     #[serde(rename = "load_cell_noise_n", default = "usual_noise")]
     pub load_cell_noise: f64,
@@ -163,6 +166,11 @@ pub struct MuscleGains {
 /// Of a load cell of 1 kN, N: of gains that were written without it.
 fn usual_noise() -> f64 {
     0.4
+}
+
+/// Of gains that were written without it, or with a load cell.
+fn measured() -> bool {
+    true
 }
 
 /// Of gains that were written without it.
@@ -335,6 +343,7 @@ impl ArmGains {
             missing_tension: 8.0,
             min_drive_tension: 1.0,
             slack_tension: 4.0,
+            load_cell: true,
             load_cell_noise: 0.4,
             moment_arm_error: 0.01,
         };

@@ -213,6 +213,7 @@ fn of_muscle(
         missing_tension: (0.38 * tension[0]).max(10.0 * drive.load_cell.noise),
         min_drive_tension: drive.min_tension,
         slack_tension: drive.min_tension + 0.14 * tension[0],
+        load_cell: drive.has_load_cell,
         load_cell_noise: drive.load_cell.noise,
         moment_arm_error: MIN_ARM_ERROR.max(ATTACHMENT_FRACTION * attachment / arm),
     }

@@ -49,6 +49,11 @@ pub struct Supervisor {
     held: HeldReference,
     drives: Vec<DriveCommand>,
     muscles: Vec<MuscleState>,
+    /// Of every muscle without a load cell the tension that its motor's current tells, of others the measured
+    /// one, N: `[muscles]`.
+    tension: Vec<f64>,
+    /// Currents of the motors as read last, and smoothed, A, NaN where they are not known: `[muscles]`.
+    current: Vec<[f64; 2]>,
     /// Time for which no readings have come, s.
     lost_for: f64,
     /// Lateness of the cycles of about the last second, of each a period at most, s.
@@ -61,6 +66,10 @@ pub struct Supervisor {
 const LATE_FRACTION: f64 = 0.25;
 /// s: time in which late cycles are forgotten.
 const LATENESS_MEMORY: f64 = 1.0;
+
+/// s: time constant with which currents are smoothed, since most of a single one may be that of a rotor's
+/// acceleration.
+const CURRENT_SMOOTHING: f64 = 0.05;
 
 /// What the conditions of the transitions are at present.
 struct Conditions {
@@ -110,6 +119,8 @@ impl Supervisor {
             held: HeldReference::new(joints),
             drives: vec![DriveCommand::Off; muscles],
             muscles: vec![MuscleState::Relaxed; muscles],
+            tension: vec![f64::NAN; muscles],
+            current: vec![[f64::NAN; 2]; muscles],
             lost_for: 0.0,
             late_by: 0.0,
             late: 0.0,
@@ -192,6 +203,17 @@ impl Supervisor {
         self.controller.set_tensions(tensions.filter(|_| self.mode == Mode::Run))
     }
 
+    /// Takes the currents of the motors, A, for the next cycle, NaN where they are not known: without a load
+    /// cell they tell when a cable is tense.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] for another number of muscles.
+    pub fn set_currents(&mut self, current: &[f64]) -> Result<(), Error> {
+        check_length("currents", current.len(), self.current.len())?;
+        self.current.iter_mut().zip(current).for_each(|([read, _], current)| *read = *current);
+        Ok(())
+    }
+
     /// One control cycle: the commands for the `h` s to come, from measurements, references, request and
     /// exchange at their beginning. Nothing is allocated.
     ///
@@ -208,9 +230,14 @@ impl Supervisor {
         self.controller.check(measurement, reference)?;
         self.take(request);
         let found = self.detect(h, measurement, exchange);
-        self.follow_transitions(measurement, reference, exchange, found)?;
-        let status = self.act(h, measurement, reference, exchange, found)?;
-        self.describe_muscles(measurement);
+        self.take_tensions(h, measurement.tension);
+        let tension = core::mem::take(&mut self.tension);
+        // An observer begins with what the current tells, and is not corrected by it.
+        let seen = if self.mode.is_controlled() { measurement.tension } else { &tension };
+        let measurement = &ArmMeasurement { tension: seen, ..*measurement };
+        let done = self.follow(h, (measurement, &tension), reference, exchange, found);
+        self.tension = tension;
+        let status = done?;
         Ok(SupervisorCommand {
             mode: self.mode,
             fault: self.reported(status, exchange),
@@ -218,6 +245,37 @@ impl Supervisor {
             reference: &self.held.reference,
             arm: self.controller.outputs(&self.drives, status),
         })
+    }
+
+    /// The measured tensions, and of muscles without a load cell those of their motors' currents.
+    fn take_tensions(&mut self, h: f64, measured: &[f64]) {
+        let Self { tension, current, limits, controller, drives, .. } = self;
+        let muscles = limits.muscles.iter().zip(&controller.gains().muscles).zip(drives);
+        for (k, ((limit, gains), drive)) in muscles.enumerate() {
+            let speed = if let DriveCommand::Velocity(speed) = drive { *speed } else { 0.0 };
+            let [read, smooth] = &mut current[k];
+            let change = (h / CURRENT_SMOOTHING).min(1.0) * (*read - *smooth);
+            *smooth = if change.is_nan() { *read } else { *smooth + change };
+            tension[k] = match &limit.motor {
+                Some((drive, _)) if !gains.load_cell => drive.tension_by_current(*smooth, speed),
+                _ => measured[k],
+            };
+        }
+    }
+
+    /// What follows from the request and the faults that were found.
+    fn follow(
+        &mut self,
+        h: f64,
+        (measurement, tension): (&ArmMeasurement<'_>, &[f64]),
+        reference: &PreviewedReference<'_>,
+        exchange: &ExchangeStatus,
+        found: Option<NamedFault>,
+    ) -> Result<ArmStatus, Error> {
+        self.follow_transitions(measurement, reference, exchange, found)?;
+        let status = self.act(h, (measurement, tension), reference, exchange, found)?;
+        self.describe_muscles(measurement);
+        Ok(status)
     }
 
     /// A request that differs from that of the cycle before becomes the goal. A reset has a meaning in a
@@ -330,7 +388,8 @@ impl Supervisor {
             Mode::Hold => {}
             Mode::Run => self.fault = None,
             Mode::SafeStop => {
-                self.safe_stop.begin(&self.drives, self.controller.observed().tension);
+                let accepted = self.controller.observed().tension;
+                self.safe_stop.begin(self.controller.gains(), &self.drives, accepted);
                 self.brake_untrusted();
             }
             Mode::Ready if row.from == Mode::Fault => {
@@ -374,7 +433,7 @@ impl Supervisor {
     fn act(
         &mut self,
         h: f64,
-        measurement: &ArmMeasurement<'_>,
+        (measurement, tension): (&ArmMeasurement<'_>, &[f64]),
         reference: &PreviewedReference<'_>,
         exchange: &ExchangeStatus,
         found: Option<NamedFault>,
@@ -391,14 +450,14 @@ impl Supervisor {
             Mode::Off => self.drives.fill(DriveCommand::Off),
             Mode::Pretension => {
                 let Self { pretension, controller, limits, drives, .. } = self;
-                if let Some(fault) = pretension.step(h, controller, limits, measurement.tension, drives) {
+                if let Some(fault) = pretension.step(h, controller, limits, tension, drives) {
                     self.follow_transitions(measurement, reference, exchange, Some(fault))?;
                 }
             }
             Mode::SafeStop => {
                 let Self { safe_stop, controller, limits, drives, .. } = self;
                 let known = (controller.gains(), &*limits);
-                safe_stop.step(h, known, measurement.tension, exchange.received, drives);
+                safe_stop.step(h, known, tension, exchange.received, drives);
             }
             _ => self.safe_stop.stand(&mut self.drives),
         }

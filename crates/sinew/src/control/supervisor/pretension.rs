@@ -24,8 +24,9 @@ use alloc::vec::Vec;
 /// | C, t_v | compliance of the cable, [`TIME_CONSTANT`]                          | m/N, s |
 /// | t_r, v_u, T_s | [`SafetyLimits::pretension_time`](crate::machine::SafetyLimits), [`MuscleLimits`](super::MuscleLimits) | s, m/s, N |
 ///
-/// The limb is carried where it is: the tensions balance it in its measured pose. It ends once every tension
-/// is [`REACHED`] of its target, at once where the cables are tense already. No winch pays out.
+/// Where a tension is not measured, `T` is that of the motor's current. The limb is carried where it is: the
+/// tensions balance it in its measured pose. It ends once every tension is [`REACHED`] of its target, at once
+/// where the cables are tense already. No winch pays out.
 ///
 /// # Source
 /// Our own.
@@ -155,7 +156,9 @@ impl Pretension {
             let slack = measured < limit.slack_tension && lacking > 0.0;
             let tighten = (lacking * self.compliance[k] / TIME_CONSTANT).min(limit.wind_in_speed);
             let speed = if slack { limit.wind_in_speed } else { tighten };
-            let most = h * gains.max_winch_acceleration;
+            // Gently where the current tells the tension, so that little of it accelerates the rotor.
+            let gentle = if gains.load_cell { f64::INFINITY } else { limit.wind_in_speed / TIME_CONSTANT };
+            let most = h * gains.max_winch_acceleration.min(gentle);
             self.speed[k] += (speed - self.speed[k]).clamp(-most, most);
             self.taken[k] += h * self.speed[k];
             // Beyond the stretch at its target it is slack that was wound in.
@@ -168,7 +171,7 @@ impl Pretension {
                 fault = fault.or(Some(NamedFault::new(Fault::TensionSensor(k), Symptom::Lost)));
             }
             let change = (measured - core::mem::replace(&mut self.previous[k], measured)).abs();
-            if change > gains.implausible_step(measured) {
+            if gains.load_cell && change > gains.implausible_step(measured) {
                 fault = fault.or(Some(NamedFault::new(Fault::TensionSensor(k), Symptom::Jumped)));
             }
             *drive = DriveCommand::Velocity(self.speed[k]);

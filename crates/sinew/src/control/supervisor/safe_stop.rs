@@ -60,13 +60,14 @@ impl SafeStop {
     }
 
     /// Begins with the commands of the cycle before and the tensions that were accepted in it, N, NaN where a
-    /// load cell was rejected: it is not used in the stop either.
-    pub(super) fn begin(&mut self, drives: &[DriveCommand], accepted: &[f64]) {
+    /// load cell was rejected: it is not used in the stop either. Where there is none, the tension that the
+    /// motor's current tells is used.
+    pub(super) fn begin(&mut self, gains: &ArmGains, drives: &[DriveCommand], accepted: &[f64]) {
         (self.time, self.is_down) = (0.0, false);
         self.braked.fill(false);
         self.previous.fill(f64::NAN);
-        for (measured, accepted) in self.measured.iter_mut().zip(accepted) {
-            *measured = accepted.is_finite();
+        for ((measured, accepted), gains) in self.measured.iter_mut().zip(accepted).zip(&gains.muscles) {
+            *measured = accepted.is_finite() || !gains.load_cell;
         }
         for (speed, drive) in self.speed.iter_mut().zip(drives) {
             *speed = match drive {
@@ -111,7 +112,8 @@ impl SafeStop {
         let lowering = self.time > safety.holding_time && received && !self.is_down;
         for (k, (previous, measured)) in self.previous.iter_mut().zip(&mut self.measured).enumerate() {
             let change = (tension[k] - core::mem::replace(previous, tension[k])).abs();
-            *measured &= change.is_nan() || change <= gains.muscles[k].implausible_step(tension[k]);
+            let gains = &gains.muscles[k];
+            *measured &= change.is_nan() || change <= gains.implausible_step(tension[k]) || !gains.load_cell;
         }
         let unknown = |k: usize| !self.measured[k] || tension[k].is_nan();
         let low = |k: usize| !unknown(k) && tension[k] <= gains.muscles[k].slack_tension;
@@ -173,7 +175,7 @@ mod tests {
             limits.muscles.iter_mut().for_each(|muscle| muscle.lowering_speed = 0.01);
             (limits.safety.holding_time, limits.safety.lowering_time) = (0.5, 2.0);
             let mut stop = SafeStop::new(2);
-            stop.begin(&drives, &[0.0; 2]);
+            stop.begin(&gains, &drives, &[0.0; 2]);
             Self { stop, gains, limits }
         }
 
@@ -248,7 +250,7 @@ mod tests {
         let [jumped, _] = machine.speeds([2.0, TENSE]);
         assert!((jumped + 0.01).abs() < 1e-12, "{jumped}");
         let mut machine = Machine::standing();
-        machine.stop.begin(&[DriveCommand::Velocity(0.0); 2], &[f64::NAN, TENSE]);
+        machine.stop.begin(&machine.gains, &[DriveCommand::Velocity(0.0); 2], &[f64::NAN, TENSE]);
         let mut machine = machine.after(HELD + 200, [2.0, TENSE]);
         let [unknown, _] = machine.speeds([2.0, TENSE]);
         assert!((unknown + 0.01).abs() < 1e-12 && !machine.stop.is_down, "{unknown}");
@@ -348,7 +350,11 @@ mod tests {
         machine.stop.brake(1);
         let mut machine = machine.after(HELD + 100, [1.0; 2]);
         assert!(machine.stop.is_down);
-        machine.stop.begin(&[DriveCommand::Velocity(0.02), DriveCommand::Velocity(0.0)], &[0.0; 2]);
+        machine.stop.begin(
+            &machine.gains,
+            &[DriveCommand::Velocity(0.02), DriveCommand::Velocity(0.0)],
+            &[0.0; 2],
+        );
         assert!(!machine.stop.is_down);
         for cycle in 1..=HELD {
             let expected = (0.02 - 2.0 * H * cycle as f64).max(0.0);

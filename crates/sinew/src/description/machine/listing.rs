@@ -79,7 +79,7 @@ impl Listing {
     }
 
     /// Adds a text.
-    pub(super) fn text(&mut self, key: &str, value: &str, source: ValueSource) {
+    pub fn text(&mut self, key: &str, value: &str, source: ValueSource) {
         self.add(key, Value::Text(value.to_string()), source);
     }
 

@@ -101,7 +101,7 @@ impl<'d> Reader<'d, '_> {
         if let Some(drive) = self.drive(listing)? {
             design.drive = drive.parameters;
         }
-        design.drive.load_cell = self.load_cell(sensors.load_cell, listing)?;
+        (design.drive.load_cell, design.drive.has_load_cell) = self.load_cell(sensors.load_cell, listing)?;
         design.drive.encoder.counts =
             self.number("motor_encoder_counts", POSITIVE, sensors.encoder.counts, listing)?;
         let delay = self.number("delay_s", DELAY, sensors.delay_ms * MILLISECOND, listing)?;
@@ -258,9 +258,21 @@ impl<'d> Reader<'d, '_> {
         Ok(Some(&self.drives[index]))
     }
 
-    fn load_cell(&self, on: LoadCell, listing: &mut Listing) -> Result<LoadCell, DescriptionError> {
-        let tables = self.inner("load_cell", &keys(LOAD_CELL, &[]))?;
-        overlay(&tables, LOAD_CELL, on, LoadCell::validate, listing, ("load_cell.", ValueSource::Default))
+    /// The load cell, and whether there is one: `load_cell = "none"` says that there is none.
+    fn load_cell(&self, on: LoadCell, listing: &mut Listing) -> Result<(LoadCell, bool), DescriptionError> {
+        if let Some(entry) = first(&self.layers, "load_cell").filter(Entry::is_text) {
+            entry.word(&["none"])?;
+            listing.add("load_cell", Value::None, source_of(Some(entry.line())));
+            return Ok((on, false));
+        }
+        // That others have none says nothing about this one.
+        let given = |table: &&Table<'_>| table.entry("load_cell").is_some_and(|entry| !entry.is_text());
+        let tables =
+            self.layers.iter().filter(given).filter_map(|table| table.table("load_cell").transpose());
+        let tables = tables.collect::<Result<Vec<_>, _>>()?;
+        tables.iter().try_for_each(|table| table.check_keys(&keys(LOAD_CELL, &[])))?;
+        let named = ("load_cell.", ValueSource::Default);
+        Ok((overlay(&tables, LOAD_CELL, on, LoadCell::validate, listing, named)?, true))
     }
 
     /// The file's limits, of which the largest tension is at most that of the body's actuator.

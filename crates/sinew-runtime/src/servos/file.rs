@@ -1,0 +1,152 @@
+//! What a machine file says of servos: `id`, `model`, `port`, `baud`, of drives `operating_mode`.
+
+use super::device::{OperatingMode, ServoDevice};
+use super::model::{BAUD, Model, Registers};
+use super::protocol::MAX_ID;
+use sinew::description::DescriptionError;
+use sinew::description::machine::{BusKeys, BusReader, Domain, Entry, Listing, Table, ValueSource};
+use sinew::machine::{DeviceRole, DriveMode, Machine};
+
+const ID: Domain = Domain::new("a whole number in 0..=252", |x| is_whole(x, f64::from(MAX_ID)));
+const RATE: Domain = Domain::new("9600, 57600, 115200 or 1, 2, 3, 4, 4.5 million bit/s", |x| {
+    BAUD.iter().any(|rate| f64::from(*rate).to_bits() == x.to_bits())
+});
+const NUMBER: Domain = Domain::new("a whole number in 0..=0xffff", |x| is_whole(x, 65_535.0));
+const VELOCITIES: Domain =
+    Domain::new("a whole number in 1..=0x7fffffff", |x| x >= 1.0 && is_whole(x, f64::from(i32::MAX)));
+const POSITIVE: Domain = Domain::new("a number > 0", |x| x > 0.0);
+const NOT_NEGATIVE: Domain = Domain::new("a number >= 0", |x| x >= 0.0);
+
+/// Difference of counts in a turn that is a rounding, as a fraction.
+const ROUNDING: f64 = 1e-3;
+
+fn is_whole(x: f64, largest: f64) -> bool {
+    (0.0..=largest).contains(&x) && x.trunc().to_bits() == x.abs().to_bits()
+}
+
+/// Reads what identifies the servos of a machine file.
+#[derive(Debug, Clone, Default)]
+pub struct DeviceTables {
+    read: Vec<Identified>,
+}
+
+#[derive(Debug, Clone)]
+struct Identified {
+    id: u8,
+    model: Model,
+    port: Option<String>,
+    baud: u32,
+    extended: bool,
+    /// Counts of a turn of the motor, as they are written, and where.
+    counts: Option<(f64, DescriptionError)>,
+    current: Option<DescriptionError>,
+}
+
+impl DeviceTables {
+    /// Whether the file names any servo.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.read.is_empty()
+    }
+
+    /// The servos of the machine that was read, all of whose devices are servos.
+    ///
+    /// # Errors
+    /// Counts of a turn that are not those of the model, and a torque that it cannot be commanded.
+    pub fn devices(&self, machine: &Machine) -> Result<Vec<ServoDevice>, DescriptionError> {
+        let mut servos = Vec::new();
+        for (device, (of, identified)) in machine.devices.iter().zip(&self.read).enumerate() {
+            let DeviceRole::Drive(drive) = of.role else { continue };
+            let Identified { id, model, port, baud, extended, counts, current } = identified.clone();
+            let mode = match OperatingMode::of(drive.mode) {
+                OperatingMode::Velocity if extended => OperatingMode::ExtendedPosition,
+                mode => mode,
+            };
+            if let (DriveMode::Torque, Some(error)) = (drive.mode, current) {
+                return Err(error);
+            }
+            let name = of.name.clone();
+            let servo = ServoDevice { device, name, drive, id, model, port, baud, mode }.with_counts(machine);
+            if let Some((given, error)) = counts
+                && (given.abs() / servo.drive.counts_per_turn.abs() - 1.0).abs() > ROUNDING
+            {
+                return Err(error);
+            }
+            servos.push(servo);
+        }
+        Ok(servos)
+    }
+}
+
+impl BusReader for DeviceTables {
+    fn keys(&self) -> BusKeys {
+        BusKeys { device: &["id", "model", "port", "baud"], drive: &["operating_mode"], channel: &[] }
+    }
+
+    fn read(
+        &mut self,
+        device: &Table<'_>,
+        _channels: &[Table<'_>],
+        listing: &mut Listing,
+    ) -> Result<(), DescriptionError> {
+        let entry = device.required("id")?;
+        let source = |entry: &Entry<'_>| ValueSource::File { line: entry.line() };
+        if device.entry("muscle").is_none() {
+            return Err(entry.refuse("no such key in a table without `muscle`: a servo is the drive of one"));
+        }
+        let id = entry.number(ID)?;
+        listing.number("id", id, source(&entry));
+        let named = device.required("model")?;
+        let model = model(&named, device)?;
+        listing.text("model", &model.name, source(&named));
+        let port =
+            device.entry("port").map(|entry| entry.text("the path of a serial port").map(str::to_owned));
+        let baud = device.entry("baud").map_or(Ok(f64::from(BAUD[3])), |entry| entry.number(RATE))?;
+        let extended = listing.word(device, "operating_mode", (&["velocity", "extended_position"], 0))? == 1;
+        let counts = device.entry("counts_per_turn").map(|entry| -> Result<_, DescriptionError> {
+            let expected = format!(
+                "{:?} counts of a turn of the horn over the ratio of the reducer, or nothing",
+                model.counts
+            );
+            Ok((entry.number(Domain::new("a number", f64::is_finite))?, entry.refuse(&expected)))
+        });
+        let current = device.entry("mode").filter(|_| model.current_a <= 0.0);
+        let current = current.map(|entry| entry.refuse("velocity: this model has no current loop"));
+        self.read.push(Identified {
+            id: id as u8,
+            port: port.transpose()?,
+            baud: baud as u32,
+            extended,
+            counts: counts.transpose()?,
+            current,
+            model,
+        });
+        Ok(())
+    }
+}
+
+/// A model of the table by its name, or one of a user's own:
+/// `{ name, number, counts, velocity_rpm, current_a, max_velocity, series }`.
+fn model(entry: &Entry<'_>, device: &Table<'_>) -> Result<Model, DescriptionError> {
+    let Some(table) = entry.is_table().then(|| device.table("model")).transpose()?.flatten() else {
+        let mut models: Vec<Model> = Model::all().collect();
+        let names: Vec<&str> = models.iter().map(|model| model.name.as_str()).collect();
+        let found = entry.name("servo's model", &names)?;
+        return Ok(models.swap_remove(found));
+    };
+    table.check_keys(&["name", "number", "counts", "velocity_rpm", "current_a", "max_velocity", "series"])?;
+    let chosen = match table.entry("series") {
+        Some(series) => series.name("series of servos", &["X", "P"])?,
+        None => 0,
+    };
+    let number = |key, domain| table.required(key)?.number(domain);
+    Ok(Model {
+        name: table.required("name")?.text("the name of a model")?.to_owned(),
+        number: Some(number("number", NUMBER)? as u16),
+        counts: number("counts", POSITIVE)?,
+        velocity_rpm: number("velocity_rpm", POSITIVE)?,
+        current_a: number("current_a", NOT_NEGATIVE)?,
+        max_velocity: number("max_velocity", VELOCITIES)? as u32,
+        registers: [Registers::X, Registers::P][chosen],
+    })
+}

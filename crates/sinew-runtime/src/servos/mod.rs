@@ -1,0 +1,44 @@
+//! A machine whose drives are serial servos: Dynamixel, protocol 2.0.
+//!
+//! ```text
+//! Lines (serial ports, simulated chains) <-> ServoBus: find, compare, configure, read back -> cycle
+//! ```
+//!
+//! A cycle sends all goals and the request for all readings at once; the answers are collected when the next
+//! one begins, so that the line has the whole period. Readings are as old as they are then.
+
+mod bring_up;
+mod bus;
+mod device;
+mod error;
+mod file;
+mod line;
+mod model;
+pub mod protocol;
+mod scan;
+mod simulated;
+mod slot;
+#[cfg(target_os = "linux")]
+mod tty;
+#[cfg(target_os = "linux")]
+mod wire;
+mod words;
+
+pub use bus::ServoBus;
+pub use device::{OperatingMode, ServoDevice};
+pub use error::ServoError;
+pub use file::DeviceTables;
+pub use line::Lines;
+pub use model::{BAUD, Model, Registers, eeprom};
+pub use scan::{FoundServo, scan};
+pub use simulated::{
+    ENCODER, OVERHEATING, OVERLOAD, ServoFault, ServoGoal, SimulatedChain, SimulatedLines, SimulatedMachine,
+    SimulatedServo,
+};
+#[cfg(target_os = "linux")]
+pub use simulated::{PseudoTerminal, serve};
+#[cfg(target_os = "linux")]
+pub use tty::Ttys;
+#[cfg(target_os = "linux")]
+pub use wire::BUS;
+pub use words::words;

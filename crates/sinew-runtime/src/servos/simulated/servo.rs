@@ -1,0 +1,309 @@
+//! One simulated servo: its control table, and what it does with it.
+
+use crate::servos::model::{Model, Registers, eeprom};
+use crate::servos::protocol::{ALERT, MAX_ID};
+
+/// Errors of a status.
+pub(super) const RESULT_FAIL: u8 = 1;
+pub(super) const INSTRUCTION_ERROR: u8 = 2;
+const DATA_RANGE: u8 = 4;
+pub(super) const DATA_LENGTH: u8 = 5;
+const DATA_LIMIT: u8 = 6;
+const ACCESS: u8 = 7;
+
+/// Bits of the hardware error status.
+pub const OVERLOAD: u8 = 0x20;
+/// See [`OVERLOAD`].
+pub const OVERHEATING: u8 = 0x04;
+/// See [`OVERLOAD`].
+pub const ENCODER: u8 = 0x08;
+
+/// Value of the bus watchdog that has stopped the servo: -1.
+const WATCHDOG_ERROR: u8 = 0xff;
+/// Unit of the bus watchdog, ns.
+const WATCHDOG_UNIT: u64 = 20_000_000;
+/// Octets of the control table.
+const TABLE: usize = 1024;
+/// Version of the firmware.
+const FIRMWARE: u8 = 45;
+
+/// How a simulated servo fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ServoFault {
+    /// It answers nothing and follows nothing, as with its plug pulled.
+    Silent,
+    /// Of this many of its answers one is damaged.
+    Corrupted(u32),
+    /// It answers under this identifier.
+    Id(u8),
+}
+
+/// What a simulated servo is to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ServoGoal {
+    /// No torque.
+    Off,
+    /// Speed of the horn, rad/s.
+    Velocity(f64),
+    /// Position, counts.
+    Position(i32),
+    /// Current of the motor, A.
+    Current(f64),
+}
+
+/// A simulated servo.
+#[derive(Debug, Clone)]
+pub struct SimulatedServo {
+    model: Model,
+    table: Vec<u8>,
+    pub(super) fault: Option<ServoFault>,
+    answers: u32,
+    /// When it last heard anything, ns.
+    heard: u64,
+}
+
+impl SimulatedServo {
+    /// As it comes from the factory, with this identifier and rate of the line.
+    #[must_use]
+    pub fn new(model: Model, id: u8, baud: u8) -> Self {
+        let mut servo = Self { model, table: vec![0; TABLE], fault: None, answers: 0, heard: 0 };
+        servo.set(0, &servo.model.number.unwrap_or(1020).to_le_bytes());
+        servo.set(6, &[FIRMWARE, id, baud, 250, 0, 3, 255, 2]);
+        servo.set(eeprom::TEMPERATURE_LIMIT, &[80, 160, 0, 95, 0]);
+        servo.set(36, &885_u16.to_le_bytes());
+        servo.set(eeprom::CURRENT_LIMIT, &1193_u16.to_le_bytes());
+        servo.set(eeprom::VELOCITY_LIMIT, &200_u32.to_le_bytes());
+        servo.set(48, &4095_u32.to_le_bytes());
+        servo.start();
+        servo
+    }
+
+    /// Fills the part of the table that is lost without power.
+    fn start(&mut self) {
+        let Registers { torque_enable, voltage, indirect, .. } = self.model.registers;
+        self.table[usize::from(torque_enable)..].fill(0);
+        // Status return level: everything is answered.
+        self.set(torque_enable + 4, &[2]);
+        self.set(voltage, &[120, 0, 35]);
+        for k in 0..self.indirect_octets() {
+            self.set(indirect[0] + 2 * k, &(indirect[1] + k).to_le_bytes());
+        }
+    }
+
+    /// Octets that can be shown elsewhere.
+    fn indirect_octets(&self) -> u16 {
+        let [address, data] = self.model.registers.indirect;
+        ((data - address) / 2).min(28)
+    }
+
+    /// Starts anew, as when its power was gone for a moment: no torque, the position within a turn.
+    pub fn reset(&mut self) {
+        let position = self.position().rem_euclid(self.model.counts as i32);
+        self.start();
+        self.set(self.model.registers.present + 6, &position.to_le_bytes());
+    }
+
+    /// Lets it fail, or ends that.
+    pub fn set_fault(&mut self, fault: Option<ServoFault>) {
+        self.fault = fault;
+    }
+
+    /// Reports a hardware error and takes its torque away, until it is started anew.
+    pub fn raise(&mut self, error: u8) {
+        let registers = self.model.registers;
+        self.table[usize::from(registers.hardware_error)] |= error;
+        self.set(registers.torque_enable, &[0]);
+    }
+
+    /// Identifier that it listens to.
+    #[must_use]
+    pub fn id(&self) -> u8 {
+        self.octet(eeprom::ID)
+    }
+
+    /// Rate of its line, by its number in the control table.
+    #[must_use]
+    pub fn baud(&self) -> u8 {
+        self.octet(eeprom::BAUD)
+    }
+
+    /// Identifier that it answers with.
+    pub(super) fn answers_as(&self) -> u8 {
+        if let Some(ServoFault::Id(id)) = self.fault { id } else { self.id() }
+    }
+
+    /// Time until it answers, ns.
+    pub(super) fn return_delay(&self) -> u64 {
+        2000 * u64::from(self.octet(eeprom::RETURN_DELAY))
+    }
+
+    /// Whether the motor has torque.
+    #[must_use]
+    pub fn has_torque(&self) -> bool {
+        self.octet(self.model.registers.torque_enable) == 1
+    }
+
+    /// Present position, counts.
+    #[must_use]
+    pub fn position(&self) -> i32 {
+        self.number(self.model.registers.present + 6)
+    }
+
+    /// Its model.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// What it is to do.
+    #[must_use]
+    pub fn goal(&self) -> ServoGoal {
+        let Registers { bus_watchdog, goal_current, goal_position, .. } = self.model.registers;
+        if !self.has_torque() || self.fault == Some(ServoFault::Silent) {
+            return ServoGoal::Off;
+        }
+        if self.octet(bus_watchdog) == WATCHDOG_ERROR {
+            return ServoGoal::Velocity(0.0);
+        }
+        match self.octet(eeprom::OPERATING_MODE) {
+            0 => {
+                let [low, high] = [self.octet(goal_current), self.octet(goal_current + 1)];
+                ServoGoal::Current(f64::from(i16::from_le_bytes([low, high])) * self.model.current_a)
+            }
+            1 => {
+                let velocity = f64::from(self.number(self.model.registers.goal_velocity()));
+                ServoGoal::Velocity(velocity * self.model.velocity_unit())
+            }
+            _ => ServoGoal::Position(self.number(goal_position)),
+        }
+    }
+
+    /// Shows what it measures: current, A, speed of the horn, rad/s, position, counts, temperature, degC.
+    pub fn show(&mut self, current: f64, speed: f64, position: i32, temperature: f64) {
+        let Registers { present, .. } = self.model.registers;
+        let unit = self.model.current_a;
+        let current = if unit > 0.0 { (current / unit).round() as i16 } else { 0 };
+        let velocity = (speed / self.model.velocity_unit()).round() as i32;
+        self.set(present, &current.to_le_bytes());
+        self.set(present + 2, &velocity.to_le_bytes());
+        self.set(present + 6, &position.to_le_bytes());
+        self.set(self.model.registers.temperature(), &[temperature.clamp(0.0, 255.0) as u8]);
+    }
+
+    /// Whether it takes part in what comes at this time, ns, over a line of this rate.
+    pub(super) fn hears(&mut self, now: u64, baud: Option<u32>) -> bool {
+        let own = crate::servos::model::BAUD.get(usize::from(self.baud())).copied();
+        let hears = self.fault != Some(ServoFault::Silent) && (baud.is_none() || baud == own);
+        if hears {
+            self.heard = now;
+        }
+        hears
+    }
+
+    /// Time passes: the bus watchdog stops a servo that hears nothing.
+    pub(super) fn watch(&mut self, now: u64) {
+        let address = self.model.registers.bus_watchdog;
+        let units = self.octet(address);
+        let counts = self.has_torque() && (1..=127).contains(&units);
+        if counts && now.saturating_sub(self.heard) > u64::from(units) * WATCHDOG_UNIT {
+            self.set(address, &[WATCHDOG_ERROR]);
+        }
+    }
+
+    /// Whether the next answer is damaged.
+    pub(super) fn damages(&mut self) -> bool {
+        self.answers = self.answers.wrapping_add(1);
+        matches!(self.fault, Some(ServoFault::Corrupted(of)) if self.answers.is_multiple_of(of.max(1)))
+    }
+
+    /// Error of a status: its number, and whether there is a hardware error.
+    pub(super) fn error(&self, number: u8) -> u8 {
+        let alert = self.octet(self.model.registers.hardware_error) != 0;
+        number | if alert { ALERT } else { 0 }
+    }
+
+    /// Appends the octets at an address; the number of the error that it answers with.
+    pub(super) fn read(&self, address: u16, length: u16, out: &mut Vec<u8>) -> u8 {
+        if usize::from(address) + usize::from(length) > TABLE {
+            return DATA_RANGE;
+        }
+        let [from, shown] = self.model.registers.indirect;
+        out.extend((address..address + length).map(|address| {
+            let place = address.checked_sub(shown).filter(|place| *place < self.indirect_octets());
+            let address = place.map_or(address, |place| {
+                u16::from_le_bytes([self.octet(from + 2 * place), self.octet(from + 2 * place + 1)])
+            });
+            self.octet(address)
+        }));
+        0
+    }
+
+    /// Writes octets at an address; the number of the error that it answers with.
+    pub(super) fn write(&mut self, address: u16, octets: &[u8]) -> u8 {
+        let Registers { torque_enable, bus_watchdog, goal_current, present, voltage, indirect, .. } =
+            self.model.registers;
+        let end = usize::from(address) + octets.len();
+        if end > TABLE || octets.is_empty() {
+            return DATA_RANGE;
+        }
+        let is_indirect = address >= indirect[0] && address < indirect[1];
+        let read_only = address < eeprom::ID || (present..=voltage + 2).contains(&address);
+        let locked = address < torque_enable && !is_indirect && self.has_torque();
+        if read_only || locked {
+            return ACCESS;
+        }
+        let stopped = self.octet(bus_watchdog) == WATCHDOG_ERROR;
+        if stopped && (goal_current - 2..present - 10).contains(&address) {
+            return DATA_RANGE;
+        }
+        let number = octets.first_chunk().map_or(0, |octets| i32::from_le_bytes(*octets));
+        let largest = self.number(eeprom::VELOCITY_LIMIT).unsigned_abs();
+        let refused = match (address, octets) {
+            (eeprom::ID, [id, ..]) => (*id > MAX_ID).then_some(DATA_RANGE),
+            (eeprom::BAUD, [baud, ..]) => (*baud > 7).then_some(DATA_RANGE),
+            (eeprom::RETURN_DELAY, [delay, ..]) => (*delay > 254).then_some(DATA_RANGE),
+            (eeprom::OPERATING_MODE, [mode, ..]) => {
+                let known = [0, 1, 3, 4, 5, 16].contains(mode) && (*mode != 0 || self.model.current_a > 0.0);
+                (!known).then_some(DATA_RANGE)
+            }
+            (eeprom::VELOCITY_LIMIT, [_, _, _, _, ..]) => {
+                (number.cast_unsigned() > self.model.max_velocity).then_some(DATA_RANGE)
+            }
+            (at, [_, _, _, _, ..]) if at == self.model.registers.goal_velocity() => {
+                (number.unsigned_abs() > largest).then_some(DATA_LIMIT)
+            }
+            (at, [on, ..]) if at == torque_enable => {
+                let failed = *on == 1 && self.octet(self.model.registers.hardware_error) != 0;
+                if *on > 1 { Some(DATA_RANGE) } else { failed.then_some(RESULT_FAIL) }
+            }
+            _ => None,
+        };
+        if let Some(error) = refused {
+            return error;
+        }
+        self.set(address, octets);
+        if address == torque_enable || address == eeprom::OPERATING_MODE {
+            // The goals begin where the servo stands.
+            let position = self.position();
+            self.set(goal_current, &[0; 6]);
+            self.set(self.model.registers.goal_position, &position.to_le_bytes());
+        }
+        0
+    }
+
+    fn octet(&self, address: u16) -> u8 {
+        self.table.get(usize::from(address)).copied().unwrap_or(0)
+    }
+
+    fn number(&self, address: u16) -> i32 {
+        let from = usize::from(address);
+        self.table.get(from..).and_then(|octets| octets.first_chunk()).map_or(0, |x| i32::from_le_bytes(*x))
+    }
+
+    fn set(&mut self, address: u16, octets: &[u8]) {
+        let from = usize::from(address);
+        if let Some(place) = self.table.get_mut(from..from + octets.len()) {
+            place.copy_from_slice(octets);
+        }
+    }
+}

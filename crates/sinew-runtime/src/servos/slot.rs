@@ -1,0 +1,168 @@
+//! A servo in the cycle: commands in SI units to goals, its reading to the cable.
+
+use super::bring_up::READING;
+use super::device::{OperatingMode, ServoDevice};
+use super::model::Registers;
+use sinew::drive::{DriveCommand, DriveParameters, MeasuredShaft, SpeedControl};
+use sinew::machine::DriveDevice;
+
+/// One servo of a running machine.
+#[derive(Debug, Clone)]
+pub(super) struct Slot {
+    pub(super) device: ServoDevice,
+    pub(super) line: usize,
+    parameters: DriveParameters,
+    /// Whether it is to have torque, and had to when the last reading was asked for.
+    pub(super) torque: bool,
+    pub(super) expected: bool,
+    /// Cycles without a reading.
+    pub(super) silent: u32,
+    /// The last reading; of a servo that is silent, an earlier one.
+    pub(super) reading: Reading,
+    /// Angle and speed of the motor, rad and rad/s, as read last.
+    angle: f64,
+    speed: f64,
+    /// Speed of the cable that was commanded last, m/s.
+    commanded: f64,
+    /// Goal before it was rounded less the goal, counts: it is made up for in the next cycle.
+    rest: f64,
+    /// Goal of the position, counts.
+    position: f64,
+    speed_control: SpeedControl,
+}
+
+/// What a servo says of itself in a cycle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Reading {
+    pub(super) torque: bool,
+    pub(super) error: u8,
+    /// degC.
+    pub(super) temperature: f64,
+    /// Current of the motor, A, + winds in; NaN where it measures none.
+    pub(super) current: f64,
+    /// Position of the cable, m.
+    pub(super) cable: f64,
+}
+
+/// Fraction of a drive's acceleration with which it brakes before its torque goes, as in a safe stop.
+const BRAKING_FRACTION: f64 = 0.4;
+
+impl Slot {
+    pub(super) fn new(device: ServoDevice, line: usize, parameters: DriveParameters) -> Self {
+        let reading =
+            Reading { torque: false, error: 0, temperature: f64::NAN, current: f64::NAN, cable: f64::NAN };
+        Self {
+            line,
+            parameters,
+            torque: false,
+            expected: false,
+            silent: 0,
+            reading,
+            angle: f64::NAN,
+            speed: 0.0,
+            commanded: 0.0,
+            rest: 0.0,
+            position: f64::NAN,
+            speed_control: SpeedControl::new(),
+            device,
+        }
+    }
+
+    pub(super) fn registers(&self) -> Registers {
+        self.device.model.registers
+    }
+
+    pub(super) fn muscle(&self) -> usize {
+        self.device.drive.muscle
+    }
+
+    /// Address of its goal, and its octets.
+    pub(super) fn goal_place(&self) -> (u16, usize) {
+        let registers = self.registers();
+        match self.device.mode {
+            OperatingMode::Current => (registers.goal_current, 2),
+            OperatingMode::Velocity => (registers.goal_velocity(), 4),
+            OperatingMode::ExtendedPosition => (registers.goal_position, 4),
+        }
+    }
+
+    /// Takes over a reading.
+    pub(super) fn read(&mut self, data: &[u8; READING]) {
+        let [torque, error, temperature, c0, c1, v0, v1, v2, v3, p0, p1, p2, p3] = *data;
+        let Self { device, parameters, .. } = self;
+        let (drive, sign) = (&device.drive, device.drive.counts_per_turn.signum());
+        self.angle = drive.angle(f64::from(i32::from_le_bytes([p0, p1, p2, p3])));
+        let horn = f64::from(i32::from_le_bytes([v0, v1, v2, v3])) * device.model.velocity_unit() * sign;
+        self.speed = horn * parameters.reducer.ratio;
+        let unit = if device.model.current_a > 0.0 { device.model.current_a } else { f64::NAN };
+        let [cable, _] = DriveDevice::cable(&parameters.winch, parameters.reducer.ratio, self.angle);
+        self.reading = Reading {
+            torque: torque == 1,
+            error,
+            temperature: f64::from(temperature),
+            current: f64::from(i16::from_le_bytes([c0, c1])) * unit * sign,
+            cable,
+        };
+    }
+
+    /// The goal of a command, in the unit of the register; `h` s since the last one.
+    pub(super) fn goal(&mut self, command: DriveCommand, h: f64) -> i32 {
+        let began = !self.torque;
+        self.torque = command != DriveCommand::Off;
+        if began {
+            (self.rest, self.position) = (0.0, self.device.drive.counts(self.angle));
+            self.speed_control.take_over(self.speed);
+        }
+        let (parameters, drive) = (self.parameters, self.device.drive);
+        let [_, per_radian] = DriveDevice::cable(&parameters.winch, parameters.reducer.ratio, self.angle);
+        // A tension cannot be followed without one that is measured, and there is no brake: it stands.
+        let velocity = match command {
+            DriveCommand::Velocity(velocity) if velocity.is_finite() && per_radian.is_finite() => velocity,
+            _ => 0.0,
+        };
+        self.commanded = velocity;
+        let (motor, sign) = (velocity / per_radian, drive.counts_per_turn.signum());
+        match self.device.mode {
+            OperatingMode::Velocity => {
+                let horn = motor / parameters.reducer.ratio * sign;
+                self.rounded(horn / self.device.model.velocity_unit(), velocity != 0.0)
+            }
+            OperatingMode::ExtendedPosition => {
+                let ahead = motor * h * (drive.counts_per_turn / core::f64::consts::TAU);
+                self.position += if ahead.is_finite() { ahead } else { 0.0 };
+                self.position.round() as i32
+            }
+            OperatingMode::Current => {
+                let current = match command {
+                    DriveCommand::Current(current) => {
+                        self.commanded = self.speed * per_radian;
+                        current
+                    }
+                    DriveCommand::Off => 0.0,
+                    _ => {
+                        let arm = per_radian * parameters.reducer.ratio;
+                        let measured = MeasuredShaft { tension: 0.0, speed: self.speed, arm };
+                        let torque = self.speed_control.torque(&parameters, velocity, measured, h);
+                        torque / parameters.motor.torque_constant
+                    }
+                };
+                (current * sign / self.device.model.current_a).round() as i32
+            }
+        }
+    }
+
+    /// Rounds a goal; what that leaves is made up for later, so that slow motions are right in the mean.
+    fn rounded(&mut self, goal: f64, moves: bool) -> i32 {
+        let wanted = if moves && goal.is_finite() { goal + self.rest } else { 0.0 };
+        let rounded = wanted.round();
+        self.rest = wanted - rounded;
+        rounded as i32
+    }
+
+    /// The speed, m/s, that follows the one that was commanded last on the way to rest, `h` s later: never a
+    /// step.
+    pub(super) fn braked_speed(&self, h: f64) -> f64 {
+        let most = BRAKING_FRACTION * self.parameters.acceleration * h;
+        self.commanded - self.commanded.clamp(-most, most)
+    }
+}

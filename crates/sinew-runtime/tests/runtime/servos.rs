@@ -1,0 +1,285 @@
+//! Machines behind chains of simulated serial servos, in virtual time.
+
+use crate::common::{Errors, Setup, machine};
+use sinew::control::arm::ArmStatus;
+use sinew::control::supervisor::Mode;
+use sinew::machine::{Device, Machine};
+use sinew_runtime::servos::{
+    BAUD, Lines, Model, OVERLOAD, OperatingMode, ServoBus, ServoDevice, ServoFault, ServoGoal,
+    SimulatedLines, SimulatedMachine, SimulatedServo, words,
+};
+use sinew_session::{BusFault, Exchange, Feedback, Plant};
+use std::cell::RefCell;
+use std::io;
+use std::rc::Rc;
+
+/// s.
+const PERIOD: f64 = 4e-3;
+/// A cycle in the middle of the motion.
+const MIDDLE: u64 = 1000;
+const NAMES: [&str; 3] = ["bench_joint", "planar_leg", "finger"];
+
+/// A machine whose only sensors are those of its servos.
+fn servo_machine(name: &str) -> Machine {
+    let mut machine = Machine { period: PERIOD, ..machine(name) };
+    machine.muscles.iter_mut().for_each(|muscle| muscle.drive.has_load_cell = false);
+    machine.encoders.fill(None);
+    machine.devices = Device::defaults(&machine.robot, &machine.muscles, &machine.encoders);
+    machine
+}
+
+/// Lines that are there after their bus is gone, and what is done before a cycle.
+#[derive(Clone)]
+struct Watched(Rc<RefCell<SimulatedLines>>, Rc<RefCell<Vec<(u64, Act)>>>, Rc<RefCell<u64>>);
+
+/// What happens to the servo of this index.
+#[derive(Debug, Clone, Copy)]
+enum Act {
+    Fault(usize, Option<ServoFault>),
+    Reset(usize),
+    Raise(usize, u8),
+}
+
+impl Watched {
+    fn new(setup: &Setup, servos: &[ServoDevice]) -> Self {
+        let ports = ServoDevice::ports(servos);
+        let plant = setup.plant.clone();
+        let machine = SimulatedMachine::new(plant, &setup.machine, servos, &ports, false);
+        Self(Rc::new(RefCell::new(SimulatedLines::new(machine))), Rc::default(), Rc::default())
+    }
+
+    fn with(self, cycle: u64, act: Act) -> Self {
+        self.1.borrow_mut().push((cycle, act));
+        self
+    }
+
+    fn servos<T>(&self, see: impl Fn(&SimulatedServo) -> T) -> Vec<T> {
+        let mut lines = self.0.borrow_mut();
+        lines.machine_mut().chains().iter().flat_map(|chain| chain.servos()).map(see).collect()
+    }
+}
+
+impl Lines for Watched {
+    fn count(&self) -> usize {
+        self.0.borrow().count()
+    }
+    fn now(&mut self) -> u64 {
+        self.0.borrow_mut().now()
+    }
+    fn send(&mut self, line: usize, octets: &[u8]) -> io::Result<()> {
+        self.0.borrow_mut().send(line, octets)
+    }
+    fn receive(&mut self, line: usize, buffer: &mut [u8], deadline: u64) -> io::Result<usize> {
+        self.0.borrow_mut().receive(line, buffer, deadline)
+    }
+    fn rest_until(&mut self, time: u64) {
+        self.0.borrow_mut().rest_until(time);
+    }
+    fn begin_cycle(&mut self, period: u64) {
+        let mut lines = self.0.borrow_mut();
+        let mut cycle = self.2.borrow_mut();
+        let due =
+            self.1.borrow().iter().filter(|(at, _)| *at == *cycle).map(|(_, act)| *act).collect::<Vec<_>>();
+        for act in due {
+            let chains = lines.machine_mut().chains_mut();
+            let mut servos = chains.iter_mut().flat_map(|chain| chain.servos_mut());
+            match act {
+                Act::Fault(k, fault) => servos.nth(k).unwrap().set_fault(fault),
+                Act::Reset(k) => servos.nth(k).unwrap().reset(),
+                Act::Raise(k, error) => servos.nth(k).unwrap().raise(error),
+            }
+        }
+        *cycle += 1;
+        lines.begin_cycle(period);
+    }
+}
+
+fn setup(name: &str) -> (Setup, Vec<ServoDevice>) {
+    // The motion begins when the cables have their tensions.
+    let setup = Setup { before: 3.0, ..Setup::new(servo_machine(name), 3, &[]) };
+    let servos = ServoDevice::simulated(&setup.machine);
+    (setup, servos)
+}
+
+fn bus(setup: &Setup, servos: &[ServoDevice]) -> ServoBus<SimulatedLines> {
+    let ports = ServoDevice::ports(servos);
+    let machine = SimulatedMachine::new(setup.plant.clone(), &setup.machine, servos, &ports, false);
+    ServoBus::start(SimulatedLines::new(machine), &setup.machine, servos).unwrap()
+}
+
+/// Errors of the joints and a digest of all estimates of a run without a fault.
+fn tracked<B: Plant>(setup: &Setup, bus: B) -> (Errors, u64) {
+    let (mut errors, mut digest) = (Errors::default(), 0xcbf2_9ce4_8422_2325_u64);
+    let cycle = setup.run(bus, |record| {
+        let status = record.command.arm.status;
+        assert!(
+            matches!(status, ArmStatus::Following | ArmStatus::Holding),
+            "{:?} {status:?}",
+            record.moment
+        );
+        if record.command.mode == Mode::Run {
+            errors.record(&record.reference.q, record.plant.simulated().unwrap().truth().q);
+        }
+        for estimate in record.command.arm.q.iter().chain(record.command.arm.estimated_tension) {
+            digest = (digest ^ estimate.to_bits()).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    });
+    assert_eq!(cycle.statistics().first, None, "no fault of the bus");
+    (errors, digest)
+}
+
+#[test]
+fn a_machine_without_sensors_of_its_own_tracks_behind_servos_as_without_wires() {
+    for name in NAMES {
+        let (setup, servos) = setup(name);
+        let (direct, _) = tracked(&setup, setup.twin_bus());
+        let (wired, digest) = tracked(&setup, bus(&setup, &servos));
+        println!("{name}: twin {direct:?}, chain {wired:?}");
+        assert!(wired.mean < 1.5 * direct.mean && wired.max < 1.6 * direct.max, "{name}");
+        assert_eq!(tracked(&setup, bus(&setup, &servos)).1, digest, "{name}: bits of a second run");
+    }
+}
+
+#[test]
+fn servos_on_two_ports_and_in_extended_position_track_as_well() {
+    let (setup, servos) = setup("planar_leg");
+    let (plain, _) = tracked(&setup, bus(&setup, &servos));
+    let on_two = |k: usize| {
+        let port = Some(["a", "b"][k % 2].to_owned());
+        ServoDevice { port, id: 1 + (k / 2) as u8, baud: BAUD[4], ..servos[k].clone() }
+    };
+    let (two, _) = tracked(&setup, bus(&setup, &(0..4).map(on_two).collect::<Vec<_>>()));
+    let extended =
+        |servo: &ServoDevice| ServoDevice { mode: OperatingMode::ExtendedPosition, ..servo.clone() };
+    let (extended, _) = tracked(&setup, bus(&setup, &servos.iter().map(extended).collect::<Vec<_>>()));
+    assert!(two.mean < 1.5 * plain.mean && two.max < 1.6 * plain.max, "{plain:?} {two:?}");
+    // The simulated loop of the position lags by 13 ms, which the gains do not know.
+    assert!(extended.mean < 5.0 * plain.mean, "{plain:?} {extended:?}");
+}
+
+/// The cycle in which a machine is stopped, the fault of the bus in it, and the fault as its supervisor names
+/// it; none for a run to its end.
+fn stopped(setup: &Setup, watched: &Watched, servos: &[ServoDevice]) -> Option<(u64, Exchange, String)> {
+    let bus = ServoBus::start(watched.clone(), &setup.machine, servos).unwrap();
+    // Cycles of the start are none of the run.
+    *watched.2.borrow_mut() = 0;
+    let (mut found, mut cycles, mut still) = (None, 0, Vec::new());
+    setup.run(bus, |record| {
+        cycles += 1;
+        if let (None, ArmStatus::Stopped(fault)) = (&found, record.command.arm.status) {
+            found = Some((cycles, record.exchange, format!("{fault:?}")));
+        }
+        if found.is_some() && cycles > found.as_ref().unwrap().0 + 400 {
+            still.push(watched.servos(SimulatedServo::position));
+        }
+    });
+    let moved = still
+        .first()
+        .zip(still.last())
+        .is_some_and(|(first, last)| first.iter().zip(last).any(|(first, last)| (first - last).abs() > 2000));
+    assert!(!moved, "it does not move again by itself");
+    // What hears nothing is stopped by its own watchdog.
+    let left = watched.servos(|servo| servo.goal() != ServoGoal::Off);
+    assert!(left.iter().all(|moving| !moving), "no torque at the end");
+    found
+}
+
+#[test]
+fn a_servo_that_fails_in_the_middle_of_a_motion_is_found_named_and_leads_to_a_safe_stop() {
+    let (setup, servos) = setup("planar_leg");
+    // The second servo, in the middle of the motion.
+    for act in [Act::Fault(1, Some(ServoFault::Silent)), Act::Reset(1), Act::Raise(1, OVERLOAD)] {
+        let watched = Watched::new(&setup, &servos).with(MIDDLE, act);
+        let (cycle, exchange, fault) = stopped(&setup, &watched, &servos).unwrap();
+        assert!((MIDDLE..MIDDLE + 10).contains(&cycle), "{act:?}: {cycle}");
+        assert_eq!(fault, "Drive(1)", "{act:?}");
+        let expected = match act {
+            Act::Fault(..) => BusFault::NotReady { device: 1, code: 0, muscle: Some(1) },
+            Act::Reset(_) => BusFault::NotReady { device: 1, code: 1, muscle: Some(1) },
+            Act::Raise(..) => BusFault::Drive { muscle: 1, code: u16::from(OVERLOAD) },
+        };
+        assert_eq!(exchange.fault, Some(expected), "{act:?}");
+        assert!(!words(expected).is_empty());
+    }
+}
+
+#[test]
+fn answers_that_are_damaged_now_and_then_are_bridged() {
+    let (setup, servos) = setup("planar_leg");
+    let damaged = Act::Fault(1, Some(ServoFault::Corrupted(50)));
+    let watched = Watched::new(&setup, &servos).with(10, damaged);
+    assert_eq!(stopped(&setup, &watched, &servos), None);
+}
+
+#[test]
+fn the_readings_of_the_others_count_while_a_servo_is_silent() {
+    let (setup, servos) = setup("finger");
+    for silent in 0..servos.len() {
+        let watched = Watched::new(&setup, &servos);
+        let mut bus = ServoBus::start(watched.clone(), &setup.machine, &servos).unwrap();
+        let mut feedback = Feedback::new(servos.len(), setup.machine.encoders.len());
+        let begun = *watched.2.borrow();
+        let watched = watched.with(begun + 2, Act::Fault(silent, Some(ServoFault::Silent)));
+        let mut missing = Vec::new();
+        for _ in 0..8 {
+            bus.read(&mut feedback);
+            missing.push(feedback.motor.iter().filter(|position| position.is_nan()).count());
+            bus.write(&vec![sinew::drive::DriveCommand::Velocity(0.0); servos.len()]);
+        }
+        assert_eq!((missing[0], missing[5], missing[7]), (0, 1, 1), "servo {silent}: {missing:?}");
+        drop(bus);
+        let left = watched.servos(SimulatedServo::has_torque);
+        assert_eq!(left.iter().filter(|torque| **torque).count(), 1, "the silent one's is its watchdog's");
+    }
+}
+
+#[test]
+fn what_is_wrong_is_refused_before_anything_moves_with_device_and_value() {
+    let (setup, servos) = setup("finger");
+    let start = |servos: &[ServoDevice], watched: &Watched| {
+        let refused = ServoBus::start(watched.clone(), &setup.machine, servos);
+        refused.err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    let fine = || Watched::new(&setup, &servos);
+    let name = servos[2].name.as_str();
+    let with = |change: &dyn Fn(&mut ServoDevice)| {
+        let mut changed = servos.clone();
+        change(&mut changed[2]);
+        changed
+    };
+    let model = |wanted: &str| Model::all().find(|model| model.name == wanted).unwrap();
+    // As simulated, what the machine file says, and parts of the message.
+    let cases: [(Watched, Vec<ServoDevice>, &[&str]); 6] = [
+        (fine(), with(&|servo| servo.id = 77), &[name, "id 77", "no servo answers"]),
+        (fine(), with(&|servo| servo.model = model("XM540-W270")), &[name, "1020", "XM540-W270"]),
+        (fine(), with(&|servo| servo.id = 1), &[name, "id"]),
+        (fine(), with(&|servo| servo.baud = BAUD[1]), &[name, "baud"]),
+        (fine(), with(&|servo| servo.model = model("PH54-200")), &[name, "series"]),
+        (
+            Watched::new(&setup, &with(&|servo| servo.model = model("XM430-W350"))),
+            servos.clone(),
+            &[name, "velocity limit", "outside"],
+        ),
+    ];
+    for (watched, servos, parts) in cases {
+        let message = start(&servos, &watched);
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}: {parts:?}");
+        assert!(watched.servos(SimulatedServo::has_torque).iter().all(|torque| !torque));
+    }
+    let slow: Vec<_> = servos.iter().map(|servo| ServoDevice { baud: BAUD[2], ..servo.clone() }).collect();
+    let message = start(&slow, &Watched::new(&setup, &slow));
+    assert!(message.contains("115200") && message.contains("4.000 ms"), "{message}");
+    let watched = fine();
+    watched.0.borrow_mut().machine_mut().chains_mut()[0].servos_mut()[2].raise(OVERLOAD);
+    let message = start(&servos, &watched);
+    assert!(message.contains(name) && message.contains("overload"), "{message}");
+}
+
+#[test]
+fn a_machine_with_other_sensors_than_its_servos_is_refused_by_name() {
+    let setup = Setup::new(Machine { period: PERIOD, ..machine("finger") }, 3, &[]);
+    let servos = ServoDevice::simulated(&setup.machine);
+    let refused = ServoBus::start(Watched::new(&setup, &servos), &setup.machine, &servos);
+    let message = refused.err().unwrap().to_string();
+    assert!(message.contains("load cell of flexor_profundus") && message.contains("none"), "{message}");
+}
