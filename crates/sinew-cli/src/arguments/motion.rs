@@ -2,8 +2,9 @@
 
 use super::fault::FaultArgument;
 use super::path::{PathArgument, PathParser};
-use super::values::{compensation, number};
+use super::values::{compensation, number, workshop};
 use clap::Args;
+use sinew::machine::Workshop;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::INITIAL_REST_S;
 use std::path::PathBuf;
@@ -51,6 +52,10 @@ pub(crate) struct MotionArguments {
     /// Gains of the controller (JSON, as `sinew machine tune` writes them) [default: derived for the motion]
     #[arg(long, value_name = "FILE.json")]
     pub(crate) gains: Option<PathBuf>,
+    /// Frames of joints, centres of mass, radii, encoders and flex of a simulated machine as a workshop builds
+    /// them, in place of the tolerances in the machine's file
+    #[arg(long, value_name = "WORKSHOP", value_parser = workshop())]
+    pub(crate) tolerances: Option<Workshop>,
     /// Seed of the arm's deviations from the model and of the sensor noise
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,

@@ -68,6 +68,10 @@ impl Setup {
         let (machine, places) = (described.machine, described.places);
         let payload = arguments.payload.unwrap_or(machine.payload);
         let machine = Machine { payload, ..machine };
+        let machine = match arguments.tolerances {
+            Some(workshop) => machine.built_by(workshop),
+            None => machine,
+        };
         let faults = fault::resolve(&arguments.fault, &machine.robot)?;
         let path = arguments.path.clone().unwrap_or_else(|| default_path(&machine));
         let trajectory = motion::trajectory(&machine, &path, arguments.duration);
