@@ -3,6 +3,7 @@
 //!
 //! The documentation comments of the structures and their fields are the text that `--help` prints.
 
+mod calibrate;
 mod design;
 mod ethercat;
 mod export;
@@ -22,6 +23,10 @@ mod track;
 mod values;
 mod verbs;
 
+pub(crate) use calibrate::{
+    CalibrateArguments, CalibrateFitArguments, CalibrateFlyArguments, CalibratePlanArguments, CalibrateVerb,
+    ScenarioArguments,
+};
 pub(crate) use design::{DesignArguments, DesignVerb, DriveArguments, StudyArguments, TensionArguments};
 pub(crate) use ethercat::{
     EthercatArguments, EthercatScanArguments, EthercatSimulateArguments, EthercatVerb,
@@ -115,6 +120,7 @@ pub(crate) enum Verb {
     Demo(DemoArguments),
     Machine(MachineArguments),
     Design(DesignArguments),
+    Calibrate(Box<CalibrateArguments>),
     Track(TrackArguments),
     Run(RunArguments),
     Live(LiveArguments),

@@ -52,6 +52,9 @@ pub(crate) struct MotionArguments {
     /// Gains of the controller (JSON, as `sinew machine tune` writes them) [default: derived for the motion]
     #[arg(long, value_name = "FILE.json")]
     pub(crate) gains: Option<PathBuf>,
+    /// Geometry of the machine as the controller knows it, as `sinew calibrate` writes it
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) calibration: Option<PathBuf>,
     /// Frames of joints, centres of mass, radii, encoders and flex of a simulated machine as a workshop builds
     /// them, in place of the tolerances in the machine's file
     #[arg(long, value_name = "WORKSHOP", value_parser = workshop())]

@@ -26,6 +26,17 @@ pub struct Displacement {
     pub tilt: [f64; 2],
 }
 
+/// How a joint differs from its description, by a calibration.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct JointCorrection {
+    /// Of its frame.
+    pub displacement: Displacement,
+    /// Reading of its encoder where the description has its coordinate at zero, rad or m.
+    pub zero: f64,
+    /// Bend of the link behind it, rad/Nm.
+    pub flex: f64,
+}
+
 /// A rigid transform: axes of a frame, and its origin.
 type Rigid = (Frame, Vector);
 
@@ -39,6 +50,21 @@ fn inverse((axes, origin): &Rigid) -> Rigid {
 }
 
 impl Parts {
+    /// The same in the readings of its encoders as coordinates: `corrections: [joints]`. Ranges of the joints stay
+    /// where they are in space.
+    #[must_use]
+    pub fn corrected(&self, corrections: &[JointCorrection]) -> Parts {
+        let displacements: vec::Vec<Displacement> = corrections.iter().map(|at| at.displacement).collect();
+        let mut parts = self.displaced(&displacements);
+        for (joint, JointCorrection { zero, flex, .. }) in parts.joints.iter_mut().zip(corrections) {
+            joint.reference += zero;
+            joint.spring_reference += zero;
+            joint.range = joint.range.map(|range| range.map(|end| end + zero));
+            joint.flex += flex;
+        }
+        parts
+    }
+
     /// The same with displaced joints: `[joints]`. Bodies, anchors and axes move; what is fixed to a body stays
     /// where it is on it. Without a displacement nothing changes, to the bit; free joints have none.
     ///

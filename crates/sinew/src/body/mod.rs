@@ -27,7 +27,7 @@ mod tree;
 pub(crate) mod vector;
 
 pub use coupling::Reduction;
-pub use displacement::Displacement;
+pub use displacement::{Displacement, JointCorrection};
 pub use geom::{Geom, GeomKind, MeshGeom, TriangleSurface};
 pub use kinematics::{MotionAxis, Pose, Poses};
 pub use part_error::PartError;
