@@ -43,7 +43,7 @@ pub(crate) struct ScenarioArguments {
     #[arg(long, value_name = "WORKSHOP", value_parser = workshop())]
     pub(crate) tolerances: Option<Workshop>,
     /// Marker on a body at a place in its frame, m; may be given again [default: one at the end point, known
-    /// to 3 mm]
+    /// to 0.3 mm]
     #[arg(long, value_name = "NAME=BODY:X,Y,Z")]
     pub(crate) marker: Vec<String>,
     /// Marker on the base at a place that is known to 0.05 mm, m; may be given again [default: three of a plate

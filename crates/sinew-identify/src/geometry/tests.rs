@@ -136,17 +136,31 @@ fn calibrated(machine: &Machine, camera: CameraParameters, stops: &[Vec<f64>], s
     let model = GeometryModel::new(machine, &markers, epochs).unwrap();
     let estimate = estimate(&model, &found).unwrap();
     let fresh = poses(machine, 100, seed + 1000);
-    let (body, place) = point(machine);
-    let known = model.sensitivity(&estimate.theta, &fresh, body, place).unwrap();
-    let design = model.sensitivity(&vec![0.0; estimate.theta.len()], &fresh, body, place).unwrap();
+    let at = |reading: &Vec<f64>| Place {
+        time: [0.0; 2],
+        reading: reading.clone(),
+        seen: vec![Seen { marker: 0, position: [0.0; 3] }],
+        epoch: 0,
+    };
+    let all: Vec<Place> = fresh.iter().map(at).collect();
+    // The marker as found, by the design and by the estimate.
+    let mut design = estimate.theta.clone();
+    for (value, parameter) in design.iter_mut().zip(model.parameters()) {
+        *value *= f64::from(u8::from(matches!(parameter.kind, ParameterKind::Marker(..))));
+    }
+    let design = model.world(&design, &all).unwrap();
+    let known = model.world(&estimate.theta, &all).unwrap();
+    let columns = model.derivatives(&estimate.theta, &known, |theta| model.world(theta, &all)).unwrap();
     let (mut before, mut mean, mut largest, mut expected) = (0.0, 0.0, 0.0_f64, 0.0);
-    for ((q, (x, slopes)), (d, _)) in fresh.iter().zip(&known).zip(&design) {
-        let real = built.robot.body_pose(&built.poses(machine, q), body).point(place);
-        let distance = |a: [f64; 3]| (0..3).map(|k| (a[k] - real[k]).powi(2)).sum::<f64>().sqrt();
-        before += distance(*d) / 100.0;
-        mean += distance(*x) / 100.0;
-        largest = largest.max(distance(*x));
-        expected += 0.92 * estimate.variance(&model, slopes).sqrt() / 100.0;
+    let tip = &built.camera.markers()[0];
+    for (k, q) in fresh.iter().enumerate() {
+        let real = built.robot.body_pose(&built.poses(machine, q), tip.body).point(tip.position);
+        let error = |a: [f64; 3]| super::places::distance(a, real);
+        before += error(design[k]) / 100.0;
+        mean += error(known[k]) / 100.0;
+        largest = largest.max(error(known[k]));
+        let slopes: Vec<[f64; 3]> = columns.iter().map(|c| c.as_ref().map_or([0.0; 3], |c| c[k])).collect();
+        expected += 0.92 * estimate.variance(&model, &slopes).sqrt() / 100.0;
     }
     let value = |kind: ParameterKind| match kind {
         ParameterKind::Offset(j, k) => Some(built.truth[j].displacement.offset[k]),

@@ -17,7 +17,7 @@ use scenario::Scenario;
 use serde_json::json;
 use sinew::machine::Machine;
 use sinew_lab::arm::{CalibratedArm, Verified, verify};
-use sinew_lab::vision::{CalibrationPoses, Judgement, choose_poses, fly, judge, motion_through};
+use sinew_lab::vision::{CalibrationPoses, Judgement, fly, judge, motion_through};
 use std::path::PathBuf;
 
 /// Names of the files in the folder.
@@ -150,10 +150,7 @@ impl Out {
     ) -> Result<Answer, Error> {
         let calibration = judgement.calibration(&scenario.machine, scenario.hash.clone(), self.simulated);
         let text = report::text(&calibration, judgement, poses);
-        let comment =
-            "# Geometry of a machine as `sinew calibrate` found it; `sinew track --calibration` uses it.\n";
-        let unwritable = |error: toml::ser::Error| Error::Shown(format!("{CALIBRATION}: {error}"));
-        let toml = comment.to_owned() + &toml::to_string(&calibration).map_err(unwritable)?;
+        let toml = report::toml(&calibration);
         let mut files = vec![(CALIBRATION, toml), (REPORT, text.clone())];
         files.extend(others);
         let places: Vec<(PathBuf, &[u8])> =

@@ -1,7 +1,9 @@
 //! A calibration in words.
 
 use crate::table::{number, table};
-use sinew_lab::vision::{Calibration, CalibrationPoses, Judgement};
+use sinew_lab::vision::{
+    CalibratedJoint, CalibratedParameter, Calibration, CalibrationPoses, HeldOut, Judgement,
+};
 
 fn milli(x: f64) -> String {
     number(Some(1e3 * x))
@@ -18,6 +20,33 @@ pub(super) fn plan(poses: &CalibrationPoses, duration: f64) -> String {
         .map(|(k, expected)| vec![k.to_string(), milli(*expected)])
         .collect();
     text += &table(&["poses", "expected error of the end point, mm rms"], &rows, 0);
+    text
+}
+
+/// The calibration as a file. Written by hand: the crate that reads TOML here does not write it.
+pub(super) fn toml(calibration: &Calibration) -> String {
+    let Calibration { version, machine, machine_hash, simulated, held_out_error_m, joint, parameter } =
+        calibration;
+    let HeldOut { before, after, reported } = held_out_error_m;
+    let mut text = format!(
+        "# Geometry of a machine as `sinew calibrate` found it; `sinew track --calibration` uses it.\n\
+         version = {version}\nmachine = {machine:?}\nmachine_hash = {machine_hash:?}\n\
+         simulated = {simulated}\n\n[held_out_error_m]\n\
+         before = {{ mean = {:?}, max = {:?} }}\nafter = {{ mean = {:?}, max = {:?} }}\n\
+         reported = {{ mean = {:?} }}\n",
+        before.mean, before.max, after.mean, after.max, reported.mean
+    );
+    for CalibratedJoint { name, offset_m, tilt_rad, zero, flex_rad_per_nm } in joint {
+        text += &format!(
+            "\n[[joint]]\nname = {name:?}\noffset_m = {offset_m:?}\ntilt_rad = {tilt_rad:?}\nzero = {zero:?}\n\
+             flex_rad_per_nm = {flex_rad_per_nm:?}\n"
+        );
+    }
+    for CalibratedParameter { name, value, sd, tolerance, determined } in parameter {
+        text += &format!("\n[[parameter]]\nname = {name:?}\nvalue = {value:?}\nsd = {sd:?}\n");
+        text += &tolerance.map_or_else(String::new, |x| format!("tolerance = {x:?}\n"));
+        text += &format!("determined = {determined}\n");
+    }
     text
 }
 
