@@ -126,3 +126,63 @@ impl Calibration {
         Ok(calibrated)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine_file::load_machine;
+    use sinew::body::Poses;
+    use std::path::Path;
+
+    fn finger() -> Machine {
+        load_machine(Path::new("finger"), None).unwrap().machine
+    }
+
+    fn calibration(machine: &Machine, zero: f64) -> Calibration {
+        let range = ErrorRange { mean: 1e-3, max: 2e-3 };
+        let joints = machine.robot.parts().joints.iter().map(|joint| CalibratedJoint {
+            name: joint.name.clone(),
+            offset_m: [0.0; 3],
+            tilt_rad: [0.0; 2],
+            zero,
+            flex_rad_per_nm: 0.0,
+        });
+        Calibration {
+            version: Calibration::VERSION,
+            machine: "finger".to_owned(),
+            machine_hash: "1".to_owned(),
+            simulated: true,
+            held_out_error_m: HeldOut { before: range, after: range, reported: Reported { mean: 1e-3 } },
+            joint: joints.collect(),
+            parameter: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_zero_shifts_the_readings_and_leaves_the_end_point_where_it_is() {
+        let machine = finger();
+        let calibrated = calibration(&machine, 0.02).apply(&machine, "1").unwrap();
+        let tip = |machine: &Machine| {
+            let mut poses = Poses::new(&machine.robot);
+            let q = machine.robot.pose_from_independent(&machine.start).unwrap();
+            machine.robot.bent_kinematics(&q, &mut poses).unwrap();
+            machine.robot.site_pose(&poses, machine.payload_site().unwrap()).origin
+        };
+        assert!((calibrated.start[0] - machine.start[0] - 0.02).abs() < 1e-15);
+        for (a, b) in tip(&machine).into_iter().zip(tip(&calibrated)) {
+            assert!((a - b).abs() < 1e-12, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn nothing_found_is_the_machine_to_the_bit_and_another_machine_is_refused() {
+        let machine = finger();
+        assert_eq!(calibration(&machine, 0.0).apply(&machine, "1").unwrap(), machine);
+        let text = calibration(&machine, 0.0).apply(&machine, "2").unwrap_err().to_string();
+        assert!(text.contains("machine_hash") && text.contains("this machine has 2"), "{text}");
+        let mut other = calibration(&machine, 0.0);
+        other.joint.pop();
+        let text = other.apply(&machine, "1").unwrap_err().to_string();
+        assert!(text.contains("joints of the calibration"), "{text}");
+    }
+}
