@@ -130,12 +130,12 @@ fn unreachable_estimate<T>() -> Result<T, GeometryError> {
 /// Where the camera stands in each of its places, by the design.
 fn first_cameras(model: &GeometryModel, theta: &[f64], places: &[Place]) -> Result<Vec<Pose>, GeometryError> {
     let world = model.world(theta, places)?;
-    let seen = places.iter().flat_map(|place| place.seen.iter().map(|seen| (place.epoch, seen.position)));
+    let seen = places.iter().flat_map(|place| place.seen.iter().map(|seen| (place.epoch, seen)));
     let all: Vec<_> = world.into_iter().zip(seen).collect();
     let epochs = 1 + places.iter().map(|place| place.epoch).max().unwrap_or(0);
     let of = |epoch: usize| {
-        let pairs: Vec<_> =
-            all.iter().filter(|(_, (at, _))| *at == epoch).map(|(x, (_, y))| (*x, *y)).collect();
+        let here = all.iter().filter(|(_, (at, _))| *at == epoch);
+        let pairs: Vec<_> = here.map(|(x, (_, seen))| (seen.marker, *x, seen.position)).collect();
         start(&pairs)
     };
     (0..epochs).map(of).collect()
