@@ -7,13 +7,17 @@ use std::path::PathBuf;
 
 /// Find the geometry of a machine with a camera: frames of joints, zeros of encoders, flex of links.
 ///
-/// Poses that tell most about the end point are chosen, and others that judge; a motion through them is verified
+/// Poses that tell most about the end point are chosen, and others that judge; a motion through them is
+/// verified
 /// as any other, and flown by a simulated machine before a simulated camera. DIR/calibration.toml is what
-/// `sinew track --calibration` takes; DIR/report.txt says how much it helps in poses that the estimate has not
-/// seen, and how well every parameter is determined; DIR/readings.csv and DIR/observations.csv are what `sinew
+/// `sinew track --calibration` takes; DIR/report.txt says how much it helps in poses that the estimate
+/// has not
+/// seen, and how well every parameter is determined; DIR/readings.csv and DIR/observations.csv are what
+/// `sinew
 /// calibrate fit` reads. Where these poses are not better, the exit code is 3.
 ///
-/// What a calibration may change, and by how much, are the tolerances of the machine: of its file, or --tolerances.
+/// What a calibration may change, and by how much, are the tolerances of the machine: of its file, or
+/// --tolerances.
 ///
 /// Example: sinew calibrate lm_arm --tolerances rough --out out
 ///
@@ -24,7 +28,7 @@ pub(crate) struct CalibrateArguments {
     #[command(subcommand)]
     pub(crate) verb: Option<CalibrateVerb>,
     #[command(flatten)]
-    pub(crate) fly: Option<CalibrateFlyArguments>,
+    pub(crate) fly: CalibrateFlyArguments,
 }
 
 #[derive(Debug, Subcommand)]
@@ -42,11 +46,13 @@ pub(crate) struct ScenarioArguments {
     /// Tolerances of a workshop in place of those in the machine's file
     #[arg(long, value_name = "WORKSHOP", value_parser = workshop())]
     pub(crate) tolerances: Option<Workshop>,
-    /// Marker on a body at a place in its frame, m; may be given again [default: one at the end point, known
+    /// Marker on a body at a place in its frame, m; may be given again [default: one at the end point,
+    /// known
     /// to 0.3 mm]
     #[arg(long, value_name = "NAME=BODY:X,Y,Z")]
     pub(crate) marker: Vec<String>,
-    /// Marker on the base at a place that is known to 0.05 mm, m; may be given again [default: three of a plate
+    /// Marker on the base at a place that is known to 0.05 mm, m; may be given again [default: three of
+    /// a plate
     /// 0.3 m wide]
     #[arg(long, value_name = "NAME=X,Y,Z")]
     pub(crate) base_tag: Vec<String>,
@@ -70,7 +76,8 @@ pub(crate) struct CalibrateFlyArguments {
     /// The camera
     #[arg(long, value_name = "SOURCE", default_value = "simulated", value_parser = ["simulated"])]
     pub(crate) camera: String,
-    /// A fault of the simulated camera, may be given again: noise_m, delay_s, jitter_s, scale, distortion_m,
+    /// A fault of the simulated camera, may be given again: noise_m, delay_s, jitter_s, scale,
+    /// distortion_m,
     /// outliers, dropouts, swapped (fractions), mirrored=1, moved_m=M (halfway)
     #[arg(long, value_name = "KEY=NUMBER")]
     pub(crate) camera_fault: Vec<String>,
@@ -79,7 +86,7 @@ pub(crate) struct CalibrateFlyArguments {
     pub(crate) unverified: bool,
     /// Folder for the results; created if missing
     #[arg(long, value_name = "DIR")]
-    pub(crate) out: PathBuf,
+    pub(crate) out: Option<PathBuf>,
 }
 
 /// Choose the poses of a calibration, and say what each would gain; nothing moves.
@@ -96,8 +103,10 @@ pub(crate) struct CalibratePlanArguments {
 
 /// Estimate from a recording and what a camera saw meanwhile.
 ///
-/// RECORDING is a recording of `sinew run` or `sinew track`, or a table with the columns time_s and the names of
-/// the joints, readings in rad or m. Observations are tables with the columns time_s, marker, x_m, y_m and z_m in
+/// RECORDING is a recording of `sinew run` or `sinew track`, or a table with the columns time_s and the
+/// names of
+/// the joints, readings in rad or m. Observations are tables with the columns time_s, marker, x_m, y_m
+/// and z_m in
 /// the camera's frame; their clock may differ by up to two seconds. Every fifth place at rest judges.
 ///
 /// Example: sinew calibrate fit lm_arm run.mcap --observations seen.csv --tolerances rough --out out

@@ -198,8 +198,10 @@ fn scale_of(rows: &[Row], marker: usize) -> f64 {
     (median(norms) / MEDIAN_NORM).max(FLOOR_M)
 }
 
-/// Weight of every point by its residual over the scale of its marker, which is at most three times that of the
-/// middle one in the last steps: the first residuals of a marker on the last link are those of the whole machine.
+/// Weight of every point by its residual over the scale of its marker, which is at most three times that
+/// of the
+/// middle one in the last steps: the first residuals of a marker on the last link are those of the whole
+/// machine.
 fn weights(model: &GeometryModel, rows: &[Row], early: bool) -> Vec<f64> {
     let mut scales: Vec<f64> = (0..model.markers.len()).map(|m| scale_of(rows, m)).collect();
     if !early {
@@ -244,7 +246,8 @@ fn normal_equations(
     (matrix, right)
 }
 
-/// Standard deviation of a place in each axis of the camera after a step, m: of the weighted residuals, for as
+/// Standard deviation of a place in each axis of the camera after a step, m: of the weighted residuals,
+/// for as
 /// many as the parameters have left free.
 fn scatter(rows: &[Row], weights: &[f64], change: &[f64], variance: &[f64], prior: &[f64]) -> [f64; 3] {
     let used: f64 = variance.iter().zip(prior).map(|(v, prior)| 1.0 - v * prior).sum();
@@ -313,7 +316,8 @@ impl Estimate {
     }
 }
 
-/// Derivatives of the points of planned places by all parameters, as a camera at the world's origin sees them:
+/// Derivatives of the points of planned places by all parameters, as a camera at the world's origin sees
+/// them:
 /// `[points][parameters]`.
 pub(super) fn planned(
     model: &GeometryModel,
@@ -349,7 +353,8 @@ const VELOCITY_S: f64 = 5e-3;
 const SLOW: f64 = 0.02;
 
 impl Estimate {
-    /// What the calibrated machine misses of the points, or the machine as designed with the same camera and
+    /// What the calibrated machine misses of the points, or the machine as designed with the same camera
+    /// and
     /// markers.
     ///
     /// # Errors
@@ -384,7 +389,8 @@ impl Estimate {
         Ok(rows(model, &theta, places, &self.first, &ones)?.into_iter().map(error).collect())
     }
 
-    /// Stamps of the frames minus the clock of the readings, s, and its standard deviation, from what the model
+    /// Stamps of the frames minus the clock of the readings, s, and its standard deviation, from what
+    /// the model
     /// misses of markers that move; infinite where none does.
     ///
     /// # Errors

@@ -1,4 +1,5 @@
-//! The geometry of a machine from what a camera sees of it: frames of joints, zeros of encoders, flex of links.
+//! The geometry of a machine from what a camera sees of it: frames of joints, zeros of encoders, flex of
+//! links.
 //!
 //! ```text
 //! reading of joint i     r_i = q_i + z_i
@@ -7,7 +8,8 @@
 //! min  sum rho(|y - y(theta)| / s) + sum (theta / tolerance)^2
 //! ```
 //!
-//! [`places`] makes places at rest from readings and sightings, [`estimate`](fn@estimate) finds the most probable
+//! [`places`] makes places at rest from readings and sightings, [`estimate`](fn@estimate) finds the most
+//! probable
 //! parameters, [`plan`](fn@plan) chooses poses, [`GeometryModel`] is the model.
 
 mod estimate;

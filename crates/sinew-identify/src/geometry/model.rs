@@ -33,7 +33,8 @@ pub struct Parameter {
     pub name: String,
     /// What it is of.
     pub kind: ParameterKind,
-    /// Its standard deviation before: the bound of the machine file over the root of 3. Infinite for nothing known.
+    /// Its standard deviation before: the bound of the machine file over the root of 3. Infinite for
+    /// nothing known.
     pub tolerance: f64,
 }
 
@@ -55,7 +56,8 @@ impl GeometryModel {
     /// All parameters for which the machine has a tolerance, and those of a camera in `epochs` places.
     ///
     /// # Errors
-    /// [`Error::OutOfDomain`] for a machine with a joint without an encoder, or without a marker that moves.
+    /// [`Error::OutOfDomain`] for a machine with a joint without an encoder, or without a marker that
+    /// moves.
     pub fn new(machine: &Machine, markers: &[Marker], epochs: usize) -> Result<Self, Error> {
         let refuse = |name, expected, got| Err(Error::OutOfDomain { name, expected, got });
         if let Some(k) = machine.encoders.iter().position(Option::is_none) {
@@ -153,7 +155,8 @@ impl GeometryModel {
         at.map_or(0.0, |at| theta[at])
     }
 
-    /// Points of bodies in the world, in poses by the readings: for every pose the given points, `[body, place]`.
+    /// Points of bodies in the world, in poses by the readings: for every pose the given points, `[body,
+    /// place]`.
     ///
     /// # Errors
     /// As [`Robot::new`] and [`Robot::bent_kinematics`].
@@ -190,7 +193,8 @@ impl GeometryModel {
         self.points(&self.corrections(theta), poses)
     }
 
-    /// Derivatives of a function of all parameters that a camera does not see by itself: for every such parameter
+    /// Derivatives of a function of all parameters that a camera does not see by itself: for every such
+    /// parameter
     /// one column of points, by differences of a hundredth of its tolerance.
     pub(super) fn derivatives(
         &self,
@@ -215,7 +219,8 @@ impl GeometryModel {
         self.parameters.iter().enumerate().map(column).collect()
     }
 
-    /// Points of bodies, and their derivatives by every parameter of the machine, zero by those of the camera:
+    /// Points of bodies, and their derivatives by every parameter of the machine, zero by those of the
+    /// camera:
     /// `[points][parameters]`.
     ///
     /// # Errors

@@ -1,4 +1,5 @@
-//! Places at rest, each one observation, from readings of encoders and sightings of a camera with another clock.
+//! Places at rest, each one observation, from readings of encoders and sightings of a camera with
+//! another clock.
 
 use super::{GeometryError, GeometryModel};
 
@@ -53,7 +54,8 @@ const SETTLING_S: f64 = 0.25;
 const STILL_M: f64 = 5e-4;
 /// Largest gap between two frames of one motion, s.
 const GAP_S: f64 = 0.2;
-/// Jump of the markers of the base between two places over its median, and its least, by which a camera was moved.
+/// Jump of the markers of the base between two places over its median, and its least, by which a camera
+/// was moved.
 const JUMP: f64 = 8.0;
 const LEAST_JUMP_M: f64 = 2.5e-4;
 
@@ -71,7 +73,8 @@ impl Readings {
     }
 }
 
-/// Time of a frame's stamp minus that of the readings, s: that with which the speeds of the markers agree best,
+/// Time of a frame's stamp minus that of the readings, s: that with which the speeds of the markers
+/// agree best,
 /// whatever the place of the camera and the machine's geometry; 0 where nothing moves.
 ///
 /// # Errors
@@ -235,7 +238,8 @@ fn mark_epochs(model: &GeometryModel, places: &mut [Place]) {
     }
 }
 
-/// A better delay, s, with its standard deviation, from the residuals of moving markers: `residual` is what the
+/// A better delay, s, with its standard deviation, from the residuals of moving markers: `residual` is
+/// what the
 /// model misses of a frame, and the marker's velocity in the camera's frame, m and m/s.
 pub(super) fn refine_delay(delay: f64, residual: &[([f64; 3], [f64; 3])]) -> (f64, f64) {
     let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();

@@ -16,11 +16,13 @@ pub struct Plan {
 /// Information of the camera's place before, which a glance at the base gives, 1/m^2 and 1/rad^2.
 const CAMERA: f64 = 1e4;
 
-/// Chooses `count` of the candidates so that the mean variance of the point over the poses of the task is least
+/// Chooses `count` of the candidates so that the mean variance of the point over the poses of the task
+/// is least
 /// (I-optimality): one after the other, then each exchanged once for a better one.
 ///
 /// # Shapes
-/// `candidates: [n][joints]`, `task: [poses][joints]`, readings; `noise` of a place in m; `point`: body and place.
+/// `candidates: [n][joints]`, `task: [poses][joints]`, readings; `noise` of a place in m; `point`: body
+/// and place.
 ///
 /// # Errors
 /// As [`GeometryModel::sensitivity`].

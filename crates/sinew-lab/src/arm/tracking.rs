@@ -97,7 +97,8 @@ impl CalibratedArm {
         Ok(arm)
     }
 
-    /// The same, judged in joint space by what is normal for its motion: the largest error of every joint in
+    /// The same, judged in joint space by what is normal for its motion: the largest error of every
+    /// joint in
     /// its verification, rad or m: `[joints]`, or empty where it is not known; see
     /// [`VerifiedMotion::joint_errors`](super::VerifiedMotion::joint_errors).
     #[must_use]
@@ -105,7 +106,8 @@ impl CalibratedArm {
         Self { normal_errors: joint_errors, ..self }
     }
 
-    /// Largest error of every joint of a run that counts as completed, rad or m: `[joints]`; infinite for one
+    /// Largest error of every joint of a run that counts as completed, rad or m: `[joints]`; infinite
+    /// for one
     /// without a range.
     #[must_use]
     pub fn joint_error_limits(&self) -> Vec<f64> {
@@ -195,7 +197,8 @@ impl<'a> PreparedRun<'a> {
     /// The controller of a variant for a task.
     ///
     /// # Errors
-    /// [`Error::Physics`] where trajectory and arm are not of one robot; as [`calibrate_arm`] where networks
+    /// [`Error::Physics`] where trajectory and arm are not of one robot; as [`calibrate_arm`] where
+    /// networks
     /// are trained.
     pub fn new(
         arm: &'a CalibratedArm,

@@ -89,7 +89,8 @@ impl Calibration {
     /// The machine with this geometry, in the readings of its encoders as coordinates.
     ///
     /// # Errors
-    /// [`Error::Experiment`] for the calibration of another machine or a newer version; [`Error::Physics`] for
+    /// [`Error::Experiment`] for the calibration of another machine or a newer version;
+    /// [`Error::Physics`] for
     /// numbers that are no valid machine.
     pub fn apply(&self, machine: &Machine, hash: &str) -> Result<Machine, Error> {
         let refuse = |name, expected, got: &str| Err(Error::experiment(name, expected, &got));

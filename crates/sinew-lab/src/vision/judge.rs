@@ -28,11 +28,13 @@ const MANY_OUTLIERS: f64 = 0.3;
 /// What is known of the two clocks, s.
 const DELAY_TOLERANCE_S: f64 = 2.0;
 
-/// Estimates the geometry of a machine, as designed with its payload, from places that do not judge, and judges it
+/// Estimates the geometry of a machine, as designed with its payload, from places that do not judge, and
+/// judges it
 /// by the others; `judges` tells which they are by number of the place, of how many, and its readings.
 ///
 /// # Errors
-/// [`Error::Geometry`] for observations that cannot be those of the machine; [`Error::Experiment`] where no place
+/// [`Error::Geometry`] for observations that cannot be those of the machine; [`Error::Experiment`] where
+/// no place
 /// judges.
 pub fn judge(
     machine: &Machine,

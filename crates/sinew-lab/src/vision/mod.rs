@@ -1,4 +1,5 @@
-//! A machine that calibrates its geometry with a camera: poses, the motion through them, the flight on the twin,
+//! A machine that calibrates its geometry with a camera: poses, the motion through them, the flight on
+//! the twin,
 //! the estimate judged on poses that it has not seen, and the machine as its controller then knows it.
 
 mod calibration;

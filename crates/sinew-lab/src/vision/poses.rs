@@ -31,7 +31,8 @@ const REST_S: f64 = 1.2;
 /// Poses that are left out, one after the other, because the way there is not feasible.
 const MOST_LEFT_OUT: usize = 40;
 
-/// Chooses poses that tell most about the end point, and others that judge, and orders them by travel; poses
+/// Chooses poses that tell most about the end point, and others that judge, and orders them by travel;
+/// poses
 /// that the muscles do not hold, or that are not reached within the limits of the drives, are left out.
 ///
 /// # Errors

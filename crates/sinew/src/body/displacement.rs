@@ -17,7 +17,8 @@ use alloc::vec;
 /// T = Trans(p + d) Rot(t) Rot(axis, q)
 /// ```
 ///
-/// The frame has the joint's axis as z; its x is the direction nearest to the body's axis that is most across.
+/// The frame has the joint's axis as z; its x is the direction nearest to the body's axis that is most
+/// across.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Displacement {
     /// `d`, m.
@@ -50,7 +51,8 @@ fn inverse((axes, origin): &Rigid) -> Rigid {
 }
 
 impl Parts {
-    /// The same in the readings of its encoders as coordinates: `corrections: [joints]`. Ranges of the joints stay
+    /// The same in the readings of its encoders as coordinates: `corrections: [joints]`. Ranges of the
+    /// joints stay
     /// where they are in space.
     #[must_use]
     pub fn corrected(&self, corrections: &[JointCorrection]) -> Parts {
@@ -65,7 +67,8 @@ impl Parts {
         parts
     }
 
-    /// The same with displaced joints: `[joints]`. Bodies, anchors and axes move; what is fixed to a body stays
+    /// The same with displaced joints: `[joints]`. Bodies, anchors and axes move; what is fixed to a
+    /// body stays
     /// where it is on it. Without a displacement nothing changes, to the bit; free joints have none.
     ///
     /// ```text
@@ -119,7 +122,8 @@ impl Robot {
     /// T_i = A_i Rot(kappa_i m_i) Rot(axis_i, q_i),    m_i: moment of gravity about joint i of what it carries
     /// ```
     ///
-    /// Where no joint has a flex, `kappa`, this is [`forward_kinematics`](Self::forward_kinematics) to the bit.
+    /// Where no joint has a flex, `kappa`, this is [`forward_kinematics`](Self::forward_kinematics) to
+    /// the bit.
     ///
     /// # Assumes
     /// Small angles: the moments are those of the rigid robot.

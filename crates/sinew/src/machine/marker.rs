@@ -19,14 +19,17 @@ pub struct Marker {
 
 /// How well a point of a plate on the base is known, m.
 pub const BASE_MARKER_SD_M: f64 = 5e-5;
-/// The same of a marker on a link, in a hole for it: of one that is put on by hand the end point is known no better
+/// The same of a marker on a link, in a hole for it: of one that is put on by hand the end point is
+/// known no better
 /// than its place.
 pub const LINK_MARKER_SD_M: f64 = 3e-4;
-/// Names and places of the points of the base in units of a tenth of a metre: three points of a plate 0.3 m wide.
+/// Names and places of the points of the base in units of a tenth of a metre: three points of a plate
+/// 0.3 m wide.
 const BASE: [[f64; 3]; 3] = [[1.5, 1.0, 0.0], [-1.5, 1.0, 0.0], [0.0, -1.5, 0.5]];
 
 impl Machine {
-    /// Markers where none are described: one at the end point, or at the centre of mass of the last body, and
+    /// Markers where none are described: one at the end point, or at the centre of mass of the last
+    /// body, and
     /// three of a plate on the base.
     #[must_use]
     pub fn default_markers(&self) -> Vec<Marker> {

@@ -31,13 +31,10 @@ const EVERY: usize = 5;
 const SAME_POSE: f64 = 0.05;
 
 pub(crate) fn run(arguments: &CalibrateArguments, general: &General) -> Result<Answer, Error> {
-    match (&arguments.verb, &arguments.fly) {
-        (Some(CalibrateVerb::Plan(arguments)), _) => plan(arguments, general),
-        (Some(CalibrateVerb::Fit(arguments)), _) => fit(arguments, general),
-        (None, Some(arguments)) => flown(arguments, general),
-        (None, None) => {
-            Err(Error::Argument { flag: "--out", value: String::new(), expected: "a folder for the results" })
-        }
+    match &arguments.verb {
+        Some(CalibrateVerb::Plan(arguments)) => plan(arguments, general),
+        Some(CalibrateVerb::Fit(arguments)) => fit(arguments, general),
+        None => flown(&arguments.fly, general),
     }
 }
 
@@ -57,12 +54,15 @@ fn plan(arguments: &CalibratePlanArguments, general: &General) -> Result<Answer,
 }
 
 fn flown(arguments: &CalibrateFlyArguments, general: &General) -> Result<Answer, Error> {
-    let out = Out::new(&arguments.out, &[&arguments.scenario.model], true, general)?;
+    let expected = "a folder for the results";
+    let missing = || Error::Argument { flag: "--out", value: String::new(), expected };
+    let out = arguments.out.as_deref().ok_or_else(missing)?;
+    let out = Out::new(out, &[&arguments.scenario.model], true, general)?;
     let scenario = Scenario::new(&arguments.scenario)?;
     let progress = Progress::new();
     progress.show("choosing poses", 0.0);
     let poses = scenario.poses(&arguments.scenario)?;
-    let (motion, arrivals) = motion_through(&scenario.machine, &poses.poses)?;
+    let (motion, _) = motion_through(&scenario.machine, &poses.poses)?;
     let mut machine = scenario.machine.clone();
     if !arguments.unverified {
         progress.show("verifying the motion", 0.0);
@@ -83,7 +83,6 @@ fn flown(arguments: &CalibrateFlyArguments, general: &General) -> Result<Answer,
     let camera = scenario.camera(&arguments.camera_fault, motion.duration())?;
     let flight = fly(&arm, &motion, &scenario.markers, camera, seed)?;
     drop(progress);
-    let _ = arrivals;
     let checks: Vec<&Vec<f64>> =
         poses.poses.iter().zip(&poses.held).filter(|(_, held)| **held).map(|(pose, _)| pose).collect();
     let near = |reading: &[f64]| {

@@ -1,4 +1,5 @@
-//! What makes real machines differ from their drawings beside masses, attachments and zeros: frames of joints,
+//! What makes real machines differ from their drawings beside masses, attachments and zeros: frames of
+//! joints,
 //! centres of mass, radii, eccentric encoders, links that bend, an unknown payload.
 
 use crate::body::{Displacement, JointKind, Parts, Robot};
