@@ -1,5 +1,4 @@
-//! The command line: every argument is parsed into a value within its domain, or refused with a message
-//! that
+//! The command line: every argument is parsed into a value within its domain, or refused with a message that
 //! names the valid values.
 //!
 //! The documentation comments of the structures and their fields are the text that `--help` prints.
@@ -82,8 +81,7 @@ Exit codes:
 
 /// Identifies, simulates and controls cable-driven robots whose cables run in sheaths.
 ///
-/// The far end of a cable, which carries no sensor in operation, is estimated from the signals of the
-/// motor's
+/// The far end of a cable, which carries no sensor in operation, is estimated from the signals of the motor's
 /// side.
 ///
 /// Start with `sinew demo --out DIR`, or with a bench log in which both ends are measured:

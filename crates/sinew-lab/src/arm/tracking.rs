@@ -97,8 +97,7 @@ impl CalibratedArm {
         Ok(arm)
     }
 
-    /// The same, judged in joint space by what is normal for its motion: the largest error of every
-    /// joint in
+    /// The same, judged in joint space by what is normal for its motion: the largest error of every joint in
     /// its verification, rad or m: `[joints]`, or empty where it is not known; see
     /// [`VerifiedMotion::joint_errors`](super::VerifiedMotion::joint_errors).
     #[must_use]
@@ -106,8 +105,7 @@ impl CalibratedArm {
         Self { normal_errors: joint_errors, ..self }
     }
 
-    /// Largest error of every joint of a run that counts as completed, rad or m: `[joints]`; infinite
-    /// for one
+    /// Largest error of every joint of a run that counts as completed, rad or m: `[joints]`; infinite for one
     /// without a range.
     #[must_use]
     pub fn joint_error_limits(&self) -> Vec<f64> {
@@ -197,8 +195,7 @@ impl<'a> PreparedRun<'a> {
     /// The controller of a variant for a task.
     ///
     /// # Errors
-    /// [`Error::Physics`] where trajectory and arm are not of one robot; as [`calibrate_arm`] where
-    /// networks
+    /// [`Error::Physics`] where trajectory and arm are not of one robot; as [`calibrate_arm`] where networks
     /// are trained.
     pub fn new(
         arm: &'a CalibratedArm,

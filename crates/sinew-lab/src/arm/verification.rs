@@ -1,6 +1,5 @@
 //! Verification of a controller before the start: the motion is simulated on machines sampled within the
-//! tolerances, other ones than that of the run, and gains are lowered until all of them track it: to its
-//! end,
+//! tolerances, other ones than that of the run, and gains are lowered until all of them track it: to its end,
 //! with taut cables, and with an error below that of a completed run by the machine's margin, or in joint
 //! space with one that the dead bands of the cables explain. More are sampled for a motion that is near to
 //! the limits of the drives or of the error: there single specimens fail in single repeats.
@@ -129,10 +128,8 @@ pub struct VerifiedTour {
     pub slowed: Option<String>,
 }
 
-/// Verifies a tour, and where the sampled machines do not track it, at half its speed and at a quarter:
-/// what
-/// takes time at every reversal, to cross the dead bands of the cables, takes a smaller fraction of a
-/// slower
+/// Verifies a tour, and where the sampled machines do not track it, at half its speed and at a quarter: what
+/// takes time at every reversal, to cross the dead bands of the cables, takes a smaller fraction of a slower
 /// motion. The fastest that they track; else the fastest that they come to the end of; else the tour as
 /// given.
 ///

@@ -60,8 +60,7 @@ impl Pose {
     }
 }
 
-/// Motion per unit of one joint velocity as a spatial vector: a point at `x` has the velocity `angular x
-/// x +
+/// Motion per unit of one joint velocity as a spatial vector: a point at `x` has the velocity `angular x x +
 /// linear`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MotionAxis {

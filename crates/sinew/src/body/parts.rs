@@ -1,9 +1,7 @@
 //! A robot as described: plain data, not validated. `Robot::new` validates it.
 //!
-//! Conventions are MuJoCo's where it has one: quaternions are `[w, x, y, z]`; a frame's pose is given in
-//! its
-//! parent body; joints of one body act in the order they are listed, anchor and axis in the body's own
-//! frame
+//! Conventions are MuJoCo's where it has one: quaternions are `[w, x, y, z]`; a frame's pose is given in its
+//! parent body; joints of one body act in the order they are listed, anchor and axis in the body's own frame
 //! (at the reference pose the joints move nothing); the world is body 0.
 
 use super::geom::{Geom, MeshGeom};
@@ -322,8 +320,7 @@ impl Actuator {
     /// T_max = |gear| max(|f_low|, |f_high|),   f: force range, and the control range of a motor, whose control is its force
     /// ```
     ///
-    /// A cable pulls whichever sign its author gave to pulling. The control of other kinds is an
-    /// activation,
+    /// A cable pulls whichever sign its author gave to pulling. The control of other kinds is an activation,
     /// a position or a speed and limits no force.
     #[must_use]
     pub fn largest_tension(&self) -> Option<f64> {

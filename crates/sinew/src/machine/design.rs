@@ -22,8 +22,7 @@ use alloc::vec::Vec;
 /// use sinew::body::Robot;
 /// use sinew::machine::Machine;
 /// let text = include_str!("../../../../models/lm_arm.toml");
-/// let parts = sinew::description::from_toml("lm_arm.toml", text).expect("a model of this
-/// repository").parts;
+/// let parts = sinew::description::from_toml("lm_arm.toml", text).expect("a model of this repository").parts;
 /// let machine = Machine::from_robot(&Robot::new(parts)?)?;
 /// assert_eq!((machine.muscles.len(), machine.encoders.len()), (15, 7));
 /// # Ok::<(), sinew::Error>(())
@@ -69,8 +68,7 @@ impl Machine {
     ///
     /// The start is the key pose `start`, else the reference pose moved into the joints' ranges. The end
     /// point is the site `endpoint`; without it the joints are the task. Muscles without a described sheath
-    /// have one of 0.5 m; see [`MuscleDesign::in_sheath`]. Tensions stay within the ranges of the
-    /// actuators.
+    /// have one of 0.5 m; see [`MuscleDesign::in_sheath`]. Tensions stay within the ranges of the actuators.
     ///
     /// # Errors
     /// As [`validate`](Self::validate).
@@ -158,8 +156,7 @@ impl Machine {
         self.task.site().or_else(|| self.robot.site("endpoint"))
     }
 
-    /// Ranges of the independent joints in which coupled joints keep theirs, too; finite: an unlimited
-    /// joint
+    /// Ranges of the independent joints in which coupled joints keep theirs, too; finite: an unlimited joint
     /// moves by an assumed 1 rad or 50 mm about the start. `[joints]`, rad or m.
     ///
     /// # Errors
@@ -181,8 +178,7 @@ impl Machine {
         Ok(core::iter::once(self.start.clone()).chain(spread).take(places).collect())
     }
 
-    /// Bound of the error of every coordinate of a tendon's site, m: that of its tolerances, by default
-    /// 1 mm,
+    /// Bound of the error of every coordinate of a tendon's site, m: that of its tolerances, by default 1 mm,
     /// at most 0.4 % of the sum of the distances between the bodies.
     #[must_use]
     pub fn attachment_tolerance(&self) -> f64 {
@@ -251,8 +247,7 @@ const NO_END_POINT: &str = "0 for a machine without an end point: name a site of
 const SOME_JOINT: &str = "at least one hinge or slide that follows no other";
 
 impl Machine {
-    /// Refuses cables that have no law, and a joint that moves nothing: its acceleration would have no
-    /// limit.
+    /// Refuses cables that have no law, and a joint that moves nothing: its acceleration would have no limit.
     fn check_start(&self) -> Result<(), Error> {
         let mut model = MuscleDynamics::new(&self.robot)?;
         model.evaluate(&self.start)?;

@@ -25,12 +25,9 @@ pub enum PulleyRouting {
 /// | r      | `radius` | m    | > 0    | of every joint's largest pulley                           |
 /// | n, i, j |         |      |        | joints of a chain, from the world on, counted from 0       |
 ///
-/// With `n + 1` tendons every column of `R` adds up to zero: equal tensions move nothing, so that no
-/// tension
-/// has to be above the others to keep them taut. A chain begins at a joint behind which no joint is the
-/// only
-/// next one: fingers are chains, and the palm that carries them. Joints that follow others have no
-/// tendons; a
+/// With `n + 1` tendons every column of `R` adds up to zero: equal tensions move nothing, so that no tension
+/// has to be above the others to keep them taut. A chain begins at a joint behind which no joint is the only
+/// next one: fingers are chains, and the palm that carries them. Joints that follow others have no tendons; a
 /// slide is pulled along. A tendon that pulls joint `J` the positive way is called `J_f`, the other one
 /// `J_e`.
 ///

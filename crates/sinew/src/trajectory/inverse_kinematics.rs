@@ -24,13 +24,11 @@ use alloc::vec::Vec;
 /// | m         | damping: `max(d tr(J W^-1 J^T), 0.3 abs(p - p(x)) sqrt(tr(J W^-1 J^T)))`, `d` adapted | m^2 |
 ///
 /// `settle` finds the pose of the redundancy resolution: sequential linearisation, for `s > 0` with a
-/// proximal term where the curvature of the constraint is large; it converges linearly. `reach` is the
-/// method
+/// proximal term where the curvature of the constraint is large; it converges linearly. `reach` is the method
 /// of Levenberg and Marquardt with bounds: it finds some pose from any start, or the closest one nearby.
 ///
 /// # Source
-/// `whitney1969` for the weighted pseudo-inverse; `marquardt1963`; solving for a pose instead of
-/// integrating
+/// `whitney1969` for the weighted pseudo-inverse; `marquardt1963`; solving for a pose instead of integrating
 /// velocities is ours.
 #[derive(Debug, Clone)]
 pub(super) struct Solver<'a> {
@@ -122,14 +120,12 @@ impl<'a> Solver<'a> {
         self.rule.rest.iter().zip(&self.ranges).map(|(rest, [low, high])| rest.max(*low).min(*high)).collect()
     }
 
-    /// Moves `x`, from a pose nearby, to the pose for `target`, m, at a phase, rad; `false` where that
-    /// fails.
+    /// Moves `x`, from a pose nearby, to the pose for `target`, m, at a phase, rad; `false` where that fails.
     pub(super) fn solve(&mut self, phase: f64, target: [f64; 3], x: &mut [f64]) -> Result<bool, Error> {
         let start = x.to_vec();
         for proximity in PROXIMITIES {
             if proximity > 0.0 {
-                // A pose on the task, close to the start, from which the proximal term moves in small
-                // steps.
+                // A pose on the task, close to the start, from which the proximal term moves in small steps.
                 x.copy_from_slice(&start);
                 if self.reach(target, x)? > POSITION_TOLERANCE {
                     return Ok(false);

@@ -2,8 +2,7 @@
 //! parameters.
 //!
 //! Plant and controller models use the same laws of cable, muscle and body, with different parameters: the
-//! plant is a sampled specimen, discretised more finely, and has effects that no model of the controller
-//! has
+//! plant is a sampled specimen, discretised more finely, and has effects that no model of the controller has
 //! ([`cable`]).
 
 pub mod arm;

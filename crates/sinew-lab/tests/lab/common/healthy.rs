@@ -106,8 +106,7 @@ fn poses(draw: &mut Draw, machine: &Machine, fraction: f64, each: f64) -> Result
     plan(machine, &DesiredMotion::JointWaypoints(points), None)
 }
 
-/// A hand of fingers with one to four hinges each, in all one to seventeen, on pairs of tendons with
-/// constant
+/// A hand of fingers with one to four hinges each, in all one to seventeen, on pairs of tendons with constant
 /// moment arms, behind thin ropes with small drives or behind the bench's cable.
 fn hand(draw: &mut Draw) -> (Machine, String) {
     let joints = draw.log_between(1.0, 17.99) as usize;

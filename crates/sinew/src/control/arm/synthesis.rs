@@ -76,8 +76,7 @@ pub fn synthesize(
         muscles: muscles
             .map(|(((design, muscle), limits), rate_gain)| {
                 let gains = of_muscle(&pace, &design.drive, muscle, limits, (resolution, attachment));
-                // The model's error at the largest tension. Up to a limit that is the drive's alone no
-                // motion
+                // The model's error at the largest tension. Up to a limit that is the drive's alone no motion
                 // goes.
                 let most = design.tension[1].map_or(0.0, |_| limits[1]);
                 let missing_tension = gains.missing_tension.max(MODEL_ERROR * most);
@@ -89,8 +88,7 @@ pub fn synthesize(
     Ok((gains, found))
 }
 
-/// Limits of the desired tensions, as [`tension_limits`], and the characteristics of a machine at its
-/// working
+/// Limits of the desired tensions, as [`tension_limits`], and the characteristics of a machine at its working
 /// tensions, `T_0 + 1.2 F_min`, with moment arms that are off by the tolerance of the attachments.
 ///
 /// # Shapes
@@ -118,8 +116,7 @@ pub fn characterize(
 
 const WORKING_FRACTION: f64 = 1.2;
 
-/// Smallest and largest desired tension at every anchor, N; the first is never above the second:
-/// `[muscles]`.
+/// Smallest and largest desired tension at every anchor, N; the first is never above the second: `[muscles]`.
 #[must_use]
 pub fn tension_limits(machine: &Machine, laws: &[CableLaw]) -> Vec<[f64; 2]> {
     let limits = machine.muscles.iter().zip(laws).map(|(design, law)| {
@@ -157,8 +154,7 @@ fn of_joint(
     }
 }
 
-/// `t_d` of every muscle, s. Muscles that move the same joints damp the same motion: the rate at which
-/// all of
+/// `t_d` of every muscle, s. Muscles that move the same joints damp the same motion: the rate at which all of
 /// them together take the speed of an anchor is limited, beside that of each alone.
 fn rate_gains(rules: &ControlRules, found: &Characteristics) -> Vec<f64> {
     let m = found.muscles.len();
@@ -235,8 +231,7 @@ const ATTACHMENT_FRACTION: f64 = 0.8;
 const MIN_ARM: f64 = 1e-5;
 
 /// Number of equal samples of a load cell that noise produces once in 1e12: each with the probability
-/// `r/(2 sqrt(pi) sigma)`; at least those of 8 ms, and four. What noise does is a number of samples
-/// whatever
+/// `r/(2 sqrt(pi) sigma)`; at least those of 8 ms, and four. What noise does is a number of samples whatever
 /// their period.
 fn equal_samples(drive: &DriveParameters, period: f64) -> f64 {
     let cell = &drive.load_cell;
@@ -368,16 +363,14 @@ mod tests {
 
     #[test]
     fn muscles_side_by_side_share_the_damping_that_they_may_have_together() {
-        // Each alone takes the speed of an anchor at 60/s; four together at 240/s, of which these rules
-        // allow
+        // Each alone takes the speed of an anchor at 60/s; four together at 240/s, of which these rules allow
         // a part.
         let rules = |shared_damping| ControlRules { shared_damping, ..ControlRules::default() };
         for (shared, fraction) in [(0.5, 0.125), (2.0, 0.5), (5.0, 1.0)] {
             let gains = damping(&rules(shared), &[200.0; 4], &[4e4; 16]);
             assert_near(&gains, &[fraction * 60.0 / 4e4; 4]);
         }
-        // Muscles of different strength, one of which is alone: no sum above the limit, and not far
-        // below it.
+        // Muscles of different strength, one of which is alone: no sum above the limit, and not far below it.
         let interaction = [4e4, 9e4, 0.0, 4e4, 9e4, 0.0, 0.0, 0.0, 100.0];
         let gains = damping(&rules(0.8), &[200.0, 300.0, 10.0], &interaction);
         let rate = 4e4 * gains[0] + 9e4 * gains[1];

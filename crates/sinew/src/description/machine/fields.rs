@@ -168,8 +168,7 @@ pub(super) fn first<'d>(layers: &[Table<'d>], key: &str) -> Option<Entry<'d>> {
     layers.iter().find_map(|table| table.entry(key))
 }
 
-/// Numbers of a structure from tables in order of precedence; what none of them has stays as it is, and
-/// comes
+/// Numbers of a structure from tables in order of precedence; what none of them has stays as it is, and comes
 /// from `other`. Keys are listed with the prefix.
 pub(super) fn overlay<T>(
     layers: &[Table<'_>],

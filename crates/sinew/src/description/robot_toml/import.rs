@@ -419,8 +419,7 @@ fn joint(table: &Table<'_>, name: String, body: usize) -> Result<Joint, Descript
     })
 }
 
-/// The shape of a body: between both ends of a capsule or cylinder, else at a position. Parts of a shape
-/// are
+/// The shape of a body: between both ends of a capsule or cylinder, else at a position. Parts of a shape are
 /// validated with those of the robot, but for what depends on how it is written.
 fn geom(table: &Table<'_>, body: usize) -> Result<Geom, DescriptionError> {
     let (kind, word) = kind(table, &GeomKind::WORDS)?;

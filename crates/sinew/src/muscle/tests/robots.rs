@@ -76,8 +76,7 @@ pub(crate) fn linked(kinds: &[JointKind]) -> Robot {
 }
 
 /// A surface on a floating body, a hinge behind it, and muscles from the world over both, their names:
-/// `short`, `left`, `right` with a side on either side, `ring` through the surface's inside, `clear` of
-/// it, a
+/// `short`, `left`, `right` with a side on either side, `ring` through the surface's inside, `clear` of it, a
 /// `tackle` without it, and `fixed`.
 pub(crate) fn floating(kind: WrapKind, radius: f64) -> Robot {
     use PathElement::{Pulley, Site, Wrap as Over};

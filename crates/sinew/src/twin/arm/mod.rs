@@ -4,8 +4,7 @@
 //! command -> drive --p_m--> cable, wrap phi(q) --T_out--> tau = R(q)^T T_out -> body -> q --l(q)--> cable
 //! ```
 //!
-//! An [`ArmSpecimen`] holds the parameters, as designed or sampled from a seed; an [`ArmTwin`] simulates
-//! it;
+//! An [`ArmSpecimen`] holds the parameters, as designed or sampled from a seed; an [`ArmTwin`] simulates it;
 //! a list of [`InjectedFault`]s gives the failures and their times.
 
 mod body;

@@ -44,8 +44,7 @@ impl ArmReading {
         }
     }
 
-    /// Reads every sensor and applies the faults that are active at `time`, s since the start; a stuck
-    /// sensor
+    /// Reads every sensor and applies the faults that are active at `time`, s since the start; a stuck sensor
     /// keeps its last reading. Where a sensor has several active faults, the first of the list applies.
     ///
     /// # Shapes

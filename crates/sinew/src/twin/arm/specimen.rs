@@ -123,8 +123,7 @@ impl ArmSpecimen {
         Ok((libm::ceil(needed) as usize).min(MAX_SUBSTEPS))
     }
 
-    /// A random specimen of a design within the machine's tolerances; the same seed gives the same
-    /// specimen.
+    /// A random specimen of a design within the machine's tolerances; the same seed gives the same specimen.
     ///
     /// # Errors
     /// As [`Robot::new`], where the drawn numbers are no valid robot, and as [`nominal`](Self::nominal).

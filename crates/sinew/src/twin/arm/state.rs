@@ -24,8 +24,7 @@ const MAX_WRAP: f64 = 4.0;
 /// use sinew::machine::Machine;
 /// use sinew::twin::arm::{ArmSpecimen, ArmTwin};
 /// let text = include_str!("../../../../../models/lm_arm.toml");
-/// let parts = sinew::description::from_toml("lm_arm.toml", text).expect("a model of this
-/// repository").parts;
+/// let parts = sinew::description::from_toml("lm_arm.toml", text).expect("a model of this repository").parts;
 /// let machine = Machine::from_robot(&Robot::new(parts)?)?;
 /// let specimen = ArmSpecimen::draw(&machine, 1)?;
 /// let mut arm = ArmTwin::new(&specimen, &machine.start, &[40.0; 15], 1)?;
@@ -78,8 +77,7 @@ pub struct ArmTruth<'a> {
 
 impl ArmTwin {
     /// An arm at rest in a pose, every cable in its steady state after a pull with this tension at its
-    /// anchor, N; `seed` is that of the sensor noise. Where tensions and gravity are not in equilibrium,
-    /// the
+    /// anchor, N; `seed` is that of the sensor noise. Where tensions and gravity are not in equilibrium, the
     /// arm starts to move.
     ///
     /// # Shapes
@@ -259,8 +257,7 @@ impl ArmTwin {
         &self.specimen
     }
 
-    /// Mechanical energy of bodies and cables, J: kinetic, potential, elastic, and that of the constant
-    /// force
+    /// Mechanical energy of bodies and cables, J: kinetic, potential, elastic, and that of the constant force
     /// at every anchor, without the drives.
     ///
     /// # Errors
