@@ -18,14 +18,15 @@ pub struct CalibrationPoses {
     pub expected_m: Vec<f64>,
 }
 
-/// Candidates of a plan, poses of the task, and the part of a joint's range at either end that they leave.
+/// Candidates of a plan, poses of the task, and the part of the way from the start to either end of
+/// a joint's range within which they are: near the ends cables of an arm become slack on the way.
 const CANDIDATES: usize = 400;
 const TASK_POSES: usize = 40;
-const MARGIN: f64 = 0.1;
+const REACH: f64 = 0.55;
 /// Standard deviation of a place that a plan assumes, m.
 const PLANNED_NOISE_M: f64 = 3e-4;
 /// Mean speed between poses, rad/s and m/s; the shortest time of a motion and the rest, s.
-const SPEED: [f64; 2] = [0.5, 0.05];
+const SPEED: [f64; 2] = [0.3, 0.03];
 const SHORTEST_S: f64 = 1.5;
 const REST_S: f64 = 1.2;
 /// Poses that are left out, one after the other, because the way there is not feasible.
@@ -47,8 +48,8 @@ pub fn choose_poses(
     let mut held = CapabilityModel::new(machine)?;
     let ranges = machine.ranges()?;
     let inside = |point: Vec<f64>| -> Vec<f64> {
-        let fraction = |x: f64| MARGIN + (1.0 - 2.0 * MARGIN) * x;
-        ranges.iter().zip(point).map(|([low, high], x)| low + (high - low) * fraction(x)).collect()
+        let places = ranges.iter().zip(point).zip(&machine.start);
+        places.map(|(([low, high], x), start)| start + REACH * (low + (high - low) * x - start)).collect()
     };
     let mut candidates = Vec::new();
     for pose in EvenPoints::new(ranges.len()).take(CANDIDATES).map(inside) {

@@ -83,6 +83,11 @@ fn flown(arguments: &CalibrateFlyArguments, general: &General) -> Result<Answer,
     let camera = scenario.camera(&arguments.camera_fault, motion.duration())?;
     let flight = fly(&arm, &motion, &scenario.markers, camera, seed)?;
     drop(progress);
+    if !flight.completed {
+        let motion = "the motion through the poses".to_owned();
+        let reason = "it was stopped by a fault or lost".to_owned();
+        return Err(Error::Untracked { motion, reason, slowed: false });
+    }
     let checks: Vec<&Vec<f64>> =
         poses.poses.iter().zip(&poses.held).filter(|(_, held)| **held).map(|(pose, _)| pose).collect();
     let near = |reading: &[f64]| {
