@@ -51,6 +51,7 @@ fn run(verb: &Verb, general: &General) -> Result<Answer, Error> {
         Verb::Export(arguments) => verbs::export::run(arguments, general),
         Verb::Demo(arguments) => verbs::demo::run(arguments, general),
         Verb::Design(arguments) => verbs::design::run(arguments, general),
+        Verb::Calibrate(arguments) => verbs::calibrate::run(arguments, general),
         Verb::Machine(arguments) => verbs::machine::run(arguments, general),
         Verb::Track(arguments) => verbs::run::track(arguments, general),
         Verb::Run(arguments) => verbs::run::run(arguments, general),

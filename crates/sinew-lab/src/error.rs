@@ -8,6 +8,9 @@ pub enum Error {
     /// Logs that do not determine a model.
     #[error(transparent)]
     Identification(#[from] sinew_identify::Error),
+    /// Observations of a camera that do not determine a geometry.
+    #[error(transparent)]
+    Geometry(#[from] sinew_identify::geometry::GeometryError),
     /// An invalid part of an experiment, or a run that ended early.
     #[error("{name}: expected {expected}, got {got}")]
     Experiment {

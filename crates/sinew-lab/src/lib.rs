@@ -8,6 +8,7 @@
 //! | [`reproduce`]  | the programme of `yuan2023`: its tables and figures with simulated numbers            |
 //! | [`paper`]      | the numbers that `yuan2023` reports                                                  |
 //! | [`machine_file`] | machines and robots from files, and those that come with the program             |
+//! | [`vision`]     | a machine that calibrates its geometry with a camera                                  |
 //! | [`simulated`]  | logs of a simulated bench, labelled as such, for demonstrations                       |
 //!
 //! All results are simulated.
@@ -19,6 +20,7 @@ pub mod machine_file;
 pub mod paper;
 pub mod reproduce;
 pub mod simulated;
+pub mod vision;
 
 mod error;
 mod variant;

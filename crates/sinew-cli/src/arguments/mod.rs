@@ -3,6 +3,7 @@
 //!
 //! The documentation comments of the structures and their fields are the text that `--help` prints.
 
+mod calibrate;
 mod design;
 mod ethercat;
 mod export;
@@ -23,6 +24,10 @@ mod track;
 mod values;
 mod verbs;
 
+pub(crate) use calibrate::{
+    CalibrateArguments, CalibrateFitArguments, CalibrateFlyArguments, CalibratePlanArguments, CalibrateVerb,
+    ScenarioArguments,
+};
 pub(crate) use design::{DesignArguments, DesignVerb, DriveArguments, StudyArguments, TensionArguments};
 pub(crate) use ethercat::{
     EthercatArguments, EthercatScanArguments, EthercatSimulateArguments, EthercatVerb,
@@ -117,6 +122,7 @@ pub(crate) enum Verb {
     Demo(DemoArguments),
     Machine(MachineArguments),
     Design(DesignArguments),
+    Calibrate(Box<CalibrateArguments>),
     Track(TrackArguments),
     Run(RunArguments),
     Live(LiveArguments),

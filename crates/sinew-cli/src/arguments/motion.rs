@@ -2,8 +2,9 @@
 
 use super::fault::FaultArgument;
 use super::path::{PathArgument, PathParser};
-use super::values::{compensation, number};
+use super::values::{compensation, number, workshop};
 use clap::Args;
+use sinew::machine::Workshop;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::INITIAL_REST_S;
 use std::path::PathBuf;
@@ -14,13 +15,15 @@ pub(crate) struct MotionArguments {
     /// A machine's or robot's file, or the name of a built-in machine
     #[arg(default_value = "lm_arm")]
     pub(crate) model: PathBuf,
-    /// Desired motion: a closed path of the machine by NAME (lm_arm: sine, saddle), a tour, a position of the
+    /// Desired motion: a closed path of the machine by NAME (lm_arm: sine, saddle), a tour, a position
+    /// of the
     /// end point (m), a pose of the joints (rad or m), or a table of waypoints [default: the first named
     /// path, otherwise tour]
     #[arg(long, value_parser = PathParser,
         value_name = "NAME|tour|to:X,Y,Z|to-joints:JOINT=VALUE,..|joints:FILE.csv|FILE.csv")]
     pub(crate) path: Option<PathArgument>,
-    /// Seconds for two turns of a closed path [default: 40], of a tour [default: as fast as feasible, half or
+    /// Seconds for two turns of a closed path [default: 40], of a tour [default: as fast as feasible,
+    /// half or
     /// a quarter as fast where simulated machines do not track it, at least 12], or for a point-to-point
     /// motion [default: 5], 2 to 3600; waypoints have times of their own
     #[arg(long, value_name = "SECONDS",
@@ -48,9 +51,18 @@ pub(crate) struct MotionArguments {
     pub(crate) payload: Option<f64>,
     #[arg(long, value_name = "COMPONENT:NAME[:MODE]@START[+DURATION]", help = fault_help())]
     pub(crate) fault: Vec<FaultArgument>,
-    /// Gains of the controller (JSON, as `sinew machine tune` writes them) [default: derived for the motion]
+    /// Gains of the controller (JSON, as `sinew machine tune` writes them) [default: derived for the
+    /// motion]
     #[arg(long, value_name = "FILE.json")]
     pub(crate) gains: Option<PathBuf>,
+    /// Geometry of the machine as the controller knows it, as `sinew calibrate` writes it
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) calibration: Option<PathBuf>,
+    /// Frames of joints, centres of mass, radii, encoders and flex of a simulated machine as a workshop
+    /// builds
+    /// them, in place of the tolerances in the machine's file
+    #[arg(long, value_name = "WORKSHOP", value_parser = workshop())]
+    pub(crate) tolerances: Option<Workshop>,
     /// Seed of the arm's deviations from the model and of the sensor noise
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,

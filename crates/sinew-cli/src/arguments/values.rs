@@ -3,6 +3,7 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, Command};
+use sinew::machine::Workshop;
 use sinew::twin::cable::Specimen;
 use sinew_lab::CompensationVariant;
 use std::ffi::OsStr;
@@ -23,6 +24,14 @@ pub(super) fn compensation(variants: &'static [CompensationVariant]) -> impl Typ
     let possible = |variant: &CompensationVariant| PossibleValue::new(variant.name()).help(variant.summary());
     PossibleValuesParser::new(variants.iter().map(possible))
         .try_map(|name| name.parse::<CompensationVariant>())
+}
+
+/// A workshop by its name.
+pub(super) fn workshop() -> impl TypedValueParser {
+    let of =
+        |name: &str| Workshop::WORDS.iter().find(|(_, word)| *word == name).map(|(workshop, _)| *workshop);
+    PossibleValuesParser::new(Workshop::WORDS.iter().map(|(_, word)| PossibleValue::new(*word)))
+        .map(move |name| of(&name).unwrap_or(Workshop::Careful))
 }
 
 /// Parses `bench`, `ideal` or the seed of a random specimen.

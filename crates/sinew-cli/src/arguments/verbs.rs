@@ -9,7 +9,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
         "Identify a transmission",
         &["identify", "evaluate", "predict", "compensate", "adapt", "export", "demo"],
     ),
-    ("Describe and design a machine", &["machine", "design"]),
+    ("Describe and design a machine", &["machine", "design", "calibrate"]),
     ("Run it", &["track", "run", "live", "link", "ethercat", "servos"]),
     ("Look at what happened", &["log"]),
     ("Simulate a cable, reproduce the paper", &["twin", "reproduce"]),

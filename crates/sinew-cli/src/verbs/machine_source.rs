@@ -76,6 +76,15 @@ impl MachineSource {
         self.texts.iter().find(|text| text.role == role).map(|text| text.text.as_str())
     }
 
+    /// Hash of all its texts (FNV-1a, 64 bits): another one is another machine.
+    pub(crate) fn hash(&self) -> String {
+        let bytes = self.texts.iter().flat_map(|text| text.role.bytes().chain([0]).chain(text.text.bytes()));
+        let hash = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        });
+        format!("{hash:016x}")
+    }
+
     /// Reads and validates the machine from its texts alone.
     pub(crate) fn machine(&self) -> Result<MachineDescription, Error> {
         let main = self.text(MAIN).unwrap_or_default();

@@ -1,6 +1,7 @@
 //! One file per verb.
 
 pub(crate) mod adapt;
+pub(crate) mod calibrate;
 mod columns;
 pub(crate) mod compensate;
 pub(crate) mod completions;

@@ -5,6 +5,7 @@
 mod bad_logs;
 mod bad_models;
 mod bench;
+mod calibrate;
 mod compensate;
 mod determinism;
 mod drive;

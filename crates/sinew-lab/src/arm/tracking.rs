@@ -74,6 +74,15 @@ impl CalibratedArm {
             .loaded(machine.payload)
     }
 
+    /// The same with a controller that knows another geometry of the machine, as a calibration found it.
+    ///
+    /// # Errors
+    /// As [`Machine::loaded`].
+    pub fn known_as(mut self, calibrated: &Machine) -> Result<Self, Error> {
+        self.machine = calibrated.loaded()?;
+        Ok(self)
+    }
+
     /// The same with a payload, kg, of an arm that was calibrated without one.
     ///
     /// # Errors

@@ -7,6 +7,7 @@ use sinew::twin::arm::ArmSpecimen;
 #[derive(Debug, Clone)]
 pub(super) struct TrackingErrors<'a> {
     specimen: &'a ArmSpecimen,
+    robot: &'a Robot,
     poses: Poses,
     model: MuscleDynamics,
     /// Body of the end point, and its position on it, m; none where only the joints are the task.
@@ -34,12 +35,17 @@ impl<'a> TrackingErrors<'a> {
     ///
     /// # Errors
     /// As [`MuscleDynamics::new`].
-    pub(super) fn new(specimen: &'a ArmSpecimen, robot: &Robot, site: Option<usize>) -> Result<Self, Error> {
+    pub(super) fn new(
+        specimen: &'a ArmSpecimen,
+        robot: &'a Robot,
+        site: Option<usize>,
+    ) -> Result<Self, Error> {
         let model = MuscleDynamics::new(&specimen.robot)?;
         let (muscles, joints) = (model.muscles(), model.joints());
         let site = site.and_then(|site| robot.parts().sites.get(site));
         Ok(Self {
             specimen,
+            robot,
             poses: Poses::new(&specimen.robot),
             model,
             end_point_on: site.map(|site| (site.body, site.position)),
@@ -59,16 +65,16 @@ impl<'a> TrackingErrors<'a> {
     /// As [`MuscleDynamics::evaluate`].
     pub(super) fn evaluate(&mut self, reference: &[f64], q: &[f64]) -> Result<(), Error> {
         for (k, (reference, encoder)) in reference.iter().zip(&self.specimen.encoders).enumerate() {
-            self.encoder_pose[k] = reference - encoder.map_or(0.0, |encoder| encoder.zero);
+            self.encoder_pose[k] = reference - encoder.map_or(0.0, |encoder| encoder.error(*reference));
             self.joint_error[k] = q[k] - self.encoder_pose[k];
         }
+        self.reference_point = self.desired_point(reference)?;
         self.model.evaluate(reference)?;
-        self.reference_point = self.end_point_of_pose()?;
         self.length.copy_from_slice(self.model.lengths());
         self.model.evaluate(&self.encoder_pose)?;
-        self.encoder_point = self.end_point_of_pose()?;
+        self.encoder_point = self.built_point()?;
         self.model.evaluate(q)?;
-        self.end_point = self.end_point_of_pose()?;
+        self.end_point = self.built_point()?;
         let lengths = self.model.lengths().iter().zip(&self.length);
         for (error, (true_length, reference)) in self.length_error.iter_mut().zip(lengths) {
             *error = true_length - reference;
@@ -76,11 +82,18 @@ impl<'a> TrackingErrors<'a> {
         Ok(())
     }
 
-    /// End point in the evaluated pose, m.
-    fn end_point_of_pose(&mut self) -> Result<[f64; 3], Error> {
+    /// End point of the machine as built in the evaluated pose, m.
+    fn built_point(&mut self) -> Result<[f64; 3], Error> {
         let Some((body, position)) = self.end_point_on else { return Ok([f64::NAN; 3]) };
         let robot = self.model.robot();
-        robot.forward_kinematics(self.model.coordinates(), &mut self.poses)?;
+        robot.bent_kinematics(self.model.coordinates(), &mut self.poses)?;
         Ok(robot.body_pose(&self.poses, body).point(position))
+    }
+
+    /// End point of the machine as its controller knows it, m.
+    fn desired_point(&mut self, q: &[f64]) -> Result<[f64; 3], Error> {
+        let Some((body, position)) = self.end_point_on else { return Ok([f64::NAN; 3]) };
+        self.robot.bent_kinematics(&self.robot.pose_from_independent(q)?, &mut self.poses)?;
+        Ok(self.robot.body_pose(&self.poses, body).point(position))
     }
 }

@@ -195,6 +195,7 @@ fn joints(parts: &mut Parts) -> Result<(), PartError> {
         }
         part.finite("its anchor", &joint.anchor)?;
         part.finite("its reference", &[joint.reference, joint.spring_reference])?;
+        part.finite("its flex", &[joint.flex])?;
         part.range("its range", joint.range)?;
         part.not_negative("its armature", joint.armature)?;
         part.not_negative("its damping", joint.damping)?;

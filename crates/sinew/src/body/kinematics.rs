@@ -1,10 +1,10 @@
 use super::link::{Link, LinkFrame};
 use super::parts::JointKind;
 use super::robot::Robot;
-use super::vector::quaternion_of_axes;
 use super::vector::{
     Frame, IDENTITY, Vector, add, add_scaled, compose, cross, frame_of, rotate, turn_about_z, unit_quaternion,
 };
+use super::vector::{quaternion_of, quaternion_of_axes, sub, unrotate};
 use crate::error::{Error, check_length};
 use alloc::vec;
 use alloc::vec::Vec;
@@ -26,6 +26,25 @@ impl Pose {
     #[must_use]
     pub fn point(&self, local: [f64; 3]) -> [f64; 3] {
         add(self.origin, rotate(&self.axes, local))
+    }
+
+    /// A point of the world, in this frame.
+    #[inline]
+    #[must_use]
+    pub fn local(&self, point: [f64; 3]) -> [f64; 3] {
+        unrotate(&self.axes, sub(point, self.origin))
+    }
+
+    /// The same with its axes turned about its origin by a rotation vector in the world, rad.
+    #[must_use]
+    pub fn turned(&self, rotation: [f64; 3]) -> Pose {
+        Pose { axes: compose(&frame_of(quaternion_of(rotation)), &self.axes), origin: self.origin }
+    }
+
+    /// With this orientation, a quaternion `[w, x, y, z]` of any length but zero, and this origin, m.
+    #[must_use]
+    pub fn new(quaternion: [f64; 4], origin: [f64; 3]) -> Pose {
+        Pose { axes: frame_of(unit_quaternion(quaternion)), origin }
     }
 
     /// Its orientation as a unit quaternion `[w, x, y, z]`.

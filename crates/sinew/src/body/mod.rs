@@ -7,6 +7,7 @@
 mod check;
 pub(crate) mod cholesky;
 mod coupling;
+mod displacement;
 mod energy;
 mod forward_dynamics;
 mod geom;
@@ -26,6 +27,7 @@ mod tree;
 pub(crate) mod vector;
 
 pub use coupling::Reduction;
+pub use displacement::{Displacement, JointCorrection};
 pub use geom::{Geom, GeomKind, MeshGeom, TriangleSurface};
 pub use kinematics::{MotionAxis, Pose, Poses};
 pub use part_error::PartError;

@@ -121,6 +121,15 @@ pub struct Joint {
     pub stiffness: f64,
     /// Coordinate where the spring is at rest.
     pub spring_reference: f64,
+    /// Bend of the link behind it by the moment of gravity, rad/Nm, on positions alone; see
+    /// [`Robot::bent_kinematics`](super::Robot::bent_kinematics).
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub flex: f64,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }
 
 /// A point fixed to a body.

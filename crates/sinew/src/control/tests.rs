@@ -36,6 +36,7 @@ pub(super) fn slides(gravity: f64, slides: &[Slide], arms: &[&[f64]]) -> Robot {
         friction: 0.0,
         stiffness: 0.0,
         spring_reference: 0.0,
+        flex: 0.0,
     };
     let tendon = |(k, arms): (usize, &&[f64])| Tendon {
         name: alloc::format!("cable{k}"),

@@ -354,5 +354,6 @@ fn joint(tree: &Tree, at: Attributes<'_>, kind: usize, body: usize) -> Result<Jo
         friction: loss("friction")?,
         stiffness: 0.0,
         spring_reference: 0.0,
+        flex: 0.0,
     })
 }

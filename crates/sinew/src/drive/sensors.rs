@@ -48,7 +48,7 @@ impl Encoder {
 /// Encoder of a joint: a coordinate in whole counts.
 ///
 /// ```text
-/// q^ = round((q + zero)/c) c
+/// q^ = round((q + zero + a sin q + b cos q)/c) c
 /// ```
 ///
 /// # Assumes
@@ -64,19 +64,26 @@ pub struct JointEncoder {
     /// Homing error, rad or m.
     #[serde(default)]
     pub zero: f64,
+    /// `a`, `b`: of a disc that is not centred on its axis, rad.
+    #[serde(default, skip_serializing_if = "is_centred")]
+    pub eccentricity: [f64; 2],
+}
+
+fn is_centred(eccentricity: &[f64; 2]) -> bool {
+    *eccentricity == [0.0; 2]
 }
 
 impl JointEncoder {
     /// Of a hinge: 14 bits per turn.
     #[must_use]
     pub fn fourteen_bits() -> Self {
-        Self { resolution: 2.0 * core::f64::consts::PI / 16_384.0, zero: 0.0 }
+        Self { resolution: 2.0 * core::f64::consts::PI / 16_384.0, zero: 0.0, eccentricity: [0.0; 2] }
     }
 
     /// Of a slide: 10 um.
     #[must_use]
     pub fn slide() -> Self {
-        Self { resolution: 1e-5, zero: 0.0 }
+        Self { resolution: 1e-5, zero: 0.0, eccentricity: [0.0; 2] }
     }
 
     /// Checks the numbers.
@@ -85,14 +92,26 @@ impl JointEncoder {
     /// [`Error::OutOfDomain`] names the one outside its domain.
     pub fn validate(&self) -> Result<(), Error> {
         positive("resolution", self.resolution)?;
-        crate::error::finite("zero", self.zero).map(drop)
+        crate::error::finite("zero", self.zero)?;
+        self.eccentricity.iter().try_for_each(|x| crate::error::finite("eccentricity", *x).map(drop))
+    }
+
+    /// What it reads too much at a coordinate, rad or m.
+    #[inline]
+    #[must_use]
+    pub fn error(&self, q: f64) -> f64 {
+        if is_centred(&self.eccentricity) {
+            return self.zero;
+        }
+        let (sine, cosine) = libm::sincos(q);
+        self.zero + self.eccentricity[0] * sine + self.eccentricity[1] * cosine
     }
 
     /// Measured coordinate, rad or m.
     #[inline]
     #[must_use]
     pub fn read(&self, q: f64) -> f64 {
-        nearest((q + self.zero) / self.resolution) * self.resolution
+        nearest((q + self.error(q)) / self.resolution) * self.resolution
     }
 }
 
@@ -287,7 +306,7 @@ mod tests {
         let encoder = Encoder { counts: 2048.0, zero: 0.0 };
         named(Encoder { counts: 0.0, ..encoder }.validate(), "counts");
         named(Encoder { zero: f64::NAN, ..encoder }.validate(), "zero");
-        named(JointEncoder { resolution: 0.0, zero: 0.0 }.validate(), "resolution");
+        named(JointEncoder { resolution: 0.0, ..JointEncoder::slide() }.validate(), "resolution");
         named(JointEncoder { zero: f64::INFINITY, ..JointEncoder::slide() }.validate(), "zero");
         let cell = LoadCell::one_kilonewton();
         named(LoadCell { gain: 0.0, ..cell }.validate(), "gain");

@@ -4,7 +4,7 @@ use super::period::{DEFAULT_PERIOD, check_period, dead_time};
 use super::rules::ControlRules;
 use super::safety::SafetyLimits;
 use super::task::{NamedPath, Task};
-use super::tolerances::Tolerances;
+use super::tolerances::{Tolerances, Workshop};
 use crate::Error;
 use crate::body::{JointKind, Robot};
 use crate::drive::JointEncoder;
@@ -187,6 +187,15 @@ impl Machine {
         let reach: f64 = parts.bodies.iter().map(|body| length(&body.position)).sum();
         let reach = parts.sites.iter().map(|site| length(&site.position)).fold(reach, f64::max);
         self.tolerances.attachment.unwrap_or((4e-3 * reach).min(1e-3))
+    }
+
+    /// The same as a workshop builds it, lengths in proportion to its
+    /// [`attachment_tolerance`](Self::attachment_tolerance) where that is below a millimetre.
+    #[must_use]
+    pub fn built_by(mut self, workshop: Workshop) -> Self {
+        let default = Self { tolerances: Tolerances::default(), ..self.clone() };
+        self.tolerances = self.tolerances.of(workshop, default.attachment_tolerance() / 1e-3);
+        self
     }
 
     /// Checks every number and every length.

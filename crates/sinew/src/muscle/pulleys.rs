@@ -156,6 +156,7 @@ mod tests {
             friction: 0.0,
             stiffness: 0.0,
             spring_reference: 0.0,
+            flex: 0.0,
         };
         let links = parents.iter().enumerate().map(|(k, parent)| body(format!("b{k}"), *parent, 0.02));
         let bodies = core::iter::once(body("world".into(), 0, 0.0)).chain(links).collect();

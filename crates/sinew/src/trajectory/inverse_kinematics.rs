@@ -220,7 +220,7 @@ impl<'a> Solver<'a> {
     /// Position error of the end point in the task's axes, m; updates the Jacobian.
     pub(super) fn error(&mut self, target: [f64; 3], x: &[f64]) -> Result<[f64; 3], Error> {
         self.reduction.expand(self.robot, x, &mut self.full)?;
-        self.robot.forward_kinematics(&self.full, &mut self.poses)?;
+        self.robot.bent_kinematics(&self.full, &mut self.poses)?;
         let point = self.robot.site_pose(&self.poses, self.site).origin;
         let body = self.robot.parts().sites[self.site].body;
         self.robot.jacobian(&self.poses, body, point, &mut self.jacobian, &mut self.angular)?;

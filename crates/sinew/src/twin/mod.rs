@@ -8,3 +8,4 @@
 pub mod arm;
 pub mod bench;
 pub mod cable;
+pub mod camera;

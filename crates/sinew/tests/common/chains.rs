@@ -81,6 +81,7 @@ fn joint(random: &mut Random, index: usize, kind: Chain, length: f64) -> Joint {
         friction: 0.0,
         stiffness: 0.0,
         spring_reference: 0.0,
+        flex: 0.0,
     }
 }
 

@@ -4,6 +4,7 @@ use super::read::attachment;
 use crate::arguments::PathArgument;
 use crate::error::Error;
 use crate::output::one_line;
+use crate::verbs::calibrate::calibrated;
 use crate::verbs::machine_source::{MachineSource, SourceText};
 use crate::verbs::read_text;
 use crate::verbs::track::{motion, setup::Setup};
@@ -20,6 +21,9 @@ use std::path::{Path, PathBuf};
 
 /// Name of the attachment.
 pub(crate) const SETUP: &str = "setup.json";
+
+/// Name of the attachment with a calibration.
+const CALIBRATION: &str = "calibration.toml";
 
 /// Duration of a closed path in recordings of programs until 2026-11-26 that do not say it, s.
 const CLOSED_PATH_ONCE_S: f64 = 115.0;
@@ -52,6 +56,9 @@ pub(crate) struct RunSetup {
     pub(crate) calibrated: bool,
     pub(crate) gains: ArmGains,
     pub(crate) models: Vec<CableModel>,
+    /// Attachment with the calibration of its geometry.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    calibration: Option<String>,
     /// Of a run that a client commanded, along no motion of its own.
     #[serde(default)]
     pub(crate) link: Option<LinkSetup>,
@@ -115,6 +122,10 @@ impl RunSetup {
             files.push(File { name: attachment.clone(), bytes: text.text.clone().into_bytes() });
             machine_files.push(AttachedText { role: text.role.clone(), attachment });
         }
+        let calibration = setup.calibration.as_ref().map(|text| {
+            files.push(File { name: CALIBRATION.to_owned(), bytes: text.clone().into_bytes() });
+            CALIBRATION.to_owned()
+        });
         let waypoints = match setup.path.file() {
             Some(file) => {
                 let name = format!("path/{}", file_name(file));
@@ -142,6 +153,7 @@ impl RunSetup {
             calibrated: controller.calibrated,
             gains: controller.gains.clone(),
             models: controller.models.to_vec(),
+            calibration,
             link: controller.link,
         };
         files.push(File { name: SETUP.to_owned(), bytes: serde_json::to_vec_pretty(&all)? });
@@ -177,8 +189,13 @@ impl RunSetup {
             Ok(SourceText { role: each.role.clone(), text })
         });
         let texts = texts.collect::<Result<_, Error>>()?;
-        let machine = MachineSource { path: self.machine.clone(), texts }.machine()?.machine;
-        Ok(Machine { payload: self.payload_kg, ..machine })
+        let source = MachineSource { path: self.machine.clone(), texts };
+        let machine = Machine { payload: self.payload_kg, ..source.machine()?.machine };
+        let Some(name) = &self.calibration else { return Ok(machine) };
+        let bytes = recording.file(name);
+        let text = bytes.and_then(|bytes| String::from_utf8(bytes.to_vec()).ok());
+        let text = text.ok_or_else(|| attachment(file, name, "expected it as text".to_owned()))?;
+        calibrated(&machine, &source.hash(), &text, file)
     }
 
     /// The motion, planned again.

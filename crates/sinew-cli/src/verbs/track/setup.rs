@@ -3,6 +3,7 @@
 use super::{fault, motion};
 use crate::arguments::{FaultArgument, MotionArguments, PathArgument};
 use crate::error::Error;
+use crate::verbs::calibrate::calibrated;
 use crate::verbs::machine_source::{self, Loaded, MachineSource};
 use crate::verbs::{read_text, verification};
 use sinew::control::arm::ArmGains;
@@ -20,8 +21,12 @@ use std::path::Path;
 
 /// A run that can be simulated.
 pub(crate) struct Setup {
-    /// With its payload.
+    /// With its payload, as the controller knows it.
     pub(crate) machine: Machine,
+    /// As designed, around which a simulated machine is drawn.
+    design: Machine,
+    /// Text of the calibration.
+    pub(crate) calibration: Option<String>,
     /// What identifies its devices.
     pub(crate) devices: Devices,
     /// Where its parts are written.
@@ -68,6 +73,16 @@ impl Setup {
         let (machine, places) = (described.machine, described.places);
         let payload = arguments.payload.unwrap_or(machine.payload);
         let machine = Machine { payload, ..machine };
+        let machine = match arguments.tolerances {
+            Some(workshop) => machine.built_by(workshop),
+            None => machine,
+        };
+        let design = machine.clone();
+        let calibration = arguments.calibration.as_deref().map(read_text).transpose()?;
+        let machine = match (&arguments.calibration, &calibration) {
+            (Some(file), Some(text)) => calibrated(&machine, &source.hash(), text, file)?,
+            _ => machine,
+        };
         let faults = fault::resolve(&arguments.fault, &machine.robot)?;
         let path = arguments.path.clone().unwrap_or_else(|| default_path(&machine));
         let trajectory = motion::trajectory(&machine, &path, arguments.duration);
@@ -75,6 +90,8 @@ impl Setup {
         let repeats = repeats(arguments.repeats, trajectory.is_closed())?;
         let mut setup = Self {
             machine,
+            design,
+            calibration,
             devices,
             places,
             source,
@@ -163,8 +180,12 @@ impl Setup {
 
     /// The arm with its deviations from the model, every cable calibrated.
     pub(crate) fn calibrate(&self) -> Result<CalibratedArm, Error> {
-        let arm = CalibratedArm::new(&self.machine, self.seed);
-        let arm = arm.map_err(|error| Error::from(error).at(&self.places))?;
+        let design = Machine { rules: self.machine.rules, ..self.design.clone() };
+        let arm = CalibratedArm::new(&design, self.seed);
+        let mut arm = arm.map_err(|error| Error::from(error).at(&self.places))?;
+        if self.calibration.is_some() {
+            arm = arm.known_as(&self.machine)?;
+        }
         Ok(arm.with_normal_errors(self.normal_errors.clone()))
     }
 

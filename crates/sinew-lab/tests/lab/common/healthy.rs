@@ -56,7 +56,7 @@ fn encoders(draw: &mut Draw, machine: &mut Machine) -> &'static str {
         0 | 1 => "14 bits",
         2 => {
             let resolution = resolution(draw);
-            machine.encoders.fill(Some(JointEncoder { resolution, zero: 0.0 }));
+            machine.encoders.fill(Some(JointEncoder { resolution, ..JointEncoder::slide() }));
             if resolution < 2e-4 { "fine encoders" } else { "coarse encoders" }
         }
         3 => {
@@ -71,7 +71,7 @@ fn encoders(draw: &mut Draw, machine: &mut Machine) -> &'static str {
         _ => {
             for encoder in &mut machine.encoders {
                 let resolution = resolution(draw);
-                *encoder = draw.chance(0.8).then_some(JointEncoder { resolution, zero: 0.0 });
+                *encoder = draw.chance(0.8).then_some(JointEncoder { resolution, ..JointEncoder::slide() });
             }
             "mixed encoders"
         }

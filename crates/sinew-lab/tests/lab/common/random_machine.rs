@@ -74,6 +74,7 @@ pub(crate) fn machine(seed: u64, lighter: f64) -> Result<RandomMachine, sinew::E
             friction: 0.0,
             stiffness: 0.0,
             spring_reference: 0.0,
+            flex: 0.0,
         });
     }
     add_muscles(&mut draw, &mut parts, &links, arm);

@@ -311,7 +311,7 @@ mod tests {
 
     fn joint_thresholds(resolution: f64, joint: &JointCharacteristics) -> [f64; 5] {
         let rules = ControlRules { observer_bandwidth: 50.0, ..ControlRules::default() };
-        let encoder = JointEncoder { resolution, zero: 0.0 };
+        let encoder = JointEncoder { resolution, ..JointEncoder::slide() };
         let gains = of_joint(&Pace::new(&rules, 1e-3, 0.0), Some(&encoder), joint);
         assert!(gains.encoder);
         assert_near(&[gains.resolution], &[resolution]);

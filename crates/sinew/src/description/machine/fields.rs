@@ -137,6 +137,14 @@ pub(super) const TOLERANCES: &[Field<Tolerances>] = fields![
     "bend_by_joint": BELOW_ONE => bend,
     "zero_rad": NON_NEGATIVE => zero,
     "zero_m": NON_NEGATIVE => zero_slide,
+    "link_m": NON_NEGATIVE => link,
+    "axis_rad": NON_NEGATIVE => axis,
+    "center_of_mass_m": NON_NEGATIVE => center_of_mass,
+    "wrap_radius_m": NON_NEGATIVE => wrap_radius,
+    "winch_radius": BELOW_ONE => winch,
+    "eccentricity_rad": NON_NEGATIVE => eccentricity,
+    "flex_rad_per_nm": NON_NEGATIVE => flex,
+    "payload_kg": NON_NEGATIVE => payload,
 ];
 
 pub(super) const CONTROL: &[Field<ControlRules>] = fields![

@@ -303,7 +303,7 @@ fn of_unit(table: &Table<'_>, slide: bool) -> Result<Read, DescriptionError> {
         let number = entry.number(POSITIVE)?;
         let resolution = if key == "counts_per_turn" { TURN / number } else { number };
         if fits {
-            found = Some((Some(JointEncoder { resolution, zero: 0.0 }), entry.line()));
+            found = Some((Some(JointEncoder { resolution, ..JointEncoder::slide() }), entry.line()));
         }
     }
     Ok(found)

@@ -337,6 +337,7 @@ fn joint(import: &mut Import<'_>, seen: Seen<'_>, body: usize) -> Result<(), Des
         friction: at.not_negative("frictionloss")?,
         stiffness,
         spring_reference: if only { at.number_or("springref", 0.0)? * unit } else { 0.0 },
+        flex: 0.0,
     };
     import.parts.joints.push(joint);
     Ok(())

@@ -415,6 +415,7 @@ fn joint(table: &Table<'_>, name: String, body: usize) -> Result<Joint, Descript
         friction: one("friction_nm", "friction_n")?,
         stiffness: one("stiffness_nm_per_rad", "stiffness_n_per_m")?,
         spring_reference: one("spring_reference_rad", "spring_reference_m")?,
+        flex: 0.0,
     })
 }
 

@@ -34,6 +34,7 @@ fn joint(name: &str, body: usize, kind: JointKind, axis: [f64; 3]) -> Joint {
         friction: 0.0,
         stiffness: 0.0,
         spring_reference: 0.0,
+        flex: 0.0,
     }
 }
 
@@ -153,6 +154,7 @@ pub(crate) fn chain(coupled: bool) -> Robot {
         damping: 0.01,
         stiffness: 0.2,
         spring_reference: 0.1,
+        flex: 0.0,
         ..joint(["a", "b", "c"][k], k + 1, JointKind::Hinge, [0.0, 1.0, 0.0])
     };
     let site = |body: usize, x: f64, z: f64| site(body, [x, 0.0, z]);

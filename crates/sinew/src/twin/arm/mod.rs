@@ -8,6 +8,7 @@
 //! a list of [`InjectedFault`]s gives the failures and their times.
 
 mod body;
+mod deviation;
 mod fault;
 mod sensors;
 mod specimen;

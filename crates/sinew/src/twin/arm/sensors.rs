@@ -1,5 +1,6 @@
 use super::fault::{Failure, InjectedFault, Sensor};
-use crate::drive::{Drive, JointEncoder};
+use super::specimen::ArmSpecimen;
+use crate::drive::Drive;
 use crate::random::Random;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -47,12 +48,12 @@ impl ArmReading {
     /// keeps its last reading. Where a sensor has several active faults, the first of the list applies.
     ///
     /// # Shapes
-    /// `drives: [muscles]`, `encoders` and `q`, the true coordinates, rad or m: `[joints]`.
+    /// `drives: [muscles]`, `q`, the true coordinates, rad or m: `[joints]`.
     pub(super) fn update(
         &mut self,
         time: f64,
         drives: &[Drive],
-        encoders: &[Option<JointEncoder>],
+        specimen: &ArmSpecimen,
         q: &[f64],
         faults: &[InjectedFault],
     ) {
@@ -70,11 +71,11 @@ impl ArmReading {
         };
         for (k, drive) in drives.iter().enumerate() {
             let drive = drive.reading();
-            set(&mut self.motor[k], drive.position, Sensor::Motor(k));
+            set(&mut self.motor[k], drive.position / specimen.winches[k], Sensor::Motor(k));
             set(&mut self.tension[k], drive.tension, Sensor::Tension(k));
             self.current[k] = drive.current;
         }
-        for (k, (encoder, &angle)) in encoders.iter().zip(q).enumerate() {
+        for (k, (encoder, &angle)) in specimen.encoders.iter().zip(q).enumerate() {
             let measured = encoder.map_or(f64::NAN, |encoder| encoder.read(angle));
             set(&mut self.joint[k], measured, Sensor::Joint(k));
         }

@@ -1,3 +1,4 @@
+use super::deviation::Deviation;
 use crate::Error;
 use crate::body::{JointKind, Parts, PathElement, Robot, TendonPath};
 use crate::drive::{DriveParameters, JointEncoder, LoadCell};
@@ -20,6 +21,8 @@ pub struct ArmSpecimen {
     pub bends: Vec<SheathBend>,
     /// Drive of every muscle, with the load cell of the muscle.
     pub drives: Vec<DriveParameters>,
+    /// Radius of every winch over that of the design, which its drive counts with: `[muscles]`.
+    pub winches: Vec<f64>,
     /// Encoder of every independent joint, or none.
     pub encoders: Vec<Option<JointEncoder>>,
     /// Period of the commands, s: that of the machine.
@@ -75,6 +78,7 @@ impl ArmSpecimen {
             cables: cables.collect::<Result<_, Error>>()?,
             bends: machine.sheath_bends()?,
             drives: machine.muscles.iter().map(|design| design.drive).collect(),
+            winches: alloc::vec![1.0; machine.muscles.len()],
             encoders: machine.encoders.clone(),
             period: machine.period,
             resolution: least,
@@ -141,7 +145,11 @@ impl ArmSpecimen {
         let joints = of.robot.independent_joints();
         let slides = joints.iter().map(|joint| parts.joints[*joint].kind == JointKind::Slide);
         let slides: Vec<bool> = slides.collect();
-        drawn.robot = Robot::new(parts)?;
+        let deviation = Deviation::new(*tolerances, seed);
+        deviation.of_parts(&mut parts);
+        deviation.of_encoders(&mut drawn.encoders, joints.iter().map(|joint| parts.joints[*joint].kind));
+        deviation.of_winches(&mut drawn.winches);
+        drawn.robot = deviation.loaded(Robot::new(parts)?, machine)?;
         for drive in &mut drawn.drives {
             let gain = drive.load_cell.gain * (1.0 + within(tolerances.gain));
             drive.load_cell = LoadCell { gain, ..drive.load_cell };

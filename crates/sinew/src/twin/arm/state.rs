@@ -95,6 +95,7 @@ impl ArmTwin {
             ("cables", muscles, specimen.cables.len()),
             ("bends", muscles, specimen.bends.len()),
             ("drives", muscles, specimen.drives.len()),
+            ("winches", muscles, specimen.winches.len()),
             ("encoders", joints, specimen.encoders.len()),
         ] {
             if got != expected {
@@ -300,6 +301,15 @@ impl ArmTwin {
                     _ => {}
                 }
             }
+            // Drive and encoder count with the radius of the design.
+            let ratio = self.specimen.winches[k];
+            let command = match command {
+                DriveCommand::Velocity(speed) => DriveCommand::Velocity(ratio * speed),
+                DriveCommand::Tension { tension, feed } => {
+                    DriveCommand::Tension { tension, feed: ratio * feed }
+                }
+                other => other,
+            };
             self.steps[k] = drive.step(command, self.cable_readings[k].tension_in, h);
         }
     }
@@ -343,7 +353,7 @@ impl ArmTwin {
 
     fn measure(&mut self) {
         let Self { time, drives, specimen, limb, faults, .. } = self;
-        self.reading.update(*time, drives, &specimen.encoders, &limb.q, faults);
+        self.reading.update(*time, drives, specimen, &limb.q, faults);
     }
 
     /// Sets the wrap of every cable at its joint, and the bend of the sheaths that pass joints, from the

@@ -33,6 +33,7 @@ fn sprung(kind: JointKind, random: &mut Random) -> Robot {
         friction: 0.4 + body as f64,
         stiffness: 3.0,
         spring_reference: 0.2,
+        flex: 0.0,
     };
     let world =
         Body { mass: 0.0, position: [0.0; 3], inertia: [0.0; 6], ..body("world", 0, [1.0, 0.0, 0.0, 0.0]) };

@@ -1,0 +1,187 @@
+//! `sinew calibrate`: poses, a flight before a camera, the estimate and its judgement.
+
+mod report;
+mod scenario;
+mod tables;
+
+use crate::answer::{Answer, Content, Outcome};
+use crate::arguments::{
+    CalibrateArguments, CalibrateFitArguments, CalibrateFlyArguments, CalibratePlanArguments, CalibrateVerb,
+    General,
+};
+use crate::error::Error;
+use crate::output::{Folder, refuse_overwrite, write_all};
+use crate::progress::Progress;
+use crate::verbs::verification;
+use scenario::Scenario;
+use serde_json::json;
+use sinew::machine::Machine;
+use sinew_lab::arm::{CalibratedArm, Verified, verify};
+use sinew_lab::vision::{CalibrationPoses, Judgement, fly, judge, motion_through};
+use std::path::PathBuf;
+
+/// Names of the files in the folder.
+const CALIBRATION: &str = "calibration.toml";
+const REPORT: &str = "report.txt";
+const READINGS: &str = "readings.csv";
+const OBSERVATIONS: &str = "observations.csv";
+/// Every so many places judge where no plan says which.
+const EVERY: usize = 5;
+/// Largest difference of a reading from the pose that judges, rad or m.
+const SAME_POSE: f64 = 0.05;
+
+pub(crate) fn run(arguments: &CalibrateArguments, general: &General) -> Result<Answer, Error> {
+    match &arguments.verb {
+        Some(CalibrateVerb::Plan(arguments)) => plan(arguments, general),
+        Some(CalibrateVerb::Fit(arguments)) => fit(arguments, general),
+        None => flown(&arguments.fly, general),
+    }
+}
+
+fn plan(arguments: &CalibratePlanArguments, general: &General) -> Result<Answer, Error> {
+    refuse_overwrite([&arguments.scenario.model], std::slice::from_ref(&arguments.out), general.no_clobber)?;
+    let scenario = Scenario::new(&arguments.scenario)?;
+    let poses = scenario.poses(&arguments.scenario)?;
+    let (motion, arrivals) = motion_through(&scenario.machine, &poses.poses)?;
+    let table = tables::poses(&scenario.machine, &poses, &arrivals, motion.duration())?;
+    let written = write_all(&[(arguments.out.clone(), table.as_bytes())])?;
+    let content = if general.json {
+        Content::json(&json!({"poses": poses.poses.len(), "expected_error_m": poses.expected_m}))?
+    } else {
+        Content::Text(report::plan(&poses, motion.duration()))
+    };
+    Ok(Answer::done(content, written))
+}
+
+fn flown(arguments: &CalibrateFlyArguments, general: &General) -> Result<Answer, Error> {
+    let expected = "a folder for the results";
+    let missing = || Error::Argument { flag: "--out", value: String::new(), expected };
+    let out = arguments.out.as_deref().ok_or_else(missing)?;
+    let out = Out::new(out, &[&arguments.scenario.model], true, general)?;
+    let scenario = Scenario::new(&arguments.scenario)?;
+    let progress = Progress::new();
+    progress.show("choosing poses", 0.0);
+    let poses = scenario.poses(&arguments.scenario)?;
+    let (motion, _) = motion_through(&scenario.machine, &poses.poses)?;
+    let mut machine = scenario.machine.clone();
+    if !arguments.unverified {
+        progress.show("verifying the motion", 0.0);
+        let verified = verify(&machine, &motion, 1)?.verified;
+        if let Verified::Fails(reason) = verified {
+            let motion = "the motion through the poses".to_owned();
+            return Err(Error::Untracked { motion, reason, slowed: false });
+        }
+        verification::warn(&verified);
+        if let Verified::Tracks(rules) | Verified::Inaccurate(rules, _) = verified {
+            machine.rules = rules;
+        }
+    }
+    progress.show("calibrating the machine's cables", 0.0);
+    let seed = arguments.scenario.seed;
+    let arm = CalibratedArm::new(&machine, seed)?;
+    progress.show("flying", 0.0);
+    let camera = scenario.camera(&arguments.camera_fault, motion.duration())?;
+    let flight = fly(&arm, &motion, &scenario.markers, camera, seed)?;
+    drop(progress);
+    if !flight.completed {
+        let motion = "the motion through the poses".to_owned();
+        let reason = "it was stopped by a fault or lost".to_owned();
+        return Err(Error::Untracked { motion, reason, slowed: false });
+    }
+    let checks: Vec<&Vec<f64>> =
+        poses.poses.iter().zip(&poses.held).filter(|(_, held)| **held).map(|(pose, _)| pose).collect();
+    let near = |reading: &[f64]| {
+        let close = |pose: &Vec<f64>| pose.iter().zip(reading).all(|(a, b)| (a - b).abs() < SAME_POSE);
+        checks.iter().any(|pose| close(pose))
+    };
+    let seen = (&flight.readings, flight.frames.as_slice());
+    let judgement =
+        judge(&scenario.machine.loaded()?, &scenario.markers, seen, |_, _, reading| near(reading))?;
+    let files = vec![
+        (READINGS, tables::readings(&scenario.machine, &flight.readings)?),
+        (OBSERVATIONS, tables::observations(&scenario.markers, &flight.frames)?),
+    ];
+    out.answer(&scenario, &judgement, (Some(&poses), flight.completed), files, general)
+}
+
+fn fit(arguments: &CalibrateFitArguments, general: &General) -> Result<Answer, Error> {
+    let inputs: Vec<&PathBuf> = [&arguments.scenario.model, &arguments.recording]
+        .into_iter()
+        .chain(&arguments.observations)
+        .collect();
+    let out = Out::new(&arguments.out, &inputs, false, general)?;
+    let scenario = Scenario::new(&arguments.scenario)?;
+    let (readings, simulated) = tables::read_readings(&scenario.machine, &arguments.recording)?;
+    let mut frames = Vec::new();
+    for file in &arguments.observations {
+        frames.extend(tables::read_observations(&scenario.markers, file, arguments.unit)?);
+    }
+    frames.sort_by(|a, b| a.time.total_cmp(&b.time));
+    let seen = (&readings, frames.as_slice());
+    let judges = |k: usize, _, _: &[f64]| k % EVERY == EVERY / 2;
+    let judgement = judge(&scenario.machine.loaded()?, &scenario.markers, seen, judges)?;
+    Out { simulated, ..out }.answer(&scenario, &judgement, (None, true), Vec::new(), general)
+}
+
+/// The folder of the results.
+struct Out {
+    folder: Folder,
+    simulated: bool,
+}
+
+impl Out {
+    fn new(
+        path: &std::path::Path,
+        inputs: &[&PathBuf],
+        flown: bool,
+        general: &General,
+    ) -> Result<Self, Error> {
+        let folder = Folder::open(path)?;
+        let names =
+            if flown { &[CALIBRATION, REPORT, READINGS, OBSERVATIONS][..] } else { &[CALIBRATION, REPORT] };
+        let outputs: Vec<PathBuf> = names.iter().map(|name| folder.file(name)).collect();
+        refuse_overwrite(inputs.iter().copied(), &outputs, general.no_clobber)?;
+        Ok(Self { folder, simulated: flown })
+    }
+
+    fn answer(
+        self,
+        scenario: &Scenario,
+        judgement: &Judgement,
+        (poses, completed): (Option<&CalibrationPoses>, bool),
+        others: Vec<(&str, String)>,
+        general: &General,
+    ) -> Result<Answer, Error> {
+        let calibration = judgement.calibration(&scenario.machine, scenario.hash.clone(), self.simulated);
+        let text = report::text(&calibration, judgement, poses);
+        let toml = report::toml(&calibration);
+        let mut files = vec![(CALIBRATION, toml), (REPORT, text.clone())];
+        files.extend(others);
+        let places: Vec<(PathBuf, &[u8])> =
+            files.iter().map(|(name, text)| (self.folder.file(name), text.as_bytes())).collect();
+        let written = write_all(&places)?;
+        let content = if general.json {
+            Content::json(&json!({
+                "held_out_error_m": calibration.held_out_error_m, "parameters": calibration.parameter,
+                "simulated": self.simulated, "verdict": judgement.verdict(), "findings": judgement.findings,
+                "places": judgement.places.len(), "completed": completed,
+            }))?
+        } else {
+            Content::Text(text)
+        };
+        Ok(Answer { outcome: Outcome::new(judgement.is_better()), content, written })
+    }
+}
+
+/// A machine as a calibration knows it.
+pub(crate) fn calibrated(
+    machine: &Machine,
+    hash: &str,
+    text: &str,
+    file: &std::path::Path,
+) -> Result<Machine, Error> {
+    let calibration: sinew_lab::vision::Calibration = toml::from_str(text).map_err(|error| {
+        Error::Shown(format!("{}: {}", file.display(), crate::output::one_line(&error.to_string())))
+    })?;
+    Ok(calibration.apply(machine, hash)?)
+}

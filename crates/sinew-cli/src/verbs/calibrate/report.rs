@@ -1,0 +1,105 @@
+//! A calibration in words.
+
+use crate::table::{number, table};
+use sinew_lab::vision::{
+    CalibratedJoint, CalibratedParameter, Calibration, CalibrationPoses, HeldOut, Judgement,
+};
+
+fn milli(x: f64) -> String {
+    number(Some(1e3 * x))
+}
+
+/// What every pose of a plan gains.
+pub(super) fn plan(poses: &CalibrationPoses, duration: f64) -> String {
+    let mut text = format!("{} poses, {duration:.0} s of motion\n", poses.poses.len());
+    let rows: Vec<Vec<String>> = poses
+        .expected_m
+        .iter()
+        .enumerate()
+        .filter(|(k, _)| k % 5 == 0 || k + 1 == poses.expected_m.len())
+        .map(|(k, expected)| vec![k.to_string(), milli(*expected)])
+        .collect();
+    text += &table(&["poses", "expected error of the end point, mm rms"], &rows, 0);
+    text
+}
+
+/// The calibration as a file. Written by hand: the crate that reads TOML here does not write it.
+pub(super) fn toml(calibration: &Calibration) -> String {
+    let Calibration { version, machine, machine_hash, simulated, held_out_error_m, joint, parameter } =
+        calibration;
+    let HeldOut { before, after, reported } = held_out_error_m;
+    let mut text = format!(
+        "# Geometry of a machine as `sinew calibrate` found it; `sinew track --calibration` uses it.\n\
+         version = {version}\nmachine = {machine:?}\nmachine_hash = {machine_hash:?}\n\
+         simulated = {simulated}\n\n[held_out_error_m]\n\
+         before = {{ mean = {:?}, max = {:?} }}\nafter = {{ mean = {:?}, max = {:?} }}\n\
+         reported = {{ mean = {:?} }}\n",
+        before.mean, before.max, after.mean, after.max, reported.mean
+    );
+    for CalibratedJoint { name, offset_m, tilt_rad, zero, flex_rad_per_nm } in joint {
+        text += &format!(
+            "\n[[joint]]\nname = {name:?}\noffset_m = {offset_m:?}\ntilt_rad = {tilt_rad:?}\nzero = {zero:?}\n\
+             flex_rad_per_nm = {flex_rad_per_nm:?}\n"
+        );
+    }
+    for CalibratedParameter { name, value, sd, tolerance, determined } in parameter {
+        text += &format!("\n[[parameter]]\nname = {name:?}\nvalue = {value:?}\nsd = {sd:?}\n");
+        text += &tolerance.map_or_else(String::new, |x| format!("tolerance = {x:?}\n"));
+        text += &format!("determined = {determined}\n");
+    }
+    text
+}
+
+/// The report: errors first, then what is known of each parameter.
+pub(super) fn text(
+    calibration: &Calibration,
+    judgement: &Judgement,
+    poses: Option<&CalibrationPoses>,
+) -> String {
+    let held = calibration.held_out_error_m;
+    let judged = judgement.held.iter().filter(|held| **held).count();
+    let mut text = if calibration.simulated { "SIMULATED. ".to_owned() } else { String::new() };
+    text += &format!(
+        "{}: error in {judged} poses that the estimate has not seen, camera's noise included: {} mm (max {}) before, \
+         {} mm (max {}) after; {} mm expected. Recommendation: {}.\n",
+        calibration.machine,
+        milli(held.before.mean),
+        milli(held.before.max),
+        milli(held.after.mean),
+        milli(held.after.max),
+        milli(held.reported.mean),
+        judgement.verdict(),
+    );
+    let [x, y, z] = judgement.estimate.noise.map(milli);
+    text += &format!(
+        "{} places, {} points, {} of them far off; scatter of a place {x}, {y}, {z} mm along the camera's axes; its \
+         stamps are {} ms late.\n",
+        judgement.places.len(),
+        judgement.estimate.points,
+        judgement.estimate.outliers.len(),
+        milli(judgement.delay.0),
+    );
+    for finding in &judgement.findings {
+        text += &format!("Warning: {finding}.\n");
+    }
+    if let Some([.., before, last]) = poses.map(|poses| poses.expected_m.as_slice()) {
+        let gain = 100.0 * (1.0 - last / before);
+        text += &format!("The last pose was to lower the expected error by {gain:.1} %.\n");
+    }
+    let confounders = judgement.estimate.findings.iter().map(|finding| {
+        let most = finding.confounder.as_ref().filter(|_| !finding.determined);
+        most.map_or_else(String::new, |(name, correlation)| format!("{name} ({correlation:.2})"))
+    });
+    let rows: Vec<Vec<String>> = calibration
+        .parameter
+        .iter()
+        .zip(confounders.chain([String::new()]))
+        .map(|(parameter, confounder)| {
+            let known = if parameter.determined { "determined" } else { "not determined" };
+            let tolerance = parameter.tolerance.map_or_else(String::new, |x| format!("{x:.2e}"));
+            let [value, sd] = [parameter.value, parameter.sd].map(|x| format!("{x:.3e}"));
+            vec![parameter.name.clone(), value, sd, tolerance, known.to_owned(), confounder]
+        })
+        .collect();
+    text + &table(&["parameter", "value", "sd", "sd before", "", "confounded with"], &rows, 1)
+}

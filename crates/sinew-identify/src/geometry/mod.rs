@@ -1,0 +1,38 @@
+//! The geometry of a machine from what a camera sees of it: frames of joints, zeros of encoders, flex of
+//! links.
+//!
+//! ```text
+//! reading of joint i     r_i = q_i + z_i
+//! link                   T_i = Trans(p_i + d_i) Rot(t_i) Rot(kappa_i m_i) Rot(axis_i, r_i - z_i)
+//! marker k               y = (1 + sigma) (R_c x_k(q) + t_c) + e,    x_k: at o_k on its body
+//! min  sum rho(|y - y(theta)| / s) + sum (theta / tolerance)^2
+//! ```
+//!
+//! [`places`] makes places at rest from readings and sightings, [`estimate`](fn@estimate) finds the most
+//! probable
+//! parameters, [`plan`](fn@plan) chooses poses, [`GeometryModel`] is the model.
+
+mod estimate;
+mod model;
+mod places;
+mod plan;
+mod start;
+#[cfg(test)]
+mod tests;
+
+pub use estimate::{Estimate, Finding, PointError, estimate};
+pub use model::{GeometryModel, Parameter, ParameterKind};
+pub use places::{Frame, Place, Readings, Seen, places, speed_delay};
+pub use plan::{Plan, plan};
+
+/// Why a geometry could not be estimated.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GeometryError {
+    /// A number outside the domain of the physics.
+    #[error(transparent)]
+    Physics(#[from] sinew::Error),
+    /// Observations that cannot belong to this machine.
+    #[error("{0}")]
+    Observations(String),
+}

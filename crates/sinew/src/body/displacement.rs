@@ -1,0 +1,258 @@
+//! Joints whose frames are not where their description has them, and links that bend.
+
+use super::kinematics::Poses;
+use super::link::Inertia;
+use super::parts::{JointKind, Parts};
+use super::robot::Robot;
+use super::vector::{
+    Frame, IDENTITY, Vector, add, add_scaled, compose, cross, frame_about, frame_of, quaternion_of,
+    quaternion_of_axes, rotate, scale, sub, transpose,
+};
+use crate::error::Error;
+use alloc::vec;
+
+/// Displacement of the frame of a joint, with all that it carries, from where the description has it.
+///
+/// ```text
+/// T = Trans(p + d) Rot(t) Rot(axis, q)
+/// ```
+///
+/// The frame has the joint's axis as z; its x is the direction nearest to the body's axis that is most
+/// across.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Displacement {
+    /// `d`, m.
+    pub offset: [f64; 3],
+    /// `t`, a rotation vector about x and y, rad.
+    pub tilt: [f64; 2],
+}
+
+/// How a joint differs from its description, by a calibration.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct JointCorrection {
+    /// Of its frame.
+    pub displacement: Displacement,
+    /// Reading of its encoder where the description has its coordinate at zero, rad or m.
+    pub zero: f64,
+    /// Bend of the link behind it, rad/Nm.
+    pub flex: f64,
+}
+
+/// A rigid transform: axes of a frame, and its origin.
+type Rigid = (Frame, Vector);
+
+fn after(outer: &Rigid, inner: &Rigid) -> Rigid {
+    (compose(&outer.0, &inner.0), add(outer.1, rotate(&outer.0, inner.1)))
+}
+
+fn inverse((axes, origin): &Rigid) -> Rigid {
+    let axes = transpose(axes);
+    (axes, scale(-1.0, rotate(&axes, *origin)))
+}
+
+impl Parts {
+    /// The same in the readings of its encoders as coordinates: `corrections: [joints]`. Ranges of the
+    /// joints stay
+    /// where they are in space.
+    #[must_use]
+    pub fn corrected(&self, corrections: &[JointCorrection]) -> Parts {
+        let displacements: vec::Vec<Displacement> = corrections.iter().map(|at| at.displacement).collect();
+        let mut parts = self.displaced(&displacements);
+        for (joint, JointCorrection { zero, flex, .. }) in parts.joints.iter_mut().zip(corrections) {
+            joint.reference += zero;
+            joint.spring_reference += zero;
+            joint.range = joint.range.map(|range| range.map(|end| end + zero));
+            joint.flex += flex;
+        }
+        parts
+    }
+
+    /// The same with displaced joints: `[joints]`. Bodies, anchors and axes move; what is fixed to a
+    /// body stays
+    /// where it is on it. Without a displacement nothing changes, to the bit; free joints have none.
+    ///
+    /// ```text
+    /// prod_i A_i D_i R_i A_i^-1 = prod_i (A'_i R_i A'_i^-1) E_n,    E_i = E_(i-1) A_i D_i A_i^-1,    A'_i = E_(i-1) A_i D_i
+    /// ```
+    #[must_use]
+    pub fn displaced(&self, displacements: &[Displacement]) -> Parts {
+        let mut parts = self.clone();
+        let mut next = 0;
+        for (index, body) in parts.bodies.iter_mut().enumerate() {
+            let first = next;
+            while self.joints.get(next).is_some_and(|joint| joint.body == index) {
+                next += 1;
+            }
+            let still = |joint: usize| {
+                self.joints[joint].kind == JointKind::Free
+                    || displacements.get(joint).is_none_or(|at| *at == Displacement::default())
+            };
+            if (first..next).all(still) {
+                continue;
+            }
+            let mut moved: Rigid = (IDENTITY, [0.0; 3]);
+            let mut frames = vec![];
+            for joint in first..next {
+                let part = &self.joints[joint];
+                let Displacement { offset, tilt: [x, y] } =
+                    displacements.get(joint).copied().unwrap_or_default();
+                let own = (frame_about(part.axis), part.anchor);
+                let displaced = after(&own, &(frame_of(quaternion_of([x, y, 0.0])), offset));
+                let frame = after(&moved, &displaced);
+                moved = after(&frame, &inverse(&own));
+                frames.push(frame);
+            }
+            let back = inverse(&moved);
+            for (joint, frame) in parts.joints[first..next].iter_mut().zip(&frames) {
+                let (axes, anchor) = after(&back, frame);
+                (joint.axis, joint.anchor) = (axes[2], anchor);
+            }
+            let (axes, position) = after(&(frame_of(body.orientation), body.position), &moved);
+            (body.orientation, body.position) = (quaternion_of_axes(&axes), position);
+        }
+        parts
+    }
+}
+
+impl Robot {
+    /// Poses of all bodies where the moment of gravity bends the links at their joints, in equilibrium; the
+    /// motion axes are those before the bending.
+    ///
+    /// ```text
+    /// T_i = A_i Rot(kappa_i m_i) Rot(axis_i, q_i),    m_i: moment of gravity about joint i of what it carries
+    /// ```
+    ///
+    /// Where no joint has a flex, `kappa`, this is [`forward_kinematics`](Self::forward_kinematics) to
+    /// the bit.
+    ///
+    /// # Assumes
+    /// Small angles: the moments are those of the rigid robot.
+    ///
+    /// # Errors
+    /// As [`forward_kinematics`](Self::forward_kinematics).
+    pub fn bent_kinematics(&self, q: &[f64], poses: &mut Poses) -> Result<(), Error> {
+        self.forward_kinematics(q, poses)?;
+        let joints = &self.parts().joints;
+        if joints.iter().all(|joint| joint.flex == 0.0) {
+            return Ok(());
+        }
+        let links = &self.tree.links;
+        // Weight of each subtree, and its first moment about the world's origin.
+        let mut carried = vec![Inertia::default(); links.len()];
+        for (index, link) in links.iter().enumerate().skip(1).rev() {
+            let pose = &poses.links[index];
+            let Inertia { mass, moment, .. } = link.inertia;
+            let own = add_scaled(rotate(&pose.axes, moment), mass, pose.origin);
+            let sum = &mut carried[index];
+            (sum.mass, sum.moment) = (sum.mass + mass, add(sum.moment, own));
+            let Inertia { mass, moment, .. } = carried[index];
+            let parent = &mut carried[link.parent];
+            (parent.mass, parent.moment) = (parent.mass + mass, add(parent.moment, moment));
+        }
+        for (index, link) in links.iter().enumerate().skip(1) {
+            let Inertia { mass, moment, .. } = carried[index];
+            let about = sub(moment, scale(mass, poses.links[index].origin));
+            // The origin of the rigid pose is overwritten only now.
+            let bend = scale(joints[link.joint].flex, cross(about, self.parts().gravity));
+            poses.place(index, link, q);
+            let pose = &mut poses.links[index];
+            pose.axes = compose(&frame_of(quaternion_of(bend)), &pose.axes);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    /// The arm of the repository, whose shoulder has three joints.
+    fn arm() -> Robot {
+        let text = include_str!("../../../../models/lm_arm.toml");
+        Robot::new(crate::description::from_toml("lm_arm.toml", text).unwrap().parts).unwrap()
+    }
+
+    fn tip(robot: &Robot, q: &[f64]) -> [f64; 3] {
+        let mut poses = Poses::new(robot);
+        robot.forward_kinematics(q, &mut poses).unwrap();
+        robot.site_pose(&poses, robot.site("endpoint").unwrap()).origin
+    }
+
+    #[test]
+    fn displaced_joints_move_the_tip_as_the_product_of_their_frames_does() {
+        let robot = arm();
+        let mut random = Random::new(3);
+        for _ in 0..50 {
+            let mut draw = |size: f64| size * (2.0 * random.unit() - 1.0);
+            let errors: vec::Vec<Displacement> = (0..robot.parts().joints.len())
+                .map(|_| Displacement {
+                    offset: core::array::from_fn(|_| draw(0.01)),
+                    tilt: core::array::from_fn(|_| draw(0.1)),
+                })
+                .collect();
+            let q: vec::Vec<f64> = (0..robot.nq()).map(|_| draw(0.6)).collect();
+            let mut at: Rigid = (IDENTITY, [0.0; 3]);
+            let parts = robot.parts();
+            let site = &parts.sites[robot.site("endpoint").unwrap()];
+            let mut joint = 0;
+            for (index, body) in parts.bodies.iter().enumerate() {
+                // The arm is one chain: every body hangs on the one before.
+                if !(1..=site.body).contains(&index) {
+                    continue;
+                }
+                assert_eq!(body.parent, index - 1);
+                at = after(&at, &(frame_of(body.orientation), body.position));
+                while parts.joints.get(joint).is_some_and(|next| next.body == index) {
+                    let part = &parts.joints[joint];
+                    let own = (frame_about(part.axis), part.anchor);
+                    let Displacement { offset, tilt: [x, y] } = errors[joint];
+                    at = after(&at, &own);
+                    at = after(&at, &(frame_of(quaternion_of([x, y, 0.0])), offset));
+                    at = after(
+                        &at,
+                        &(frame_of(quaternion_of([0.0, 0.0, q[joint] - part.reference])), [0.0; 3]),
+                    );
+                    at = after(&at, &inverse(&own));
+                    joint += 1;
+                }
+            }
+            let expected = add(at.1, rotate(&at.0, site.position));
+            let found = tip(&Robot::new(parts.displaced(&errors)).unwrap(), &q);
+            for k in 0..3 {
+                assert!((found[k] - expected[k]).abs() < 1e-12, "{found:?} {expected:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_displacement_and_no_flex_change_no_bit() {
+        let robot = arm();
+        let still = vec![Displacement::default(); robot.parts().joints.len()];
+        assert_eq!(&robot.parts().displaced(&still), robot.parts());
+        let (mut rigid, mut bent) = (Poses::new(&robot), Poses::new(&robot));
+        let q = vec![0.3; robot.nq()];
+        robot.forward_kinematics(&q, &mut rigid).unwrap();
+        robot.bent_kinematics(&q, &mut bent).unwrap();
+        assert_eq!(rigid, bent);
+    }
+
+    #[test]
+    fn a_link_that_bends_sinks_and_by_the_product_of_flex_moment_and_arm() {
+        let robot = arm();
+        let q = vec![0.3; robot.nq()];
+        let mut poses = Poses::new(&robot);
+        let mut height = |flex: f64| {
+            let mut parts = robot.parts().clone();
+            parts.joints.iter_mut().for_each(|joint| joint.flex = flex);
+            let robot = Robot::new(parts).unwrap();
+            robot.bent_kinematics(&q, &mut poses).unwrap();
+            robot.site_pose(&poses, robot.site("endpoint").unwrap()).origin[2]
+        };
+        let (rigid, soft, softer) = (height(0.0), height(1e-4), height(2e-4));
+        assert!(
+            soft < rigid && ((rigid - softer) / (rigid - soft) - 2.0).abs() < 0.02,
+            "{rigid} {soft} {softer}"
+        );
+    }
+}
