@@ -83,7 +83,8 @@ pub(crate) fn model(kind: Kind, random: &mut ChaCha8Rng) -> Model {
         _ => {}
     }
     let gate_power = often(random).then(|| between(random, 0.0, 5.0));
-    let estimator = Estimator { law, ensemble, gate_power, perceptron, sigma0: between(random, 0.0, 2.0) };
+    let sigma0 = between(random, 0.0, 2.0);
+    let estimator = Estimator { ensemble, gate_power, perceptron, sigma0, ..Estimator::of(law) };
     let model = Model {
         far: "tension_out_n".into(),
         inputs: [

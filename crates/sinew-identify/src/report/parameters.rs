@@ -7,7 +7,9 @@ use sinew::transmission::{BasisTerm, ClampCell};
 
 /// Numbers of the physics with intervals from the spread over the folds (delete-one-fold jackknife).
 pub(super) fn parameters(model: &Model, folds: &[MemoryLaw]) -> Vec<Parameter> {
-    let law = &model.estimator.law;
+    let of_member = model.estimator.members.iter().map(|member| &member.estimator.law);
+    let law = core::iter::once(&model.estimator.law).chain(of_member).find(|law| law.has_physics());
+    let Some(law) = law else { return Vec::new() };
     if let Some(cable) = &law.cable {
         let folds: Vec<&CableModel> = folds.iter().filter_map(|f| Some(&f.cable.as_ref()?.model)).collect();
         return cable_parameters(&cable.model, &folds);

@@ -162,7 +162,6 @@ mod tests {
     use super::*;
     use crate::fit::recipe::{Learner, Recipe};
     use crate::select::cross_validation::CrossValidation;
-    use sinew::metrics::Comparison;
 
     /// A candidate with one sequence of one sample in every fold.
     fn scored(fold_rmse: &[f64]) -> ScoredCandidate {
@@ -174,12 +173,8 @@ mod tests {
             ratios: vec![1.0],
         };
         let validation = CrossValidation {
-            outputs: vec![],
-            band_factors: vec![],
             folds: fold_rmse.iter().enumerate().map(fold).collect(),
-            comparison: Comparison::new(),
-            rmse_in_sample: 0.0,
-            laws: vec![],
+            ..CrossValidation::default()
         };
         ScoredCandidate { name: String::new(), description: String::new(), outcome: Ok(validation) }
     }
@@ -209,7 +204,7 @@ mod tests {
             networks: 0,
             learner: Learner::Linear,
         };
-        CandidateRecipe { recipe, description: String::new(), prior }
+        CandidateRecipe { recipe, description: String::new(), prior, mean_of: vec![] }
     }
 
     #[test]

@@ -94,7 +94,7 @@ fn model(law: MemoryLaw) -> Model {
         trial: None,
         guards: vec![limits; 3],
         gap_s: 0.5,
-        estimator: Estimator { law, ensemble: None, gate_power: None, perceptron: None, sigma0: 0.3 },
+        estimator: Estimator { sigma0: 0.3, ..Estimator::of(law) },
         band_factor: 2.0,
         provenance: Provenance {
             member: "parts".into(),
