@@ -28,9 +28,7 @@ use crate::select::cross_validation::{ScoredCandidate, cross_validate};
 use crate::select::folds::Folds;
 use crate::training::{features_of, fit_cell_of, fit_networks};
 use rayon::prelude::*;
-use sinew::predictor::{
-    Estimator, Feature, InputLimits, MAX_MAGNITUDE, MEMBERS, Member, MemoryLaw, Model, Role, Signal,
-};
+use sinew::predictor::{Estimator, Feature, InputLimits, MEMBERS, Member, MemoryLaw, Model, Role, Signal};
 use sinew::transmission::{BasisTerm, ClampCell};
 
 /// Another variant is chosen only where its error is below this fraction of the transfer's.
@@ -279,7 +277,7 @@ fn corrected(old: &Model, runs: &[&Run], strength: f64) -> Option<Estimator> {
     };
     let residuals: Vec<Run> = runs.iter().map(residual).collect();
     let rows = Rows::collect(&law, &residuals.iter().collect::<Vec<_>>(), ROWS);
-    let linear = ensemble::train_law(&rows, &vec![false; law.features.len()], strength)?;
+    let linear = ensemble::train_law(&rows, strength)?;
     let members = vec![Member { weight: 1.0, inside: false, estimator }];
     Some(remeasured(Estimator { linear: Some(linear), members, ..Estimator::of(law) }, runs))
 }
@@ -322,7 +320,7 @@ fn fresh(old: &Estimator, runs: &[&Run], seed: u64) -> Option<Estimator> {
         networks: MEMBERS,
         learner,
     };
-    fit_networks(law, &recipe, &clipped, runs, seed)
+    fit_networks(law, &recipe, runs, seed)
 }
 
 #[cfg(test)]

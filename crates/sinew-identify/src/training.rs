@@ -12,6 +12,10 @@ use crate::fit::statistics::quantiles;
 use sinew::predictor::{Estimator, Feature, Member, MemoryLaw};
 use sinew::transmission::ClampCell;
 
+/// Ridge of a regression on many plays, relative to the variance of a feature: several times that of others,
+/// because plays of neighbouring widths are nearly collinear.
+const PLAYS_RIDGE: f64 = 1e-3;
+
 /// Fits a recipe to runs; `None` where they hold too little to fit.
 #[must_use]
 pub(crate) fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
@@ -56,8 +60,7 @@ pub(crate) fn fit_on(mut law: MemoryLaw, recipe: &Recipe, runs: &[&Run], seed: u
     if let Some(plan) = &recipe.features {
         law.features = features(plan, &Columns::new(&law, runs), &law)?;
     }
-    let clipped = clipped(&law, recipe);
-    fit_networks(law, recipe, &clipped, runs, seed)
+    fit_networks(law, recipe, runs, seed)
 }
 
 /// The features of a plan on the signals of a law.
@@ -70,24 +73,19 @@ pub(crate) fn fit_cell_of(law: &MemoryLaw, plan: &CellPlan, runs: &[&Run]) -> Op
     fit_cell(&Columns::new(law, runs).data(), plan)
 }
 
-/// Fits the regression and trains the networks of a recipe on the residual of a given law; `clipped`: the
-/// features that a regression does not go on with beyond the training data.
-pub(crate) fn fit_networks(
-    law: MemoryLaw,
-    recipe: &Recipe,
-    clipped: &[bool],
-    runs: &[&Run],
-    seed: u64,
-) -> Option<Estimator> {
+/// Fits the regression and trains the networks of a recipe on the residual of a given law.
+pub(crate) fn fit_networks(law: MemoryLaw, recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator> {
     let mut estimator = Estimator::of(law);
     if recipe.features.is_some() {
         let mut rows = Rows::collect(&estimator.law, runs, recipe.rows);
         match recipe.learner {
             Learner::Regression => {
-                estimator.linear = Some(ensemble::train_law(&rows, clipped, ridge_of(recipe))?);
+                let clamped = estimator.law.features.iter().any(|f| matches!(f, Feature::Clamped { .. }));
+                let ridge = if clamped { PLAYS_RIDGE } else { RIDGE };
+                estimator.linear = Some(ensemble::train_law(&rows, ridge)?);
             }
             Learner::Skeleton => {
-                let linear = ensemble::train_law(&rows, &vec![false; clipped.len()], RIDGE)?;
+                let linear = ensemble::train_law(&rows, RIDGE)?;
                 rows.subtract(&linear);
                 let ensemble = ensemble::train(&rows, recipe, seed)?;
                 estimator.gate_power = Some(ensemble::mean_square_correction(&ensemble, &rows));
@@ -106,26 +104,6 @@ pub(crate) fn fit_networks(
     }
     estimator.sigma0 = rmse(&estimator, runs);
     estimator.sigma0.is_finite().then_some(estimator)
-}
-
-fn ridge_of(recipe: &Recipe) -> f64 {
-    if recipe.features.as_ref().is_some_and(|plan| !plan.times.is_empty()) {
-        std::env::var("SR").ok().and_then(|x| x.parse().ok()).unwrap_or(RIDGE)
-    } else {
-        RIDGE
-    }
-}
-
-/// The features of a regression that do not go on beyond the training data: those of the near side alone.
-fn clipped(law: &MemoryLaw, recipe: &Recipe) -> Vec<bool> {
-    let given = |signal: &usize| recipe.features.as_ref().is_some_and(|plan| plan.times.contains(signal));
-    let goes_on = |feature: &Feature| match feature {
-        Feature::Signal(signal) => given(signal),
-        Feature::Product { .. } => true,
-        _ => false,
-    };
-    let axis = recipe.features.as_ref().is_some_and(|plan| !plan.rates.is_empty());
-    law.features.iter().map(|feature| !axis && !goes_on(feature)).collect()
 }
 
 /// The signals and far sides of all runs, one after the other.
@@ -158,10 +136,10 @@ impl Columns {
         self.signals.iter().skip(signal).step_by(self.stride).copied()
     }
 
-    /// Range of a signal between its 1 % and 99 % quantiles.
-    fn range(&self, signal: usize) -> f64 {
-        let edge = quantiles(self.column(signal).collect(), &[0.01, 0.99]);
-        (edge[1] - edge[0]).max(1e-9)
+    /// The quantiles of a signal at `level` and at `1 - level`.
+    fn edges(&self, signal: usize, level: f64) -> [f64; 2] {
+        let edge = quantiles(self.column(signal).collect(), &[level, 1.0 - level]);
+        [edge[0], edge[1]]
     }
 
     /// Size of the rate of a signal: the root of its mean square.
@@ -189,15 +167,18 @@ const RATES: usize = 4;
 const SIGNS: [f64; 2] = [0.03, 0.3];
 
 fn features(plan: &FeaturePlan, columns: &Columns, law: &MemoryLaw) -> Option<Vec<Feature>> {
-    let FeaturePlan { signals, plain, radii, taus, rates, loops, times } = plan;
+    let FeaturePlan { signals, plain, radii, taus, rates, loops, times, clamped } = plan;
     let mut all = signals.iter().chain(plain).chain(rates).chain(loops).chain(times);
     if all.any(|&signal| signal >= columns.stride) {
         return None;
     }
     let mut features = Vec::new();
     for &signal in signals {
-        features.push(Feature::Signal(signal));
-        let range = columns.range(signal);
+        let [low, high] = columns.edges(signal, 0.0005);
+        let whole = if *clamped { Feature::Clamped { signal, low, high } } else { Feature::Signal(signal) };
+        features.push(whole);
+        let [least, most] = columns.edges(signal, 0.01);
+        let range = (most - least).max(1e-9);
         features.extend(radii.iter().map(|r| Feature::Stop { signal, radius: r * range }));
         features.extend(taus.iter().map(|&tau_s| Feature::LowPassDifference { signal, tau_s }));
     }
@@ -209,9 +190,7 @@ fn features(plan: &FeaturePlan, columns: &Columns, law: &MemoryLaw) -> Option<Ve
         features.extend(SIGNS.map(|part| Feature::Sign { feature: first, scale: part * scale }));
     }
     for &signal in loops {
-        let below = features.len();
         features.extend([Feature::BelowMaximum(signal), Feature::AboveMinimum(signal)]);
-        features.push(Feature::Difference(below + 1, below));
     }
     let near = features.len();
     features.extend(plain.iter().chain(times).map(|&signal| Feature::Signal(signal)));

@@ -27,10 +27,15 @@ pub(super) fn code(estimator: &Estimator, inputs: usize, name: &Name) -> String 
             code,
             "        for (k = 0; k < {inputs}; k++) {{\n            s->m{k}.values[k] = s->values[k];\n        }}\n        \
              s->m{k}.memory_started = began && s->m{k}.memory_started;\n        \
-             {}_estimate(&s->m{k}{dt});\n        s->clipped += s->m{k}.clipped;\n        \
-             s->beyond = s->m{k}.beyond > s->beyond ? s->m{k}.beyond : s->beyond;\n",
+             {}_estimate(&s->m{k}{dt});\n        s->clipped += s->m{k}.clipped;\n",
             of.as_str()
         );
+        if !member.inside {
+            let _ = writeln!(
+                code,
+                "        s->beyond = s->m{k}.beyond > s->beyond ? s->m{k}.beyond : s->beyond;"
+            );
+        }
         if super::source::has_state(&member.estimator) {
             let _ = writeln!(code, "        s->known = s->known && s->m{k}.known;");
         }

@@ -25,9 +25,7 @@ pub(super) fn fill(filling: &mut Filling, estimator: &Estimator, name: &Name) {
     if let Some(linear) = &estimator.linear {
         filling.when("linear", true);
         let tables = scalar(&format!("{n}_linear_offset"), linear.offset)
-            + &array(&format!("{n}_linear_weights"), &linear.weights)
-            + &array(&format!("{n}_linear_low"), &linear.clip_low)
-            + &array(&format!("{n}_linear_high"), &linear.clip_high);
+            + &array(&format!("{n}_linear_weights"), &linear.weights);
         filling.set("linear_tables", tables);
     }
     if let Some(perceptron) = &estimator.perceptron {

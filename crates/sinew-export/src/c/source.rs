@@ -162,6 +162,7 @@ fn signals(filling: &mut Filling, estimator: &Estimator, name: &Name) {
             | Feature::BelowMaximum(signal)
             | Feature::AboveMinimum(signal)
             | Feature::Product { signal, .. }
+            | Feature::Clamped { signal, .. }
             | Feature::Stop { signal, .. }
             | Feature::LowPassDifference { signal, .. } => Some(signal),
             _ => None,
@@ -237,6 +238,10 @@ fn features(filling: &mut Filling, estimator: &Estimator, name: &Name) {
         let plain = |value: &str| format!("    s->features[{k}] = {value};\n");
         match *feature {
             Feature::Signal(signal) => plain(&format!("s->signals[{signal}]")),
+            Feature::Clamped { signal, low, high } => {
+                let (low, high) = (literal::double(low), literal::double(high));
+                plain(&format!("@_saturate(s->signals[{signal}], {low}, {high})"))
+            }
             Feature::Stop { signal, radius } => {
                 let r = literal::double(radius);
                 let update = format!("@_saturate(before, u - {r}, u + {r})");
@@ -246,9 +251,10 @@ fn features(filling: &mut Filling, estimator: &Estimator, name: &Name) {
                 let update = format!("before + (u - before) * dt_s / (dt_s + {})", literal::double(tau_s));
                 with_state(k, signal, update, &format!("u - s->states[{k}]"))
             }
-            Feature::Rate(i) => {
-                plain(&format!("s->memory_started ? (s->signals[{i}] - s->previous[{i}]) / dt_s : 0.0"))
-            }
+            Feature::Rate(i) => plain(&format!(
+                "s->memory_started && dt_s > 0.0\n        ? @_saturate((s->signals[{i}] - s->previous[{i}]) / dt_s, \
+                 -1e30, 1e30)\n        : 0.0"
+            )),
             Feature::Previous(i) => format!(
                 "    s->features[{k}] = s->memory_started ? s->states[{k}] : 0.0;\n    \
                  s->states[{k}] = s->features[{i}];\n"
@@ -263,9 +269,6 @@ fn features(filling: &mut Filling, estimator: &Estimator, name: &Name) {
             }
             Feature::AboveMinimum(signal) => {
                 with_state(k, signal, "@_smaller(before, u)".to_owned(), &format!("u - s->states[{k}]"))
-            }
-            Feature::Difference(first, second) => {
-                plain(&format!("s->features[{first}] - s->features[{second}]"))
             }
             Feature::Product { feature, signal } => {
                 plain(&format!("s->features[{feature}] * s->signals[{signal}]"))

@@ -120,10 +120,9 @@ pub(crate) fn train_linear(rows: &Rows) -> Option<Ensemble> {
     regress(&rows.features, &rows.targets, rows.width)
 }
 
-/// The same as a law; `clipped`: the features that do not go on beyond the training data; `ridge` relative to
-/// the variance of a feature.
-pub(crate) fn train_law(rows: &Rows, clipped: &[bool], ridge: f64) -> Option<LinearLaw> {
-    linear_law(&rows.features, &rows.targets, clipped, ridge)
+/// The same as a law; `ridge` relative to the variance of a feature.
+pub(crate) fn train_law(rows: &Rows, ridge: f64) -> Option<LinearLaw> {
+    linear_law(&rows.features, &rows.targets, rows.width, ridge)
 }
 
 /// The plain network of `yuan2023` on the same rows.

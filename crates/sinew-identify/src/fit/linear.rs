@@ -34,23 +34,15 @@ pub(super) fn regress(features: &[f64], targets: &[f64], width: usize) -> Option
     })
 }
 
-/// The same as a law in the units of the features. Where `clipped[i]` is false, feature `i` goes on beyond
-/// the box of the training data.
-pub(super) fn linear_law(
-    features: &[f64],
-    targets: &[f64],
-    clipped: &[bool],
-    ridge: f64,
-) -> Option<LinearLaw> {
-    let width = clipped.len();
+/// The same as a law in the units of the features, without a box; `ridge` as `r`.
+pub(super) fn linear_law(features: &[f64], targets: &[f64], width: usize, ridge: f64) -> Option<LinearLaw> {
     let mut standard = Standardisation::new(features, width);
-    for (i, _) in clipped.iter().enumerate().filter(|(_, clipped)| !**clipped) {
-        (standard.low[i], standard.high[i]) = (-MAX_MAGNITUDE, MAX_MAGNITUDE);
-    }
+    standard.low.fill(-MAX_MAGNITUDE);
+    standard.high.fill(MAX_MAGNITUDE);
     let (weights, mean) = solve(&standard.apply(features), targets, width, ridge)?;
     let weights: Vec<f64> = weights.iter().zip(&standard.scale).map(|(w, s)| w / s).collect();
     let offset = mean - weights.iter().zip(&standard.mean).map(|(w, m)| w * m).sum::<f64>();
-    Some(LinearLaw { offset, weights, clip_low: standard.low, clip_high: standard.high })
+    Some(LinearLaw { offset, weights })
 }
 
 /// `a` and `b` for standardised features.

@@ -19,6 +19,8 @@ pub(crate) struct FeaturePlan {
     pub rates: Vec<usize>,
     /// Signals that enter with their distances from the extremes of their sequence.
     pub loops: Vec<usize>,
+    /// Whether `signals` are kept within their range in the training data.
+    pub clamped: bool,
     /// Plain signals by which all other features are multiplied, beside themselves.
     pub times: Vec<usize>,
 }
@@ -73,10 +75,9 @@ pub(crate) enum Learner {
     Ensemble,
     /// Linear regression on the features; without features a constant.
     Linear,
-    /// Linear regression on the features that goes on beyond the training data where no near signal alone is
-    /// multiplied.
+    /// Linear regression on the features, which goes on beyond the training data.
     Regression,
-    /// Linear regression that goes on beyond the training data, and a gated ensemble on its residual.
+    /// The same, and a gated ensemble on its residual.
     Skeleton,
     /// One network without memory, trained on all rows at once, as in `yuan2023`.
     Paper,

@@ -1,6 +1,7 @@
 //! The report of an identification from its results.
 
 use super::assessment::Assessment;
+use super::beyond::beyond;
 use super::evidence::Evidence;
 use super::excitation;
 use super::parameters::parameters;
@@ -34,6 +35,7 @@ pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> I
         folds: folds.held_out.len(),
         far_range: range,
         expected: ExpectedError { rmse, percent_of_range: 100.0 * rmse / range },
+        beyond: beyond(evidence),
         candidates: candidates(evidence),
         influence,
         classical: fit_classical(&logs.data),

@@ -25,6 +25,11 @@ impl CandidateRecipe {
     fn new(recipe: Recipe, description: &str, prior: PhysicsPrior) -> Self {
         Self { recipe, description: description.to_owned(), prior, mean_of: Vec::new() }
     }
+
+    /// Whether it is a moving mass.
+    pub(crate) fn is_axis(&self) -> bool {
+        self.recipe.name.starts_with(INERTIA)
+    }
 }
 
 /// The physical structure of a candidate. A later one is chosen only where it is clearly better than all
@@ -169,8 +174,7 @@ pub(crate) fn candidates(logs: &ConditionedLogs, names: &[String]) -> Result<Vec
     let all = all_candidates(logs);
     if names.is_empty() {
         let inertia_shows = axes::inertia_shows(logs);
-        let compared =
-            |candidate: &CandidateRecipe| !candidate.recipe.name.starts_with(INERTIA) || inertia_shows;
+        let compared = |candidate: &CandidateRecipe| !candidate.is_axis() || inertia_shows;
         return Ok(all.into_iter().filter(compared).collect());
     }
     let known: Vec<String> = all.iter().map(|candidate| candidate.recipe.name.clone()).collect();
@@ -318,6 +322,7 @@ impl<'a> Family<'a> {
         let features = FeaturePlan {
             signals: self.inputs(),
             radii: PLAYS.to_vec(),
+            clamped: true,
             times: self.signals.given.clone(),
             ..FeaturePlan::default()
         };
@@ -469,45 +474,35 @@ impl<'a> Family<'a> {
         CandidateRecipe::new(recipe, description, PhysicsPrior::Learned)
     }
 
-    /// An axis alone, as a regression, and with networks on its residual.
+    /// An axis alone, with networks on its residual, and as a regression.
     fn axes(&self, plan: &AxisPlan) -> Vec<CandidateRecipe> {
         let alone = Recipe { axis: Some(plan.clone()), ..self.recipe(INERTIA) };
+        let taus = [2.0, 10.0, 50.0].map(|intervals| intervals * self.interval_s);
+        let features = self.features(&RADII, &taus, &self.signals.given);
+        let with_networks = Recipe { name: "inertia-network".to_owned(), features, ..alone.clone() };
         let law = "a moving mass with dry and viscous friction and a spring";
-        let of = |recipe, prior, description| CandidateRecipe::new(recipe, description, prior);
-        let physical = of(alone.clone(), PhysicsPrior::Matched, law);
-        if plan.kind == AxisKind::Motion {
-            let taus = [2.0, 10.0, 50.0].map(|intervals| intervals * self.interval_s);
-            let features = self.features(&RADII, &taus, &self.signals.given);
-            let recipe = Recipe { name: "inertia-network".to_owned(), features, ..alone };
-            let residual = "`inertia` plus gated networks on stop operators and recent changes";
-            return vec![physical, of(recipe, PhysicsPrior::Matched, residual)];
+        let residual = "`inertia` plus gated networks on stop operators and recent changes";
+        let of = |recipe, description| CandidateRecipe::new(recipe, description, PhysicsPrior::Matched);
+        let mut axes = vec![of(alone, law), of(with_networks, residual)];
+        if plan.kind == AxisKind::Force {
+            let features = FeaturePlan {
+                signals: self.inputs(),
+                radii: AXIS_STOPS.to_vec(),
+                rates: plan.motions.clone(),
+                plain: self.signals.given.clone(),
+                ..FeaturePlan::default()
+            };
+            let recipe = Recipe {
+                features: Some(features),
+                learner: Learner::Regression,
+                rows: 50_000,
+                ..self.recipe("inertia-regression")
+            };
+            let causal = "regression on the last four rates of every motion, their direction and stops: \
+                          inertia and friction, fitted as they are predicted";
+            axes.push(of(recipe, causal));
         }
-        let features = FeaturePlan {
-            signals: self.inputs(),
-            radii: AXIS_STOPS.to_vec(),
-            rates: plan.motions.clone(),
-            plain: self.signals.given.clone(),
-            ..FeaturePlan::default()
-        };
-        let regression = Recipe {
-            features: Some(features),
-            learner: Learner::Regression,
-            rows: 50_000,
-            ..self.recipe("inertia-regression")
-        };
-        let network = Recipe {
-            name: "inertia-network".to_owned(),
-            learner: Learner::Skeleton,
-            rows: 5000,
-            ..regression.clone()
-        };
-        let causal = "regression on the last four rates of every motion, their direction and stops: inertia and friction, fitted as they are predicted";
-        let residual = "`inertia-regression` plus gated networks on its residual";
-        vec![
-            physical,
-            of(regression, PhysicsPrior::Matched, causal),
-            of(network, PhysicsPrior::Learned, residual),
-        ]
+        axes
     }
 
     /// The cable observer, which reads both displacements, alone and with networks on its residual.

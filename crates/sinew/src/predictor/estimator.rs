@@ -34,7 +34,7 @@ pub const FADE: f64 = 0.5;
 /// | sigma_0 | `sigma0`     | far   | root mean square error in training                  |
 /// | y_k, w_k | `members`   | far, 1 | other estimators and their weights                 |
 /// | f       |              | 1     | 1; for a member that is right inside alone, 1 - d / 0.5, at least 0 |
-/// | d       |              | 1     | largest distance of a network's input from its training data, in its standard deviations |
+/// | d       |              | 1     | largest distance of a network's input from its training data since the sequence began, in its standard deviations, over the members that count everywhere |
 /// | m, s_k  |              | far, far^2 | mean of the members; their `sigma^2 - sigma_0^2` |
 ///
 /// `w^2 / 12` is the variance of a state uniformly distributed over its band. With a cable observer in place
@@ -87,7 +87,8 @@ pub struct Estimate {
     pub known: bool,
     /// Network inputs outside the box of the training data.
     pub clipped: usize,
-    /// Largest distance of one from it, in its standard deviations.
+    /// Largest distance of one from it since the sequence began, in its standard deviations; of a mean that
+    /// of the members that count everywhere.
     pub beyond: f64,
 }
 
@@ -140,10 +141,11 @@ impl Estimator {
     /// Adds the weighted members, given their estimates.
     fn with_members(&self, mut own: Estimate, members: impl Iterator<Item = Estimate> + Clone) -> Estimate {
         let pairs = self.members.iter().zip(members);
-        for (_, estimate) in pairs.clone() {
+        for (member, estimate) in pairs.clone() {
             own.known &= estimate.known;
             own.clipped += estimate.clipped;
-            own.beyond = if estimate.beyond > own.beyond { estimate.beyond } else { own.beyond };
+            let farther = !member.inside && estimate.beyond > own.beyond;
+            own.beyond = if farther { estimate.beyond } else { own.beyond };
         }
         let outside = (1.0 - own.beyond / FADE).max(0.0);
         let weight = |member: &Member| member.weight * if member.inside { outside } else { 1.0 };
@@ -176,6 +178,8 @@ pub struct EstimatorState {
     memory: Memory,
     scratch: Vec<f32>,
     members: Vec<(Self, Estimate)>,
+    /// [`Estimate::beyond`] of the own networks.
+    beyond: f64,
 }
 
 const NOTHING: Estimate =
@@ -189,12 +193,14 @@ impl EstimatorState {
             memory: Memory::new(&estimator.law),
             scratch: vec![0.0; estimator.law.features.len()],
             members: estimator.members.iter().map(|m| (Self::new(&m.estimator), NOTHING)).collect(),
+            beyond: 0.0,
         }
     }
 
     /// Clears the state: the next sample starts a new sequence.
     pub fn reset(&mut self) {
         self.memory.reset();
+        self.beyond = 0.0;
         self.members.iter_mut().for_each(|(state, _)| state.reset());
     }
 
@@ -225,6 +231,7 @@ impl EstimatorState {
     /// Takes over the state of an estimator of the same kind; nothing is allocated.
     pub(super) fn copy_state(&mut self, from: &Self) {
         self.memory.copy_state(&from.memory);
+        self.beyond = from.beyond;
         for ((state, _), (from, _)) in self.members.iter_mut().zip(&from.members) {
             state.copy_state(from);
         }
@@ -232,7 +239,9 @@ impl EstimatorState {
 
     #[inline]
     fn conclude(&mut self, estimator: &Estimator, dt_s: f64, inputs: &[f64]) -> Estimate {
-        let own = estimator.estimate(&self.memory, &mut self.scratch);
+        let mut own = estimator.estimate(&self.memory, &mut self.scratch);
+        own.beyond = if self.beyond > own.beyond { self.beyond } else { own.beyond };
+        self.beyond = own.beyond;
         if self.members.is_empty() {
             return own;
         }

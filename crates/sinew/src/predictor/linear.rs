@@ -2,22 +2,20 @@
 
 use super::conditioner::MAX_MAGNITUDE;
 use super::model_file_error::{ModelFileError, require};
-use crate::transmission::saturate;
 use alloc::format;
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 
-/// A linear regression.
+/// A linear regression, which goes on beyond the training data.
 ///
 /// ```text
-/// y = b + sum_i a_i clamp(x_i, low_i, high_i)
+/// y = b + sum_i a_i x_i
 /// ```
 ///
-/// | symbol    | field                 | meaning                                            | unit        |
-/// |-----------|-----------------------|----------------------------------------------------|-------------|
-/// | x         | `law.features`        | features                                           | \[x\]       |
-/// | a, b      | `weights`, `offset`   | coefficients                                       | far/\[x\], far |
-/// | low, high | `clip_low`, `clip_high` | where a feature stops to count; -1e30 and 1e30: never | \[x\]       |
+/// | symbol | field               | meaning      | unit          |
+/// |--------|---------------------|--------------|---------------|
+/// | x      | `law.features`      | features     | \[x\]         |
+/// | a, b   | `weights`, `offset` | coefficients | far/\[x\], far |
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LinearLaw {
@@ -25,10 +23,6 @@ pub struct LinearLaw {
     pub offset: f64,
     /// `a`: `[features]`.
     pub weights: Vec<f64>,
-    /// Lower edges: `[features]`.
-    pub clip_low: Vec<f64>,
-    /// Upper edges: `[features]`.
-    pub clip_high: Vec<f64>,
 }
 
 impl LinearLaw {
@@ -36,25 +30,19 @@ impl LinearLaw {
     #[inline]
     #[must_use]
     pub fn value(&self, features: &[f64]) -> f64 {
-        let edges = self.clip_low.iter().zip(&self.clip_high);
         let mut sum = self.offset;
-        for ((weight, x), (low, high)) in self.weights.iter().zip(features).zip(edges) {
-            sum += weight * saturate(*x, *low, *high);
+        for (weight, x) in self.weights.iter().zip(features) {
+            sum += weight * x;
         }
         sum
     }
 
     pub(super) fn validate(&self, features: usize) -> Result<(), ModelFileError> {
-        let Self { offset, weights, clip_low, clip_high } = self;
-        for (name, list) in
-            [("linear.weights", weights), ("linear.clip_low", clip_low), ("linear.clip_high", clip_high)]
-        {
-            require(name, &format!("{features} numbers"), list.len() == features, list.len())?;
-        }
-        for value in weights.iter().chain(clip_low).chain(clip_high).chain([offset]) {
+        let count = self.weights.len();
+        require("linear.weights", &format!("{features} numbers"), count == features, count)?;
+        for value in self.weights.iter().chain([&self.offset]) {
             require("linear", "numbers within +-1e30", value.abs() <= MAX_MAGNITUDE, value)?;
         }
-        let ordered = clip_low.iter().zip(clip_high).all(|(low, high)| low <= high);
-        require("linear.clip_low", "at most clip_high", ordered, "above it")
+        Ok(())
     }
 }

@@ -3,6 +3,7 @@
 
 use super::axis::{Axis, AxisOutput, AxisState};
 use super::cable::{CableEstimate, CablePlace, ObservedCable, SequenceObserver};
+use super::conditioner::MAX_MAGNITUDE;
 use super::signal::Signal;
 use crate::transmission::{ClampCell, ClampStep, saturate};
 use alloc::vec;
@@ -39,6 +40,15 @@ pub enum Feature {
     CellPosition,
     /// Innovation of the cable's observer: measured minus estimated near tension, N.
     Innovation,
+    /// A signal, kept between two bounds.
+    Clamped {
+        /// Which signal.
+        signal: usize,
+        /// Lower bound, signal unit.
+        low: f64,
+        /// Upper bound, signal unit.
+        high: f64,
+    },
     /// Change of a signal since the sample before, per second.
     Rate(usize),
     /// An earlier feature one sample before; 0 at the first.
@@ -54,8 +64,6 @@ pub enum Feature {
     BelowMaximum(usize),
     /// A signal minus its minimum since the sequence began.
     AboveMinimum(usize),
-    /// An earlier feature minus another, such as the range of a signal since the sequence began.
-    Difference(usize, usize),
     /// An earlier feature times a signal.
     Product {
         /// Index of the feature.
@@ -265,6 +273,7 @@ impl Memory {
         for (k, (state, feature)) in self.states.iter_mut().zip(&law.features).enumerate() {
             self.features[k] = match *feature {
                 Feature::Signal(i) => self.signals[i],
+                Feature::Clamped { signal, low, high } => saturate(self.signals[signal], low, high),
                 Feature::Stop { signal, radius } => {
                     let u = self.signals[signal];
                     let play = if self.started { *state } else { u };
@@ -281,7 +290,10 @@ impl Memory {
                 Feature::CellWidth => width,
                 Feature::Innovation => self.observer.as_ref().map_or(0.0, |observer| observer.innovation),
                 Feature::CellPosition => (self.cell.state - self.cell.low) / width.max(1e-12),
-                Feature::Rate(i) if self.started => (self.signals[i] - self.previous[i]) / dt_s,
+                Feature::Rate(i) if self.started && dt_s > 0.0 => {
+                    let rate = (self.signals[i] - self.previous[i]) / dt_s;
+                    saturate(rate, -MAX_MAGNITUDE, MAX_MAGNITUDE)
+                }
                 Feature::Rate(_) => 0.0,
                 Feature::Previous(i) => {
                     let before = if self.started { *state } else { 0.0 };
@@ -302,7 +314,6 @@ impl Memory {
                     *state = if self.started { state.min(u) } else { u };
                     u - *state
                 }
-                Feature::Difference(first, second) => self.features[first] - self.features[second],
                 Feature::Product { feature, signal } => self.features[feature] * self.signals[signal],
             };
         }

@@ -180,6 +180,11 @@ impl MemoryLaw {
                 | Feature::Rate(signal)
                 | Feature::BelowMaximum(signal)
                 | Feature::AboveMinimum(signal) => (Some(signal), 1.0),
+                Feature::Clamped { signal, low, high } => {
+                    all_moderate("law.features", &[low, high])?;
+                    require("law.features", "low at most high", low <= high, low)?;
+                    (Some(signal), 1.0)
+                }
                 Feature::Stop { signal, radius } => (Some(signal), radius),
                 Feature::LowPassDifference { signal, tau_s } => (Some(signal), tau_s),
                 Feature::Product { feature, signal } => {
@@ -188,11 +193,9 @@ impl MemoryLaw {
                 }
                 Feature::Sign { feature, scale } => {
                     feature_before(k, feature)?;
+                    let least = scale >= 1.0 / MAX_MAGNITUDE;
+                    require("law.features", "scale at least 1e-30", least, scale)?;
                     (None, scale)
-                }
-                Feature::Difference(first, second) => {
-                    feature_before(k, first.max(second))?;
-                    (None, 1.0)
                 }
                 Feature::Previous(feature) => {
                     feature_before(k, feature)?;

@@ -39,6 +39,10 @@ static void @_estimate(@_state *s//%here dt_argument)
 //%if ensemble
     double correction, spread;
 //%end
+    if (!s->memory_started) {
+        s->farthest = 0.0;
+    }
+    s->beyond = 0.0;
 //%slot signals_code
 //%if cell
     @_cell(s);
@@ -66,7 +70,6 @@ static void @_estimate(@_state *s//%here dt_argument)
     gate = 1.0;
     mean = s->cell;
     s->clipped = 0;
-    s->beyond = 0.0;
 //%if linear
     mean += @_linear(s->features);
 //%end
@@ -84,6 +87,8 @@ static void @_estimate(@_state *s//%here dt_argument)
 //%if constant
     mean += 0.0;
 //%end
+    s->farthest = s->beyond > s->farthest ? s->beyond : s->farthest;
+    s->beyond = s->farthest;
     s->mean = mean;
     s->variance = variance;
     s->gate = gate;

@@ -7,7 +7,7 @@ static double @_linear(const double *x)
     double sum = @_linear_offset;
     int i;
     for (i = 0; i < //%here feature_count; i++) {
-        sum += @_linear_weights[i] * @_saturate(x[i], @_linear_low[i], @_linear_high[i]);
+        sum += @_linear_weights[i] * x[i];
     }
     return sum;
 }

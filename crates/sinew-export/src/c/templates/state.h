@@ -12,7 +12,7 @@
     double features[//%here feature_count];
 //%end
     int memory_started;
-    double mean, variance, gate, beyond;
+    double mean, variance, gate, beyond, farthest;
     int clipped;
     double cell, low, high;
     int known;
