@@ -302,10 +302,6 @@ fn fresh(old: &Estimator, runs: &[&Run], seed: u64) -> Option<Estimator> {
         (None, Some(_)) => Learner::Paper,
         (None, None) => Learner::Ensemble,
     };
-    let clipped = old
-        .linear
-        .as_ref()
-        .map_or_else(Vec::new, |linear| linear.clip_low.iter().map(|low| *low > -MAX_MAGNITUDE).collect());
     let plan = FeaturePlan::default();
     let recipe = Recipe {
         name: String::new(),
