@@ -663,6 +663,57 @@ mod tests {
         }
     }
 
+    /// One gain of the first signal; the second opens the band.
+    fn narrow() -> CellPlan {
+        CellPlan { effects: vec![Effect::Centre, Effect::Width, Effect::Both], ..plan() }
+    }
+
+    #[test]
+    fn restricted_sensitivities_equal_finite_differences_and_restrictions_hold() {
+        let log = Log::simulated(400, 0.1);
+        let scaled = Scaled::new(&log.data(), &narrow(), 1_000).unwrap();
+        let theta = vec![0.9, 0.2, -0.3, 0.4, 0.1, 0.2, 0.1];
+        assert_eq!(scaled.parameters(), theta.len());
+        assert_eq!(scaled.restricted(&scaled.expanded(&theta)), theta);
+        let mut at = Linearisation::zeros(theta.len());
+        assert!((&mut &scaled).linearise(&theta, &mut at));
+        for i in 0..theta.len() {
+            let shifted = |step: f64| {
+                let mut theta = theta.clone();
+                theta[i] += step;
+                (&mut &scaled).squares(&theta).unwrap()
+            };
+            let numeric = (shifted(1e-7) - shifted(-1e-7)) / 2e-7;
+            assert!((2.0 * at.gradient[i] - numeric).abs() < 1e-5 * (1.0 + numeric.abs()), "{i}");
+        }
+        let cell = fit_cell(&log.data(), &narrow()).unwrap();
+        assert!((cell.low[0] - cell.high[0]).abs() < 1e-12 && (cell.low[1] + cell.high[1]).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_released_cell_fits_no_worse_than_the_free_one() {
+        let log = Log::simulated(2_000, 0.05);
+        let error = |plan: &CellPlan| {
+            let cell = fit_cell(&log.data(), plan).unwrap();
+            let signals = vec![Signal::Input(0), Signal::Input(1)];
+            let law = MemoryLaw { signals, cell: Some(cell), cable: None, axis: None, features: vec![] };
+            let mut memory = Memory::new(&law);
+            let mut sum = 0.0;
+            for row in 0..log.far.len() {
+                let start = log.first[row].then(|| {
+                    memory.reset();
+                    log.far[row]
+                });
+                memory.step_from(&law, 0.02, &log.signals[2 * row..][..2], start);
+                sum += (memory.cell().state - log.far[row]).powi(2);
+            }
+            sum
+        };
+        let free = error(&plan());
+        assert!(error(&CellPlan { released: true, ..narrow() }) < 1.01 * free);
+        assert!(error(&narrow()) > 1.01 * free, "the restricted one cannot");
+    }
+
     #[test]
     fn too_little_to_fit_is_refused_without_a_panic() {
         let log = Log::simulated(1, 0.0);

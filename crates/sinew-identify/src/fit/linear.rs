@@ -81,6 +81,9 @@ mod tests {
             let output = model.evaluate(x, &mut [0.0; 2]);
             assert!((output.median - y).abs() < 5e-3 && output.variance < 1e-6, "{output:?} {y}");
         }
+        let law = linear_law(&features, &targets, 2, RIDGE).unwrap();
+        // Also far beyond the training data.
+        assert!((law.value(&[100.0, -50.0]) - 228.0).abs() < 0.1, "{law:?}");
         let constant = regress(&[], &targets, 0).unwrap();
         let mean = targets.iter().sum::<f64>() / 400.0;
         assert!((constant.evaluate(&[], &mut []).median - mean).abs() < 1e-5);

@@ -217,6 +217,19 @@ mod tests {
     }
 
     #[test]
+    fn a_mean_is_left_for_a_single_law_that_is_clearly_better_alone() {
+        use PhysicsPrior::{Matched, Mean};
+        let candidates = [candidate(Matched), candidate(Mean)];
+        let chosen = |single: [f64; 5]| {
+            let scored = [scored(&single), scored(&[4.0, 4.2, 4.1, 4.0, 4.3])];
+            Choice { candidates: &candidates, scored: &scored, grouped: true, extrapolates: &[] }.choose(None)
+        };
+        assert_eq!(chosen([3.95, 4.1, 4.05, 3.9, 4.2]), Some(1), "better by two per cent");
+        assert_eq!(chosen([1.0, 6.0, 4.0, 4.5, 4.2]), Some(1), "better on one fold");
+        assert_eq!(chosen([3.0, 3.1, 3.0, 3.2, 3.1]), Some(0));
+    }
+
+    #[test]
     fn less_physics_is_chosen_where_it_is_clearly_better_also_within_one_log() {
         use PhysicsPrior::{Learned, Matched, Reference};
         let candidates = [candidate(Matched), candidate(Matched), candidate(Learned), candidate(Reference)];

@@ -376,6 +376,50 @@ mod tests {
     }
 
     #[test]
+    fn a_mean_errs_less_than_members_that_err_to_either_side_and_its_spread_is_in_its_band() {
+        let run = Run {
+            log: 0,
+            dt_s: vec![0.01; 40],
+            inputs: vec![0.0; 40],
+            far: (0..40).map(f64::from).collect(),
+            weight: vec![1.0; 40],
+            width: 1,
+        };
+        let folds = Folds {
+            held_out: vec![vec![Some((0, 20))], vec![Some((20, 40))]],
+            grouped: false,
+            question: String::new(),
+        };
+        let runs = [run];
+        // A member that is off by a constant; its estimates are stated, none is fitted.
+        let member = |off: f64| {
+            let mut validation = CrossValidation::default();
+            for from in [0, 20] {
+                let estimate = |row: usize| Estimate {
+                    mean: row as f64 + off,
+                    variance: 0.04,
+                    gate: 1.0,
+                    known: true,
+                    clipped: 0,
+                    beyond: 0.0,
+                };
+                let estimates = (from..from + 20).map(estimate).collect();
+                let outputs = vec![Stretch { sequence: 0, from, estimates }];
+                validation.push(0.2, outputs, &runs, 2).unwrap();
+            }
+            validation.concluded(2).unwrap()
+        };
+        let (above, below) = (member(1.0), member(-0.5));
+        let mean = mean_validation(&[(&above, false), (&below, false)], &runs, &folds).unwrap();
+        assert!((mean.score(None) - 0.25).abs() < 1e-9 && (above.score(None) - 1.0).abs() < 1e-9);
+        let rows: Vec<_> = mean.rows().collect();
+        assert_eq!(rows.len(), 40);
+        // 0.2 of the fit and 0.75 between the members.
+        assert!(rows.iter().all(|(.., e, _)| (e.variance - 0.04 - 0.75 * 0.75).abs() < 1e-9));
+        assert!(mean_validation(&[], &runs, &folds).is_err());
+    }
+
+    #[test]
     fn folds_that_agree_give_their_quantile_and_a_single_one_is_no_evidence() {
         let alike: Vec<FoldScore> = (0..5).map(|k| fold(k, 1.0)).collect();
         assert!((band_factor(&alike, None) - 1.9).abs() < 0.02);
