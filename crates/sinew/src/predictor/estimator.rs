@@ -109,7 +109,7 @@ impl Estimator {
 
     /// The estimate of the own law, without the members.
     #[inline]
-    fn estimate(&self, memory: &Memory, scratch: &mut [f32]) -> Estimate {
+    pub(super) fn estimate(&self, memory: &Memory, scratch: &mut [f32]) -> Estimate {
         let cell = memory.cell();
         let known = !self.law.has_physics() || cell.known;
         let width = cell.high - cell.low;
