@@ -42,6 +42,11 @@ impl Name {
         &self.0
     }
 
+    /// Of a member of the estimator that carries this one.
+    pub(crate) fn of_member(&self, k: usize) -> Self {
+        Self(format!("{}_m{k}", self.0))
+    }
+
     /// As macros carry it.
     pub(crate) fn upper(&self) -> String {
         self.0.to_ascii_uppercase()

@@ -1,13 +1,14 @@
 //! Adaptation: a short calibration of another specimen, with the old model as prior.
 //!
-//! Four variants are cross-validated on the calibration log, and the best is chosen:
+//! Five variants are cross-validated on the calibration log, and the best is chosen:
 //!
-//! | name     | what it changes                                                                          |
-//! |----------|------------------------------------------------------------------------------------------|
-//! | old      | nothing                                                                                  |
-//! | scaled   | gain and offset of the old prediction                                                    |
-//! | transfer | gain and offset, then the networks with their old weights as prior mean (the default)    |
-//! | fresh    | everything but the structure                                                             |
+//! | name      | what it changes                                                                         |
+//! |-----------|-----------------------------------------------------------------------------------------|
+//! | old       | nothing                                                                                 |
+//! | scaled    | gain and offset of the old prediction                                                   |
+//! | corrected | gain and offset, then a regression on stops and loop coordinates of what is left        |
+//! | transfer  | gain and offset, then the networks with their old weights as prior mean (the default)   |
+//! | fresh     | everything but the structure                                                            |
 
 use crate::Error;
 use crate::calibration::calibrate;
@@ -21,11 +22,13 @@ use crate::identify::{Identification, Options, Progress};
 use crate::log::Dataset;
 use crate::report::Evidence;
 use crate::report::build::report;
+use crate::select::candidates::LOOP_RADII;
 use crate::select::choice::selection_rmse;
 use crate::select::cross_validation::{ScoredCandidate, cross_validate};
 use crate::select::folds::Folds;
-use crate::training::{fit_cell_of, fit_networks};
-use sinew::predictor::{Estimator, Feature, InputLimits, MEMBERS, Model};
+use crate::training::{features_of, fit_cell_of, fit_networks};
+use rayon::prelude::*;
+use sinew::predictor::{Estimator, Feature, InputLimits, MEMBERS, Member, MemoryLaw, Model, Role, Signal};
 use sinew::transmission::{BasisTerm, ClampCell};
 
 /// Another variant is chosen only where its error is below this fraction of the transfer's.
@@ -52,9 +55,12 @@ pub fn adapt(
     let folds = Folds::new(data);
     let prior = &old.estimator;
     let fresh = |training: &[&Run]| fresh(prior, training, options.seed);
-    let variants: [(&str, &str, &Variant<'_>); 4] = [
+    let strength = correction_strength(old, &logs, &folds);
+    let correct = |training: &[&Run]| corrected(old, training, strength?);
+    let variants: [(&str, &str, &Variant<'_>); 5] = [
         ("old", "the old model as it was", &|training| Some(remeasured(prior.clone(), training))),
         ("scaled", "the old model with a new gain and offset", &|training| scaled(prior, training)),
+        ("corrected", "the old model plus a regression on stops and loops of the near side", &correct),
         (
             "transfer",
             "the old model as prior: what the calibration does not determine stays as it was",
@@ -64,7 +70,7 @@ pub fn adapt(
     ];
     let mut scored = Vec::new();
     for (k, (name, description, fit)) in variants.iter().enumerate() {
-        progress("cross-validating the adaptations", 0.1 + 0.2 * k as f64);
+        progress("cross-validating the adaptations", 0.1 + 0.15 * k as f64);
         let outcome = cross_validate(&|_, training| fit(training), &logs.runs, &folds);
         scored.push(ScoredCandidate { name: (*name).into(), description: (*description).into(), outcome });
     }
@@ -150,7 +156,18 @@ fn scaled(old: &Estimator, runs: &[&Run]) -> Option<Estimator> {
 /// The same estimator with `gain y + offset` in place of `y`, `gain > 0`.
 fn affine(old: &Estimator, gain: f64, offset: f64) -> Estimator {
     let mut new = old.clone();
-    let is_cell = new.law.cell.is_some() || new.law.axis.is_some();
+    let own =
+        old.linear.is_some() || old.ensemble.is_some() || old.perceptron.is_some() || old.law.has_physics();
+    let all: f64 = old.members.iter().map(|member| member.weight).sum();
+    for Member { estimator, .. } in &mut new.members {
+        *estimator = affine(estimator, gain, if own { 0.0 } else { offset / all });
+    }
+    let is_cell = new.law.cell.is_some() || new.law.axis.is_some() || new.linear.is_some();
+    if let Some(linear) = &mut new.linear {
+        let here = old.law.cell.is_none() && old.law.axis.is_none();
+        linear.weights.iter_mut().for_each(|weight| *weight *= gain);
+        linear.offset = gain * linear.offset + if here { offset } else { 0.0 };
+    }
     new.law.axis = new.law.axis.map(|axis| axis.rescaled(gain, offset));
     if let Some(cell) = &mut new.law.cell {
         affine_cell(cell, gain, offset);
@@ -192,9 +209,13 @@ fn affine_cell(cell: &mut ClampCell, gain: f64, offset: f64) {
 
 /// Gain and offset, then every network trained on from what it was.
 fn transfer(old: &Estimator, runs: &[&Run]) -> Option<Estimator> {
+    if !old.members.is_empty() {
+        return of_members(old, runs, &|member| transfer(member, runs).or_else(|| scaled(member, runs)));
+    }
     let mut new = scaled(old, runs)?;
     let Some(ensemble) = &new.ensemble else { return None };
-    let rows = Rows::collect(&new.law, runs, ROWS);
+    let mut rows = Rows::collect(&new.law, runs, ROWS);
+    new.linear.iter().for_each(|linear| rows.subtract(linear));
     let trained = ensemble::retrain(&rows, ensemble)?;
     if new.gate_power.is_some() {
         new.gate_power = Some(ensemble::mean_square_correction(&trained, &rows));
@@ -203,30 +224,92 @@ fn transfer(old: &Estimator, runs: &[&Run]) -> Option<Estimator> {
     Some(remeasured(new, runs))
 }
 
+/// A mean of members adapted one by one; `None` for more than a mean.
+fn of_members(
+    old: &Estimator,
+    runs: &[&Run],
+    adapted: &(dyn Fn(&Estimator) -> Option<Estimator> + Sync),
+) -> Option<Estimator> {
+    if old.linear.is_some() || old.ensemble.is_some() || old.law.has_physics() {
+        return None;
+    }
+    let one = |member: &Member| Some(Member { estimator: adapted(&member.estimator)?, ..member.clone() });
+    let members = old.members.par_iter().map(one).collect::<Option<Vec<_>>>()?;
+    Some(remeasured(Estimator { members, ..old.clone() }, runs))
+}
+
+/// Ridges of a [`corrected`] model, relative to the variance of a feature.
+const STRENGTHS: [f64; 4] = [5e-4, 5e-3, 5e-2, 0.5];
+
+/// The ridge with the smallest root mean square error over the folds.
+fn correction_strength(old: &Model, logs: &ConditionedLogs, folds: &Folds) -> Option<f64> {
+    let error = |strength: f64| {
+        let fit = |_: usize, training: &[&Run]| corrected(old, training, strength);
+        let validation = cross_validate(&fit, &logs.runs, folds).ok()?;
+        Some((strength, validation.root_mean_square(None)))
+    };
+    let errors = STRENGTHS.into_iter().filter_map(error);
+    errors.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(strength, _)| strength)
+}
+
+/// The old model with gain and offset, plus a regression of what it leaves on stops and loop coordinates of
+/// efforts and motions. `None` for a cable's observer.
+fn corrected(old: &Model, runs: &[&Run], strength: f64) -> Option<Estimator> {
+    if old.estimator.law.cable.is_some() {
+        return None;
+    }
+    let estimator = scaled(&old.estimator, runs)?;
+    let near = old.inputs.iter().enumerate().filter(|(_, input)| input.role != Role::Given);
+    let signals: Vec<Signal> = near.map(|(input, _)| Signal::Input(input)).collect();
+    let all: Vec<usize> = (0..signals.len()).collect();
+    let plan = FeaturePlan {
+        signals: all.clone(),
+        radii: LOOP_RADII.to_vec(),
+        loops: all,
+        ..FeaturePlan::default()
+    };
+    let mut law = MemoryLaw { signals, cell: None, cable: None, axis: None, features: Vec::new() };
+    law.features = features_of(&plan, &law, runs)?;
+    let residual = |run: &&Run| {
+        let outputs = estimate_sequence(&estimator, run);
+        let far = run.far.iter().zip(&outputs).map(|(far, output)| far - output.mean).collect();
+        Run { far, ..Run::clone(run) }
+    };
+    let residuals: Vec<Run> = runs.iter().map(residual).collect();
+    let rows = Rows::collect(&law, &residuals.iter().collect::<Vec<_>>(), ROWS);
+    let linear = ensemble::train_law(&rows, strength)?;
+    let members = vec![Member { weight: 1.0, inside: false, estimator }];
+    Some(remeasured(Estimator { linear: Some(linear), members, ..Estimator::of(law) }, runs))
+}
+
 /// The structure of the old model fitted anew.
 fn fresh(old: &Estimator, runs: &[&Run], seed: u64) -> Option<Estimator> {
+    if !old.members.is_empty() {
+        return of_members(old, runs, &|member| fresh(member, runs, seed));
+    }
     let mut law = old.law.clone();
     if let Some(cell) = &old.law.cell {
         let branches = cell.branches.iter().map(|b| b.width).collect();
-        let plan = CellPlan { basis: cell.basis.clone(), elastic: cell.elastic.clone(), branches };
+        let (basis, elastic) = (cell.basis.clone(), cell.elastic.clone());
+        let plan = CellPlan { basis, elastic, branches, effects: Vec::new(), released: false };
         law.cell = Some(fit_cell_of(&law, &plan, runs)?);
     }
     let ensemble = old.ensemble.as_ref();
     let hidden = ensemble.map(|e| e.hidden_bias.len()).or(old.perceptron.as_ref().map(|p| p.hidden()));
-    let mixed = law.cell.is_some() && ensemble.is_some() && old.gate_power.is_none();
-    let learner = match (&old.perceptron, mixed) {
-        (Some(_), _) => Learner::Paper,
-        (None, true) => Learner::Mixed,
-        (None, false) => Learner::Ensemble,
+    let learner = match (&old.linear, &old.perceptron) {
+        (Some(_), _) if ensemble.is_some() => Learner::Skeleton,
+        (Some(_), _) => Learner::Regression,
+        (None, Some(_)) => Learner::Paper,
+        (None, None) => Learner::Ensemble,
     };
-    let plan = FeaturePlan { signals: vec![], plain: vec![], radii: vec![], taus: vec![] };
+    let plan = FeaturePlan::default();
     let recipe = Recipe {
         name: String::new(),
         signals: law.signals.clone(),
         cell: None,
         cable: None,
         axis: None,
-        features: hidden.map(|_| plan),
+        features: (hidden.is_some() || old.linear.is_some()).then_some(plan),
         hidden: hidden.unwrap_or(0),
         rows: ROWS,
         steps: 40,
@@ -244,14 +327,8 @@ mod tests {
     fn scored(name: &str, errors: [f64; 3]) -> ScoredCandidate {
         let fold =
             |(fold, rmse): (usize, f64)| FoldScore { fold, samples: 1.0, rmse, ..FoldScore::default() };
-        let outcome = Ok(CrossValidation {
-            outputs: vec![],
-            folds: errors.into_iter().enumerate().map(fold).collect(),
-            band_factors: vec![],
-            comparison: Default::default(),
-            rmse_in_sample: 0.0,
-            laws: vec![],
-        });
+        let folds = errors.into_iter().enumerate().map(fold).collect();
+        let outcome = Ok(CrossValidation { folds, ..CrossValidation::default() });
         ScoredCandidate { name: name.into(), description: String::new(), outcome }
     }
 

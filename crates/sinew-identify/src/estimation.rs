@@ -1,19 +1,13 @@
 //! An estimator along conditioned sequences, as at run time.
 
 use crate::fit::run::Run;
-use sinew::predictor::{Estimate, Estimator, Memory};
+use sinew::predictor::{Estimate, Estimator, EstimatorState};
 
 /// Estimates along one sequence, from reset states.
 #[must_use]
 pub(crate) fn estimate_sequence(estimator: &Estimator, run: &Run) -> Vec<Estimate> {
-    let mut memory = Memory::new(&estimator.law);
-    let mut scratch = vec![0.0; estimator.law.features.len()];
-    (0..run.len())
-        .map(|i| {
-            memory.step(&estimator.law, run.dt_s[i], run.row(i));
-            estimator.estimate(&memory, &mut scratch)
-        })
-        .collect()
+    let mut state = EstimatorState::new(estimator);
+    (0..run.len()).map(|i| state.step(estimator, run.dt_s[i], run.row(i))).collect()
 }
 
 /// Root mean square error of an estimator on runs; NaN where no sample counts.

@@ -7,15 +7,16 @@ use crate::log::Dataset;
 use crate::report::build::report;
 use crate::report::{Evidence, IdentificationReport};
 use crate::select::agreement::report_shift;
-use crate::select::candidates::{candidates, not_compared};
+use crate::select::candidates::{CandidateRecipe, candidates, not_compared};
 use crate::select::choice::{Choice, selection_rmse};
 use crate::select::cross_validation::cross_validate_all;
 use crate::select::folds::Folds;
 pub use crate::select::influence::Keep;
 use crate::select::influence::{check_keep, exclude_outlier_logs};
 use crate::select::trend::report_trend;
-use crate::training::fit;
-use sinew::predictor::Model;
+use crate::training::{fit, mean_of};
+use rayon::prelude::*;
+use sinew::predictor::{Estimator, Model};
 
 /// Options of an identification.
 #[derive(Debug, Clone, Default)]
@@ -38,6 +39,25 @@ pub struct Identification {
     pub model: Model,
     /// Candidates, errors, warnings and recommendations.
     pub report: IdentificationReport,
+}
+
+/// Fits a candidate, or the members of a mean, to all logs.
+fn fit_candidate(
+    candidates: &[CandidateRecipe],
+    chosen: usize,
+    logs: &ConditionedLogs,
+    seed: u64,
+) -> Option<Estimator> {
+    let (candidate, runs) = (&candidates[chosen], logs.counted());
+    if candidate.mean_of.is_empty() {
+        return fit(&candidate.recipe, &runs, seed);
+    }
+    let member = |(name, inside): &(String, bool)| {
+        let member = candidates.iter().find(|candidate| candidate.recipe.name == *name)?;
+        Some((fit(&member.recipe, &runs, seed)?, *inside))
+    };
+    let members = candidate.mean_of.par_iter().map(member).collect::<Option<Vec<_>>>()?;
+    Some(mean_of(members))
 }
 
 /// Checks the names in the options against a dataset, before any fit.
@@ -80,7 +100,7 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
     let rmse = selection_rmse(&scored, chosen, &choose);
 
     progress("fitting the chosen model to everything", 0.85);
-    let estimator = fit(&candidates[chosen].recipe, &logs.counted(), options.seed) // 5. Fit and calibrate.
+    let estimator = fit_candidate(&candidates, chosen, &logs, options.seed) // 5. Fit and calibrate.
         .ok_or(Error::NothingFitted { what: "the chosen model" })?;
     let model = calibrate(estimator, &scored[chosen], rmse, &logs, options.seed)?;
 

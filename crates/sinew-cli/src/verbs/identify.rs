@@ -110,6 +110,7 @@ fn summary(report: &IdentificationReport, model: &Path) -> serde_json::Value {
         "far_range": report.far_range,
         "chosen": report.chosen,
         "expected": report.expected,
+        "beyond": report.beyond,
         "grade": report.grade,
         "candidates": report.candidates,
         "influence": report.influence,

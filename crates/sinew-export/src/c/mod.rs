@@ -9,6 +9,7 @@ mod integrations;
 mod inverse;
 mod laws;
 mod literal;
+mod members;
 mod networks;
 mod source;
 mod template;

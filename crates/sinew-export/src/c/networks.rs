@@ -22,6 +22,12 @@ pub(super) fn fill(filling: &mut Filling, estimator: &Estimator, name: &Name) {
         let gate = estimator.gate_power.map_or_else(String::new, |p| scalar(&format!("{n}_gate_power"), p));
         filling.set("ensemble_tables", ensemble_tables(ensemble, n) + &gate);
     }
+    if let Some(linear) = &estimator.linear {
+        filling.when("linear", true);
+        let tables = scalar(&format!("{n}_linear_offset"), linear.offset)
+            + &array(&format!("{n}_linear_weights"), &linear.weights);
+        filling.set("linear_tables", tables);
+    }
     if let Some(perceptron) = &estimator.perceptron {
         filling.when("perceptron", true);
         filling.when("skip", !perceptron.weights().skip.is_empty());

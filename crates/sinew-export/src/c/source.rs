@@ -2,12 +2,16 @@
 
 use super::content::Content;
 use super::template::Filling;
-use super::{inverse, laws, literal, networks};
+use super::{inverse, laws, literal, members, networks};
 use crate::{ExportError, Name};
-use sinew::predictor::{Feature, InputLimits, Model, Role, Signal};
+use sinew::predictor::{Estimator, Feature, InputLimits, Model, Role, Signal};
 
 const HEADER: &str = include_str!("templates/model.h");
 const HEAD: &str = include_str!("templates/head.c");
+const HELPERS: &str = include_str!("templates/helpers.c");
+const LAW: &str = include_str!("templates/law.c");
+const MEMBER: &str =
+    "\n/* State of a member of the mean. */\ntypedef struct {\n//%include state\n} @_state;\n";
 const BODY: &str = include_str!("templates/body.c");
 
 /// Texts of `NAME.h` and `NAME.c`.
@@ -17,24 +21,73 @@ pub(super) fn generate(
     content: Content,
 ) -> Result<(String, String), ExportError> {
     let mut filling = Filling::default();
-    let law = &model.estimator.law;
     filling.set("about", about(model));
     filling.set("inputs", inputs(model));
-    filling.set("input_count", model.inputs.len());
     filling.set("checksum", format!("0x{}u", checksum(model)?));
     filling.set("far", literal::comment(&model.far));
     filling.set("limits", limits(model, name));
-    filling.when("physics", law.has_physics());
+    let estimator = &model.estimator;
+    let mut members = String::new();
+    estimator_parts(&mut filling, &mut members, model.inputs.len(), estimator, name)?;
     let unknown = format!("(s->known ? 0u : {}_STATE_UNKNOWN) |", name.upper());
-    filling.set("unknown", if law.has_physics() { unknown } else { String::new() });
-    signals(&mut filling, model, name);
-    laws::fill(&mut filling, law, name)?;
-    features(&mut filling, model, name);
-    networks::fill(&mut filling, &model.estimator, name);
+    filling.set("unknown", if has_state(estimator) { unknown } else { String::new() });
+    let dt = if uses_dt(estimator) { ", s->dt_s" } else { "" };
+    filling.set("estimate_dt", dt);
     inverse::fill(&mut filling, model, name, content)?;
-    let body = filling.render(BODY, name);
+    let body = filling.render(LAW, name) + &filling.render(BODY, name);
     helpers(&mut filling, &body, name);
-    Ok((filling.render(HEADER, name), filling.render(HEAD, name) + &body))
+    let source = filling.render(HEAD, name) + &members + &filling.render(HELPERS, name) + &body;
+    Ok((filling.render(HEADER, name), source))
+}
+
+/// Fills what one estimator needs; the C of its members is appended to `code`.
+fn estimator_parts(
+    filling: &mut Filling,
+    code: &mut String,
+    inputs: usize,
+    estimator: &Estimator,
+    name: &Name,
+) -> Result<(), ExportError> {
+    let law = &estimator.law;
+    filling.set("input_count", inputs);
+    filling.when("physics", law.has_physics());
+    filling.set("sigma", literal::scalar(&format!("{}_sigma", name.as_str()), estimator.sigma0));
+    let dt = uses_dt(estimator);
+    filling.set("dt_argument", if dt { ", double dt_s" } else { "" });
+    signals(filling, estimator, name);
+    laws::fill(filling, law, name)?;
+    features(filling, estimator, name);
+    networks::fill(filling, estimator, name);
+    filling.when("members", !estimator.members.is_empty());
+    let (mut states, mut fields) = (String::new(), String::new());
+    for (k, member) in estimator.members.iter().enumerate() {
+        let of = name.of_member(k);
+        let mut part = Filling::default();
+        estimator_parts(&mut part, code, inputs, &member.estimator, &of)?;
+        let body = part.render(LAW, &of);
+        helpers(&mut part, &body, &of);
+        *code += &(part.render(HELPERS, &of) + &body);
+        states += &part.render("//%slot member_states", &of);
+        states += &part.render(MEMBER, &of);
+        fields += &format!("    {}_state m{k};\n", of.as_str());
+    }
+    filling.set("member_states", states);
+    filling.set("member_fields", fields);
+    filling.set("members_code", members::code(estimator, inputs, name));
+    Ok(())
+}
+
+/// Whether the state of an estimator or of a member depends on its start.
+pub(super) fn has_state(estimator: &Estimator) -> bool {
+    estimator.law.has_physics() || estimator.members.iter().any(|member| has_state(&member.estimator))
+}
+
+/// Whether an estimator or a member reads the time since the sample before.
+pub(super) fn uses_dt(estimator: &Estimator) -> bool {
+    let timed = |feature: &Feature| matches!(feature, Feature::LowPassDifference { .. } | Feature::Rate(_));
+    let law = &estimator.law;
+    let own = law.axis.is_some() || (has_networks(estimator) && law.features.iter().any(timed));
+    own || estimator.members.iter().any(|member| uses_dt(&member.estimator))
 }
 
 /// Sets the words of the functions that the body calls, and of those that these call.
@@ -95,22 +148,28 @@ fn limits(model: &Model, name: &Name) -> String {
         + &column("highest", |l| l.high)
         + &column("typical", |l| l.typical)
         + &literal::scalar(&format!("{n}_gap_s"), model.gap_s)
-        + &literal::scalar(&format!("{n}_sigma"), model.estimator.sigma0)
         + &literal::scalar(&format!("{n}_band"), model.band_factor)
 }
 
 /// The signals that a law or a feature reads.
-fn signals(filling: &mut Filling, model: &Model, name: &Name) {
-    let law = &model.estimator.law;
+fn signals(filling: &mut Filling, estimator: &Estimator, name: &Name) {
+    let law = &estimator.law;
     let mut used = laws::signals_used(law);
-    if has_networks(model) {
+    if has_networks(estimator) {
         used.extend(law.features.iter().filter_map(|feature| match *feature {
             Feature::Signal(signal)
+            | Feature::Rate(signal)
+            | Feature::BelowMaximum(signal)
+            | Feature::AboveMinimum(signal)
+            | Feature::Product { signal, .. }
+            | Feature::Clamped { signal, .. }
             | Feature::Stop { signal, .. }
             | Feature::LowPassDifference { signal, .. } => Some(signal),
             _ => None,
         }));
     }
+    let rates = has_networks(estimator) && law.features.iter().any(|f| matches!(f, Feature::Rate(_)));
+    filling.when("previous", rates || law.cell.as_ref().is_some_and(|cell| !cell.elastic.is_empty()));
     let code = |(k, signal): (usize, &Signal)| {
         let value = match *signal {
             Signal::Input(i) => format!("s->values[{i}]"),
@@ -137,25 +196,34 @@ fn taut(input: usize, offset: f64) -> String {
     format!("@_larger(s->values[{input}], 0.0) + {}", literal::double(offset))
 }
 
-fn has_networks(model: &Model) -> bool {
-    model.estimator.ensemble.is_some() || model.estimator.perceptron.is_some()
+/// Whether the features are read.
+fn has_networks(estimator: &Estimator) -> bool {
+    estimator.ensemble.is_some() || estimator.perceptron.is_some() || estimator.linear.is_some()
 }
 
 /// The inputs of the networks.
-fn features(filling: &mut Filling, model: &Model, name: &Name) {
-    let law = &model.estimator.law;
-    let (count, used) = (law.features.len(), has_networks(model));
-    let stateful =
-        |feature: &Feature| matches!(feature, Feature::Stop { .. } | Feature::LowPassDifference { .. });
-    let filtered = |feature: &Feature| matches!(feature, Feature::LowPassDifference { .. });
+fn features(filling: &mut Filling, estimator: &Estimator, name: &Name) {
+    let law = &estimator.law;
+    let (count, used) = (law.features.len(), has_networks(estimator));
+    let stateful = |feature: &Feature| {
+        matches!(
+            feature,
+            Feature::Stop { .. }
+                | Feature::LowPassDifference { .. }
+                | Feature::Previous(_)
+                | Feature::BelowMaximum(_)
+                | Feature::AboveMinimum(_)
+        )
+    };
+    let wide = |feature: &Feature| matches!(feature, Feature::CellWidth | Feature::CellPosition);
     filling.set("feature_count", count);
     filling.set("feature_argument", if count > 0 { "const double *features," } else { "" });
     filling.set("feature_value", if count > 0 { "s->features," } else { "" });
     filling.when("features", used && count > 0);
     filling.when("stateful_features", used && law.features.iter().any(stateful));
-    let dt = law.cable.is_some() || law.axis.is_some() || (used && law.features.iter().any(filtered));
-    filling.when("dt", dt);
-    filling.when("constant", !used);
+    filling.when("dt", law.cable.is_some());
+    filling.when("width", law.has_physics() || (used && law.features.iter().any(wide)));
+    filling.when("constant", estimator.ensemble.is_none() && estimator.perceptron.is_none());
     if !used {
         return;
     }
@@ -170,6 +238,10 @@ fn features(filling: &mut Filling, model: &Model, name: &Name) {
         let plain = |value: &str| format!("    s->features[{k}] = {value};\n");
         match *feature {
             Feature::Signal(signal) => plain(&format!("s->signals[{signal}]")),
+            Feature::Clamped { signal, low, high } => {
+                let (low, high) = (literal::double(low), literal::double(high));
+                plain(&format!("@_saturate(s->signals[{signal}], {low}, {high})"))
+            }
             Feature::Stop { signal, radius } => {
                 let r = literal::double(radius);
                 let update = format!("@_saturate(before, u - {r}, u + {r})");
@@ -178,6 +250,28 @@ fn features(filling: &mut Filling, model: &Model, name: &Name) {
             Feature::LowPassDifference { signal, tau_s } => {
                 let update = format!("before + (u - before) * dt_s / (dt_s + {})", literal::double(tau_s));
                 with_state(k, signal, update, &format!("u - s->states[{k}]"))
+            }
+            Feature::Rate(i) => plain(&format!(
+                "s->memory_started && dt_s > 0.0\n        ? @_saturate((s->signals[{i}] - s->previous[{i}]) / dt_s, \
+                 -1e30, 1e30)\n        : 0.0"
+            )),
+            Feature::Previous(i) => format!(
+                "    s->features[{k}] = s->memory_started ? s->states[{k}] : 0.0;\n    \
+                 s->states[{k}] = s->features[{i}];\n"
+            ),
+            Feature::Sign { feature, scale } => format!(
+                "    {{\n        const double x = s->features[{feature}] / {};\n        \
+                 s->features[{k}] = x / sqrt(1.0 + x * x);\n    }}\n",
+                literal::double(scale)
+            ),
+            Feature::BelowMaximum(signal) => {
+                with_state(k, signal, "@_larger(before, u)".to_owned(), &format!("u - s->states[{k}]"))
+            }
+            Feature::AboveMinimum(signal) => {
+                with_state(k, signal, "@_smaller(before, u)".to_owned(), &format!("u - s->states[{k}]"))
+            }
+            Feature::Product { feature, signal } => {
+                plain(&format!("s->features[{feature}] * s->signals[{signal}]"))
             }
             Feature::CellState => plain("s->cell"),
             Feature::CellWidth => plain("width"),

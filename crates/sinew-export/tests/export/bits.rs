@@ -122,6 +122,11 @@ fn c_of_networks_predicts_the_bits_of_the_library() {
 }
 
 #[test]
+fn c_of_means_and_of_means_of_means_predicts_the_bits_of_the_library() {
+    same_bits(Kind::Mean, 8, 2000);
+}
+
+#[test]
 fn c_of_axes_predicts_the_bits_of_the_library() {
     same_bits(Kind::AxisForce, 5, 2000);
     same_bits(Kind::AxisMotion, 5, 2000);

@@ -193,6 +193,7 @@ fn c_of_networks_and_axes_commands_the_bits_of_the_library() {
     same_bits(Kind::Network, 2, 150);
     same_bits(Kind::Perceptron, 2, 150);
     same_bits(Kind::Constant, 1, 150);
+    same_bits(Kind::Mean, 3, 150);
     same_bits(Kind::AxisForce, 3, 300);
     same_bits(Kind::AxisMotion, 3, 300);
 }

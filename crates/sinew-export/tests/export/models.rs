@@ -4,7 +4,8 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use sinew::predictor::{
     Axis, AxisForce, AxisMotion, AxisSlip, CableColumns, CableModel, Ensemble, Estimator, Feature, Input,
-    InputLimits, MEMBERS, MemoryLaw, Model, ObservedCable, PerNetwork, Provenance, Role, Signal,
+    InputLimits, LinearLaw, MEMBERS, Member, MemoryLaw, Model, ObservedCable, PerNetwork, Provenance, Role,
+    Signal,
 };
 use sinew::transmission::cable::{CableParameters, CablePath, Segment, Weakening, WeakeningForm};
 use sinew::transmission::{BasisTerm, Branch, ClampCell, Perceptron, PerceptronWeights};
@@ -24,10 +25,11 @@ pub(crate) enum Kind {
     HybridObserver,
     AxisForce,
     AxisMotion,
+    Mean,
 }
 
 impl Kind {
-    pub(crate) const ALL: [Self; 9] = [
+    pub(crate) const ALL: [Self; 10] = [
         Self::Cell,
         Self::HybridCell,
         Self::Network,
@@ -37,6 +39,7 @@ impl Kind {
         Self::HybridObserver,
         Self::AxisForce,
         Self::AxisMotion,
+        Self::Mean,
     ];
 }
 
@@ -61,7 +64,7 @@ pub(crate) fn model(kind: Kind, random: &mut ChaCha8Rng) -> Model {
         Kind::Observer | Kind::HybridObserver => law.cable = Some(cable(random)),
         Kind::AxisForce => law.axis = Some(Axis::Force(axis_force(random, law.signals.len()))),
         Kind::AxisMotion => law.axis = Some(Axis::Motion(axis_motion(random))),
-        Kind::Network | Kind::Constant | Kind::Perceptron => {}
+        Kind::Network | Kind::Constant | Kind::Perceptron | Kind::Mean => {}
     }
     match kind {
         Kind::HybridCell | Kind::Network | Kind::HybridObserver => {
@@ -83,7 +86,11 @@ pub(crate) fn model(kind: Kind, random: &mut ChaCha8Rng) -> Model {
         _ => {}
     }
     let gate_power = often(random).then(|| between(random, 0.0, 5.0));
-    let estimator = Estimator { law, ensemble, gate_power, perceptron, sigma0: between(random, 0.0, 2.0) };
+    let sigma0 = between(random, 0.0, 2.0);
+    let mut estimator = Estimator { ensemble, gate_power, perceptron, sigma0, ..Estimator::of(law) };
+    if kind == Kind::Mean {
+        add_members(&mut estimator, random, 2);
+    }
     let model = Model {
         far: "tension_out_n".into(),
         inputs: [
@@ -178,6 +185,48 @@ fn features(random: &mut ChaCha8Rng, signals: usize) -> Vec<Feature> {
         });
     }
     list
+}
+
+/// A regression on features of the past in half of the cases, and members that are cells, networks on a
+/// regression, or such sums themselves.
+fn add_members(estimator: &mut Estimator, random: &mut ChaCha8Rng, depth: usize) {
+    if often(random) {
+        regress(estimator, random);
+    }
+    for _ in 0..=some(random, 2) {
+        let kind = [Kind::HybridCell, Kind::Network, Kind::Cell][some(random, 2)];
+        let mut member = model(kind, random).estimator;
+        if kind == Kind::Network {
+            regress(&mut member, random);
+            member.ensemble = often(random).then(|| networks(random, member.law.features.len(), 5));
+        }
+        if depth > 1 && often(random) {
+            add_members(&mut member, random, depth - 1);
+        }
+        let (weight, inside) = (between(random, 0.1, 1.0), often(random));
+        estimator.members.push(Member { weight, inside, estimator: member });
+    }
+}
+
+/// A regression on features of the past, some of them clipped.
+fn regress(estimator: &mut Estimator, random: &mut ChaCha8Rng) {
+    let law = &mut estimator.law;
+    let signal = some(random, law.signals.len() - 1);
+    law.features = vec![
+        Feature::Rate(signal),
+        Feature::Previous(0),
+        Feature::Sign { feature: 0, scale: between(random, 0.1, 9.0) },
+        Feature::BelowMaximum(signal),
+        Feature::AboveMinimum(signal),
+        Feature::Product { feature: 2, signal },
+        Feature::Clamped { signal, low: -4.0, high: 3.0 },
+    ];
+    law.features.extend(features(random, law.signals.len()));
+    let count = law.features.len();
+    estimator.linear = Some(LinearLaw {
+        offset: between(random, -2.0, 2.0),
+        weights: (0..count).map(|_| between(random, -1.0, 1.0)).collect(),
+    });
 }
 
 fn networks(random: &mut ChaCha8Rng, features: usize, most_nodes: usize) -> Ensemble {

@@ -41,6 +41,23 @@ pub(crate) struct CellPlan {
     /// Widths of the branches relative to the band, the first of them 1. `[1.0]` is the plain cell;
     /// [`CellPlan::DISTRIBUTED`] fits loops with round corners better, but not every log.
     pub branches: Vec<f64>,
+    /// What the factors of the bounds are restricted to; empty where nothing is.
+    pub effects: Vec<Effect>,
+    /// Whether the restricted fit is a start only.
+    pub released: bool,
+}
+
+/// What a factor of the bounds does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Effect {
+    /// Moves either bound by its own coefficient.
+    Both,
+    /// Moves both alike.
+    Centre,
+    /// Moves them apart.
+    Width,
+    /// Nothing.
+    Neither,
 }
 
 impl CellPlan {
@@ -65,21 +82,33 @@ pub(crate) fn fit_cell(data: &CellData<'_>, plan: &CellPlan) -> Option<ClampCell
     if plan.basis.is_empty() {
         return None;
     }
-    let single = CellPlan { branches: vec![1.0], ..plan.clone() };
-    let thin = Scaled::new(data, &single, COARSE_ROWS)?;
-    let mut starts: Vec<(f64, Vec<f64>)> =
-        thin.starts().into_iter().filter_map(|theta| thin.improve(theta, COARSE_STEPS)).collect();
-    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-    starts.truncate(2);
-    let mut full = Scaled::new(data, &single, FINE_ROWS)?;
-    let improved = starts.into_iter().filter_map(|(_, theta)| full.improve(theta, FINE_STEPS));
-    let (_, mut theta) = improved.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let restricted = CellPlan { branches: vec![1.0], released: false, ..plan.clone() };
+    let mut full = Scaled::new(data, &restricted, FINE_ROWS)?;
+    let mut theta = search(&full, &Scaled::new(data, &restricted, COARSE_ROWS)?, None)?;
+    if plan.released {
+        let single = CellPlan { effects: Vec::new(), ..restricted };
+        let start = full.expanded(&theta);
+        full = Scaled::new(data, &single, FINE_ROWS)?;
+        theta = search(&full, &Scaled::new(data, &single, COARSE_ROWS)?, Some(start))?;
+    }
     if plan.branches.len() > 1 {
         full.widths.clone_from(&plan.branches);
         theta.resize(full.parameters(), FIRST_FRACTION);
         (_, theta) = full.improve(theta, FINE_STEPS)?;
     }
     Some(full.cell(&theta, plan))
+}
+
+/// The best of all starts and of a given one, improved.
+fn search(full: &Scaled, thin: &Scaled, given: Option<Vec<f64>>) -> Option<Vec<f64>> {
+    let starts = thin.starts().into_iter();
+    let mut starts: Vec<(f64, Vec<f64>)> =
+        starts.filter_map(|theta| thin.improve(thin.restricted(&theta), COARSE_STEPS)).collect();
+    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    starts.truncate(2);
+    let starts = starts.into_iter().map(|(_, theta)| theta).chain(given);
+    let improved = starts.filter_map(|theta| full.improve(theta, FINE_STEPS));
+    improved.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, theta)| theta)
 }
 
 /// Rows and steps that rank the starts.
@@ -113,8 +142,33 @@ struct Scaled {
     first: Vec<bool>,
     /// Relative widths of the branches.
     widths: Vec<f64>,
+    /// `[2 b]`: the parameter that is a coefficient of a bound, and its sign there.
+    bounds: Vec<Option<(usize, f64)>>,
+    /// Number of those parameters.
+    free: usize,
     b: usize,
     e: usize,
+}
+
+/// For every coefficient of the lower and of the upper bound the parameter and its sign, and how many there
+/// are.
+fn bounds(plan: &CellPlan) -> (Vec<Option<(usize, f64)>>, usize) {
+    let b = plan.basis.len();
+    let mut bounds = vec![None; 2 * b];
+    let mut free = 0;
+    for k in 0..b {
+        let (low, high, count) = match plan.effects.get(k).unwrap_or(&Effect::Both) {
+            // The coefficients of a free cell stand in their order.
+            Effect::Both if plan.effects.is_empty() => (Some((k, 1.0)), Some((b + k, 1.0)), 2),
+            Effect::Both => (Some((free, 1.0)), Some((free + 1, 1.0)), 2),
+            Effect::Centre => (Some((free, 1.0)), Some((free, 1.0)), 1),
+            Effect::Width => (Some((free, -1.0)), Some((free, 1.0)), 1),
+            Effect::Neither => (None, None, 0),
+        };
+        (bounds[k], bounds[b + k]) = (low, high);
+        free += count;
+    }
+    (bounds, free)
 }
 
 impl Scaled {
@@ -169,7 +223,10 @@ impl Scaled {
                 row.iter_mut().zip(&step_scale).for_each(|(x, s)| *x /= s);
             }
         }
+        let (bounds, free) = bounds(plan);
         Some(Self {
+            bounds,
+            free,
             basis: columns,
             basis_scale,
             step: steps,
@@ -185,7 +242,26 @@ impl Scaled {
     }
 
     fn parameters(&self) -> usize {
-        2 * self.b + self.e + self.widths.len() - 1
+        self.free + self.e + self.widths.len() - 1
+    }
+
+    /// Coefficients of both bounds, then the other parameters.
+    fn expanded(&self, theta: &[f64]) -> Vec<f64> {
+        let bound = |of: &Option<(usize, f64)>| of.map_or(0.0, |(index, sign)| sign * theta[index]);
+        self.bounds.iter().map(bound).chain(theta[self.free..].iter().copied()).collect()
+    }
+
+    /// The parameters nearest to coefficients of both bounds; the other parameters follow.
+    fn restricted(&self, expanded: &[f64]) -> Vec<f64> {
+        let mut sums = vec![(0.0, 0.0); self.free];
+        for (value, bound) in expanded.iter().zip(&self.bounds) {
+            if let Some((index, sign)) = bound {
+                sums[*index].0 += sign * value;
+                sums[*index].1 += 1.0;
+            }
+        }
+        let means = sums.iter().map(|(sum, count)| sum / count);
+        means.chain(expanded[2 * self.b..].iter().copied()).collect()
     }
 
     fn starts(&self) -> Vec<Vec<f64>> {
@@ -194,7 +270,7 @@ impl Scaled {
         let mut starts = Vec::new();
         for kappa in [0.0, 0.5] {
             for d in [0.3, 1.0, 2.0] {
-                let mut theta = vec![0.0; self.parameters()];
+                let mut theta = vec![0.0; 2 * self.b + self.e];
                 theta[..self.b].copy_from_slice(&middle);
                 theta[self.b..2 * self.b].copy_from_slice(&middle);
                 theta[2 * self.b..].fill(kappa);
@@ -255,6 +331,7 @@ impl Scaled {
     }
 
     fn cell(&self, theta: &[f64], plan: &CellPlan) -> ClampCell {
+        let theta = self.expanded(theta);
         let (bounds, rest) = theta.split_at(2 * self.b);
         let (kappa, fractions) = rest.split_at(self.e);
         let unscale = |part: &[f64], scale: &[f64]| -> Vec<f64> {
@@ -309,7 +386,8 @@ impl Scaled {
 impl Problem for &Scaled {
     /// Mean squared error, scaled.
     fn squares(&mut self, theta: &[f64]) -> Option<f64> {
-        let mut simulation = Simulation::new(self, theta);
+        let theta = self.expanded(theta);
+        let mut simulation = Simulation::new(self, &theta);
         let (mut sum, mut total) = (0.0, 0.0);
         for row in 0..self.far.len() {
             let error = simulation.step(self, row, false) - self.far[row];
@@ -321,7 +399,9 @@ impl Problem for &Scaled {
 
     fn linearise(&mut self, theta: &[f64], at: &mut Linearisation) -> bool {
         at.clear();
-        let mut simulation = Simulation::new(self, theta);
+        let theta = self.expanded(theta);
+        let mut simulation = Simulation::new(self, &theta);
+        let mut gradient = vec![0.0; self.parameters()];
         let mut total = 0.0;
         for row in 0..self.far.len() {
             let error = simulation.step(self, row, true) - self.far[row];
@@ -329,7 +409,14 @@ impl Problem for &Scaled {
             if weight > 0.0 {
                 at.squares += weight * error * error;
                 total += weight;
-                add_row(at, &simulation.gradient, weight, error);
+                let (bounds, rest) = simulation.gradient.split_at(2 * self.b);
+                let (of_bounds, of_rest) = gradient.split_at_mut(self.free);
+                of_bounds.fill(0.0);
+                for (g, bound) in bounds.iter().zip(&self.bounds) {
+                    bound.iter().for_each(|(index, sign)| of_bounds[*index] += sign * g);
+                }
+                of_rest.copy_from_slice(rest);
+                add_row(at, &gradient, weight, error);
             }
         }
         at.divide(total);
@@ -450,6 +537,8 @@ mod tests {
             basis: vec![BasisTerm::Signal(0), BasisTerm::Signal(1), BasisTerm::One],
             elastic: vec![0],
             branches: CellPlan::DISTRIBUTED.to_vec(),
+            effects: vec![],
+            released: false,
         }
     }
 
@@ -574,11 +663,62 @@ mod tests {
         }
     }
 
+    /// One gain of the first signal; the second opens the band.
+    fn narrow() -> CellPlan {
+        CellPlan { effects: vec![Effect::Centre, Effect::Width, Effect::Both], ..plan() }
+    }
+
+    #[test]
+    fn restricted_sensitivities_equal_finite_differences_and_restrictions_hold() {
+        let log = Log::simulated(400, 0.1);
+        let scaled = Scaled::new(&log.data(), &narrow(), 1_000).unwrap();
+        let theta = vec![0.9, 0.2, -0.3, 0.4, 0.1, 0.2, 0.1];
+        assert_eq!(scaled.parameters(), theta.len());
+        assert_eq!(scaled.restricted(&scaled.expanded(&theta)), theta);
+        let mut at = Linearisation::zeros(theta.len());
+        assert!((&mut &scaled).linearise(&theta, &mut at));
+        for i in 0..theta.len() {
+            let shifted = |step: f64| {
+                let mut theta = theta.clone();
+                theta[i] += step;
+                (&mut &scaled).squares(&theta).unwrap()
+            };
+            let numeric = (shifted(1e-7) - shifted(-1e-7)) / 2e-7;
+            assert!((2.0 * at.gradient[i] - numeric).abs() < 1e-5 * (1.0 + numeric.abs()), "{i}");
+        }
+        let cell = fit_cell(&log.data(), &narrow()).unwrap();
+        assert!((cell.low[0] - cell.high[0]).abs() < 1e-12 && (cell.low[1] + cell.high[1]).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_released_cell_fits_no_worse_than_the_free_one() {
+        let log = Log::simulated(2_000, 0.05);
+        let error = |plan: &CellPlan| {
+            let cell = fit_cell(&log.data(), plan).unwrap();
+            let signals = vec![Signal::Input(0), Signal::Input(1)];
+            let law = MemoryLaw { signals, cell: Some(cell), cable: None, axis: None, features: vec![] };
+            let mut memory = Memory::new(&law);
+            let mut sum = 0.0;
+            for row in 0..log.far.len() {
+                let start = log.first[row].then(|| {
+                    memory.reset();
+                    log.far[row]
+                });
+                memory.step_from(&law, 0.02, &log.signals[2 * row..][..2], start);
+                sum += (memory.cell().state - log.far[row]).powi(2);
+            }
+            sum
+        };
+        let free = error(&plan());
+        assert!(error(&CellPlan { released: true, ..narrow() }) < 1.01 * free);
+        assert!(error(&narrow()) > 1.01 * free, "the restricted one cannot");
+    }
+
     #[test]
     fn too_little_to_fit_is_refused_without_a_panic() {
         let log = Log::simulated(1, 0.0);
         assert!(fit_cell(&log.data(), &plan()).is_none());
-        let empty = CellPlan { basis: vec![], elastic: vec![], branches: vec![1.0] };
+        let empty = CellPlan { basis: vec![], ..plan() };
         assert!(fit_cell(&Log::simulated(50, 0.0).data(), &empty).is_none());
     }
 }

@@ -1,14 +1,14 @@
 //! Training of the ensemble of a candidate: rows, standardisation, networks, mean square of the correction.
 
-use super::linear::regress;
+use super::linear::{linear_law, regress};
 use super::network::{self, Network, NetworkData, NetworkOptions};
 use super::perceptron::{self, TrainOptions};
-use super::recipe::{CORRELATION, Learner, Recipe};
+use super::recipe::{CORRELATION, Recipe};
 use super::run::Run;
 use super::standardisation::Standardisation;
 use super::statistics::mean_and_deviation;
 use rayon::prelude::*;
-use sinew::predictor::{Ensemble, MEMBERS, Memory, MemoryLaw, PerNetwork};
+use sinew::predictor::{Ensemble, LinearLaw, MEMBERS, Memory, MemoryLaw, PerNetwork};
 use sinew::transmission::Perceptron;
 
 /// Continues the training of an ensemble on new rows under a prior centred on its old weights, in the units
@@ -41,7 +41,7 @@ pub(crate) fn retrain(rows: &Rows, old: &Ensemble) -> Option<Ensemble> {
             network::retrain(&data, &options, &theta)
         })
         .collect();
-    Some(packed(&networks, &|_| &training_set, standard, h))
+    Some(packed(&networks, &training_set, standard, h))
 }
 
 /// Accepted steps of a [`retrain`], at most: it starts near its minimum.
@@ -84,30 +84,22 @@ impl Rows {
         }
         rows
     }
+
+    /// Leaves the residual of a regression as target.
+    pub(crate) fn subtract(&mut self, linear: &LinearLaw) {
+        let rows = self.features.chunks_exact(self.width.max(1));
+        self.targets.iter_mut().zip(rows).for_each(|(target, x)| *target -= linear.value(x));
+    }
 }
 
 /// Trains the networks of a recipe side by side, each from its own start.
-///
-/// In a mixed ensemble every other network is trained without the features of the cell on the far side
-/// itself. The negative state of the cell is then added to its output, so that all networks give corrections
-/// of the cell.
 pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble> {
     let (n, f, h) = (rows.targets.len(), rows.width, recipe.hidden);
-    let mixed = recipe.learner == Learner::Mixed;
-    if n < MIN_ROWS || f == 0 || (mixed && f <= CELL_FEATURES) {
+    if n < MIN_ROWS || f == 0 {
         return None;
     }
     let standard = Standardisation::new(&rows.features, rows.width);
-    let inputs = standard.apply(&rows.features);
-    let correction = TrainingSet::new(inputs.clone(), f, &rows.targets);
-    let direct = mixed.then(|| {
-        let signals = f - CELL_FEATURES;
-        let narrow = inputs.chunks_exact(f).flat_map(|row| &row[..signals]).copied().collect();
-        let states = rows.features.iter().skip(signals).step_by(f);
-        let far: Vec<f64> = rows.targets.iter().zip(states).map(|(t, s)| t + s).collect();
-        TrainingSet::new(narrow, signals, &far)
-    });
-    let training_set = |k: usize| direct.as_ref().filter(|_| k % 2 == 1).unwrap_or(&correction);
+    let training_set = TrainingSet::new(standard.apply(&rows.features), f, &rows.targets);
     let networks: Vec<Network> = (0..recipe.networks.clamp(2, MEMBERS))
         .into_par_iter()
         .map(|k| {
@@ -117,7 +109,7 @@ pub(crate) fn train(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Ensemble>
                 steps: recipe.steps,
                 seed: seed.wrapping_mul(1_000_003).wrapping_add(k as u64),
             };
-            training_set(k).train(&options)
+            training_set.train(&options)
         })
         .collect();
     Some(packed(&networks, &training_set, standard, h))
@@ -128,15 +120,17 @@ pub(crate) fn train_linear(rows: &Rows) -> Option<Ensemble> {
     regress(&rows.features, &rows.targets, rows.width)
 }
 
+/// The same as a law; `ridge` relative to the variance of a feature.
+pub(crate) fn train_law(rows: &Rows, ridge: f64) -> Option<LinearLaw> {
+    linear_law(&rows.features, &rows.targets, rows.width, ridge)
+}
+
 /// The plain network of `yuan2023` on the same rows.
 pub(crate) fn train_paper(rows: &Rows, recipe: &Recipe, seed: u64) -> Option<Perceptron> {
     let options =
         TrainOptions { hidden: recipe.hidden, steps: recipe.steps, seed, ..TrainOptions::default() };
     perceptron::train(&rows.features, &rows.targets, &options).ok()?.network.to_perceptron()
 }
-
-/// The features of the cell are the last ones, its state the first of them.
-const CELL_FEATURES: usize = 3;
 
 /// Standardised inputs and targets of the networks of one kind.
 struct TrainingSet {
@@ -163,42 +157,17 @@ impl TrainingSet {
 
 /// One network per lane, in far units. Where there are fewer networks than lanes they repeat: the median
 /// stays, the variance nearly.
-fn packed<'a>(
-    networks: &[Network],
-    training_set: &dyn Fn(usize) -> &'a TrainingSet,
-    standard: Standardisation,
-    hidden: usize,
-) -> Ensemble {
-    let width = standard.mean.len();
-    let per_network = |pick: &dyn Fn(&network::Parts<'_>, &TrainingSet) -> f64| -> PerNetwork {
-        core::array::from_fn(|lane| {
-            let k = lane % networks.len();
-            pick(&networks[k].parts(), training_set(k)) as f32
-        })
+fn packed(networks: &[Network], set: &TrainingSet, standard: Standardisation, hidden: usize) -> Ensemble {
+    let per_network = |pick: &dyn Fn(&network::Parts<'_>) -> f64| -> PerNetwork {
+        core::array::from_fn(|lane| pick(&networks[lane % networks.len()].parts()) as f32)
     };
-    // A network of the far side itself becomes a correction by subtracting the state of the cell.
-    let is_direct = |l: &TrainingSet| l.width < width;
-    let hidden_weights = (0..hidden * width).map(|i| {
-        let (node, feature) = (i / width, i % width);
-        per_network(&|p, l| if feature < l.width { p.weights[node * l.width + feature] } else { 0.0 })
-    });
-    let skip = (0..width).map(|i| {
-        per_network(&|p, l| match i {
-            i if i < l.width => p.skip[i] * l.spread,
-            i if i == l.width => -standard.scale[i],
-            _ => 0.0,
-        })
-    });
-    let bias = per_network(&|p, l| {
-        let state = if is_direct(l) { standard.mean[l.width] } else { 0.0 };
-        p.offset * l.spread + l.centre - state
-    });
+    let width = standard.mean.len();
     Ensemble {
-        hidden_weights: hidden_weights.collect(),
-        hidden_bias: (0..hidden).map(|i| per_network(&|p, _| p.bias[i])).collect(),
-        output_weights: (0..hidden).map(|i| per_network(&|p, l| p.output[i] * l.spread)).collect(),
-        skip: skip.collect(),
-        bias,
+        hidden_weights: (0..hidden * width).map(|i| per_network(&|p| p.weights[i])).collect(),
+        hidden_bias: (0..hidden).map(|i| per_network(&|p| p.bias[i])).collect(),
+        output_weights: (0..hidden).map(|i| per_network(&|p| p.output[i] * set.spread)).collect(),
+        skip: (0..width).map(|i| per_network(&|p| p.skip[i] * set.spread)).collect(),
+        bias: per_network(&|p| p.offset * set.spread + set.centre),
         clip_low: standard.low,
         clip_high: standard.high,
         inverse_scale: standard.scale.iter().map(|s| 1.0 / s).collect(),

@@ -16,7 +16,7 @@ pub mod classical;
 pub(crate) mod ensemble;
 pub(crate) mod least_squares;
 mod levenberg_marquardt;
-mod linear;
+pub(crate) mod linear;
 pub(crate) mod linear_algebra;
 mod linearisation;
 mod network;

@@ -5,7 +5,7 @@ use super::cell::CellPlan;
 use sinew::predictor::{CableColumns, Signal};
 
 /// The inputs of the networks: which signals, and which memory operators of them.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct FeaturePlan {
     /// Signals that enter with their stop operators and low-pass differences.
     pub signals: Vec<usize>,
@@ -15,6 +15,14 @@ pub(crate) struct FeaturePlan {
     pub radii: Vec<f64>,
     /// Time constants of low-pass differences, s.
     pub taus: Vec<f64>,
+    /// Signals that enter with their last rates and the smooth sign of the last.
+    pub rates: Vec<usize>,
+    /// Signals that enter with their distances from the extremes of their sequence.
+    pub loops: Vec<usize>,
+    /// Whether `signals` are kept within their range in the training data.
+    pub clamped: bool,
+    /// Plain signals by which all other features are multiplied, beside themselves.
+    pub times: Vec<usize>,
 }
 
 /// Samples per independent sample of the residual, counted before thinning: the weight of the data against
@@ -65,10 +73,12 @@ impl Recipe {
 pub(crate) enum Learner {
     /// An ensemble whose correction is gated by the variance over its networks.
     Ensemble,
-    /// An ensemble in which every other network is trained without the features of the cell; no gate.
-    Mixed,
     /// Linear regression on the features; without features a constant.
     Linear,
+    /// Linear regression on the features, which goes on beyond the training data.
+    Regression,
+    /// The same, and a gated ensemble on its residual.
+    Skeleton,
     /// One network without memory, trained on all rows at once, as in `yuan2023`.
     Paper,
 }

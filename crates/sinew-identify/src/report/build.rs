@@ -1,6 +1,7 @@
 //! The report of an identification from its results.
 
 use super::assessment::Assessment;
+use super::beyond::beyond;
 use super::evidence::Evidence;
 use super::excitation;
 use super::parameters::parameters;
@@ -34,6 +35,7 @@ pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> I
         folds: folds.held_out.len(),
         far_range: range,
         expected: ExpectedError { rmse, percent_of_range: 100.0 * rmse / range },
+        beyond: beyond(evidence),
         candidates: candidates(evidence),
         influence,
         classical: fit_classical(&logs.data),
@@ -98,12 +100,11 @@ fn not_compared((name, reason): &(String, String)) -> Candidate {
 /// Coverage of the band, each fold with the factor of the other folds.
 fn coverage(validation: &CrossValidation, runs: &[Run]) -> f64 {
     let mut band = Comparison::new();
-    for (run, outputs) in runs.iter().zip(&validation.outputs) {
-        for (row, output) in outputs.iter().enumerate() {
-            if let (Some((output, fold)), true) = (output, run.weight[row] > 0.0) {
-                let half = validation.band_factors[*fold] * output.variance.sqrt();
-                let _ = band.push_with_band(run.far[row], output.mean, half);
-            }
+    for (sequence, row, output, fold) in validation.rows() {
+        let run = &runs[sequence];
+        if run.weight[row] > 0.0 {
+            let half = validation.band_factors[fold] * output.variance.sqrt();
+            let _ = band.push_with_band(run.far[row], output.mean, half);
         }
     }
     band.coverage().unwrap_or(f64::NAN)

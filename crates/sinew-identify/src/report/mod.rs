@@ -2,6 +2,7 @@
 //! trusted.
 
 mod assessment;
+mod beyond;
 pub(crate) mod build;
 mod evidence;
 mod excitation;
@@ -12,5 +13,6 @@ mod types;
 
 pub use crate::fit::classical::{ClassicalFit, Parameter};
 pub use crate::select::influence::InfluenceRow;
+pub use beyond::Beyond;
 pub(crate) use evidence::Evidence;
 pub use types::{Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport, InputTrace, Trace};

@@ -7,18 +7,20 @@ use sinew::transmission::{BasisTerm, ClampCell};
 
 /// Numbers of the physics with intervals from the spread over the folds (delete-one-fold jackknife).
 pub(super) fn parameters(model: &Model, folds: &[MemoryLaw]) -> Vec<Parameter> {
-    let law = &model.estimator.law;
+    let of_member = model.estimator.members.iter().map(|member| &member.estimator.law);
+    let law = core::iter::once(&model.estimator.law).chain(of_member).find(|law| law.has_physics());
+    let Some(law) = law else { return Vec::new() };
     if let Some(cable) = &law.cable {
         let folds: Vec<&CableModel> = folds.iter().filter_map(|f| Some(&f.cable.as_ref()?.model)).collect();
         return cable_parameters(&cable.model, &folds);
     }
     if let Some(axis) = &law.axis {
         let folds: Vec<&Axis> = folds.iter().filter_map(|f| f.axis.as_ref()).collect();
-        return axis_parameters(axis, &folds, model);
+        return axis_parameters(axis, &folds, law, model);
     }
     let Some(cell) = &law.cell else { return Vec::new() };
     let folds: Vec<&ClampCell> = folds.iter().filter_map(|f| f.cell.as_ref()).collect();
-    cell_parameters(model, cell, &folds)
+    cell_parameters(model, law, cell, &folds)
 }
 
 /// What a log shows of a cable.
@@ -63,8 +65,8 @@ fn cable_parameters(model: &CableModel, folds: &[&CableModel]) -> Vec<Parameter>
 type AxisRow = (&'static str, String, fn(&Axis) -> f64);
 
 /// Inertia, friction and spring of an axis, in units of far and near side.
-fn axis_parameters(axis: &Axis, folds: &[&Axis], model: &Model) -> Vec<Parameter> {
-    let unit_of_signal = |signal: usize| match model.estimator.law.signals.get(signal) {
+fn axis_parameters(axis: &Axis, folds: &[&Axis], law: &MemoryLaw, model: &Model) -> Vec<Parameter> {
+    let unit_of_signal = |signal: usize| match law.signals.get(signal) {
         Some(Signal::Input(input)) => unit_of(&model.inputs[*input].column),
         _ => String::new(),
     };
@@ -118,8 +120,7 @@ fn motion_of(axis: &Axis, of: impl Fn(&AxisMotion) -> f64) -> f64 {
     if let Axis::Motion(law) = axis { of(law) } else { f64::NAN }
 }
 
-fn cell_parameters(model: &Model, cell: &ClampCell, folds: &[&ClampCell]) -> Vec<Parameter> {
-    let law = &model.estimator.law;
+fn cell_parameters(model: &Model, law: &MemoryLaw, cell: &ClampCell, folds: &[&ClampCell]) -> Vec<Parameter> {
     let name_of = |signal: usize| signal_name(&law.signals[signal], model);
     let term_name = |term: &BasisTerm| match *term {
         BasisTerm::One => "constant".to_owned(),

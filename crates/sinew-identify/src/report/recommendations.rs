@@ -1,6 +1,7 @@
 //! Limits of an identification, and what to do next.
 
 use super::assessment::{Assessment, MIN_COVERAGE};
+use super::beyond::in_words;
 use super::evidence::Evidence;
 use super::types::{Grade, IdentificationReport};
 use crate::select::cross_validation::FoldScore;
@@ -68,8 +69,9 @@ pub(super) fn recommendations(
     let expected = report.expected.percent_of_range;
     let kind = if evidence.folds.grouped { "new logs" } else { "later stretches of the same day" };
     let error = format!(
-        "expect an error of about {expected:.1} % of the range on {kind}{}{}",
+        "expect an error of about {expected:.1} % of the range on {kind}{}{}{}",
         fold_range(evidence, report.expected.rmse),
+        in_words(&report.beyond, report.far_range),
         references(evidence, assessment)
     );
     let because = assessment.reasons.join("; ");

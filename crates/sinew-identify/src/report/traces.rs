@@ -9,11 +9,15 @@ use sinew::predictor::{Estimate, Model, Role};
 /// One trace per sequence, predicted by models that were not fitted to it.
 pub(super) fn traces(logs: &ConditionedLogs, validation: &CrossValidation, model: &Model) -> Vec<Trace> {
     let ConditionedLogs { data, runs, .. } = logs;
+    let mut all: Vec<Vec<Option<(Estimate, usize)>>> = runs.iter().map(|run| vec![None; run.len()]).collect();
+    for (sequence, row, estimate, fold) in validation.rows() {
+        all[sequence][row] = Some((*estimate, fold));
+    }
     let near = model.inputs.iter().position(|i| i.role == Role::Effort).unwrap_or(0);
     data.sequences
         .iter()
         .zip(runs)
-        .zip(&validation.outputs)
+        .zip(&all)
         .map(|((sequence, run), outputs)| {
             let input =
                 |k: usize| -> Vec<f64> { run.inputs.iter().skip(k).step_by(run.width).copied().collect() };

@@ -1,5 +1,6 @@
 //! What a report shows, as plain data.
 
+use super::beyond::Beyond;
 use crate::fit::classical::{ClassicalFit, Parameter};
 use crate::log::{ColumnUse, Condition, Input, LogInfo};
 use crate::select::influence::InfluenceRow;
@@ -32,6 +33,8 @@ pub struct IdentificationReport {
     pub far_range: f64,
     /// The error to expect of the model on data like the held-out data.
     pub expected: ExpectedError,
+    /// The error to expect beyond the conditions of the logs, side by side.
+    pub beyond: Vec<Beyond>,
     /// Every candidate, in the order of [`Candidate::score`], by which one is chosen.
     pub candidates: Vec<Candidate>,
     /// The influence check, one row per log; empty with fewer than four logs.

@@ -10,6 +10,9 @@ const MARGIN: f64 = 0.97;
 /// day, which physics does better.
 const MARGIN_WITHIN_LOG: f64 = 0.7;
 
+/// The same of an axis, whose motion is often periodic: a network knows every stretch from the others.
+const MARGIN_OF_AXIS: f64 = 0.625;
+
 /// Standard errors of the mean log ratio of errors, sequence by sequence, by which it must be better.
 const STANDARD_ERRORS: f64 = 1.0;
 
@@ -26,7 +29,7 @@ const STANDARD_ERRORS: f64 = 1.0;
 /// |----------|--------------------------------------------------------------|------|
 /// | e(k, f)  | RMSE of candidate k on fold f, fitted without it              | far  |
 /// | e(k, i)  | RMSE on held-out sequence i of n                              | far  |
-/// | m        | 0.97; 0.7 where the folds are stretches of one log             | 1    |
+/// | m        | 0.97; where the folds are stretches of one log 0.7, of an axis 0.625 | 1    |
 pub(crate) struct Choice<'a> {
     pub(crate) candidates: &'a [CandidateRecipe],
     pub(crate) scored: &'a [ScoredCandidate],
@@ -38,8 +41,13 @@ pub(crate) struct Choice<'a> {
 }
 
 impl Choice<'_> {
-    fn margin(&self) -> f64 {
-        if self.grouped { MARGIN } else { MARGIN_WITHIN_LOG }
+    /// The margin of a candidate with less physics than `more`.
+    fn margin(&self, more: usize) -> f64 {
+        match (self.grouped, self.candidates[more].is_axis()) {
+            (true, _) => MARGIN,
+            (false, true) => MARGIN_OF_AXIS,
+            (false, false) => MARGIN_WITHIN_LOG,
+        }
     }
 
     /// The best candidate of each kind of physics by all folds but `without`, most physics first.
@@ -63,9 +71,10 @@ impl Choice<'_> {
     /// Why a candidate with less physics is not preferred to one with more, by all folds but `without`;
     /// completes "but". `None` where it is.
     fn objection(&self, less: usize, more: usize, without: Option<usize>) -> Option<String> {
+        let margin = self.margin(more);
         let (less, more) = (&self.scored[less], &self.scored[more]);
-        if less.score(without) >= self.margin() * more.score(without) {
-            let percent = 100.0 * (1.0 - self.margin());
+        if less.score(without) >= margin * more.score(without) {
+            let percent = 100.0 * (1.0 - margin);
             return Some(format!("a model with less physics must be better by {percent:.0} %"));
         }
         if !clearly_better(less, more, without) {
@@ -162,7 +171,6 @@ mod tests {
     use super::*;
     use crate::fit::recipe::{Learner, Recipe};
     use crate::select::cross_validation::CrossValidation;
-    use sinew::metrics::Comparison;
 
     /// A candidate with one sequence of one sample in every fold.
     fn scored(fold_rmse: &[f64]) -> ScoredCandidate {
@@ -174,12 +182,8 @@ mod tests {
             ratios: vec![1.0],
         };
         let validation = CrossValidation {
-            outputs: vec![],
-            band_factors: vec![],
             folds: fold_rmse.iter().enumerate().map(fold).collect(),
-            comparison: Comparison::new(),
-            rmse_in_sample: 0.0,
-            laws: vec![],
+            ..CrossValidation::default()
         };
         ScoredCandidate { name: String::new(), description: String::new(), outcome: Ok(validation) }
     }
@@ -209,7 +213,20 @@ mod tests {
             networks: 0,
             learner: Learner::Linear,
         };
-        CandidateRecipe { recipe, description: String::new(), prior }
+        CandidateRecipe { recipe, description: String::new(), prior, mean_of: vec![] }
+    }
+
+    #[test]
+    fn a_mean_is_left_for_a_single_law_that_is_clearly_better_alone() {
+        use PhysicsPrior::{Matched, Mean};
+        let candidates = [candidate(Matched), candidate(Mean)];
+        let chosen = |single: [f64; 5]| {
+            let scored = [scored(&single), scored(&[4.0, 4.2, 4.1, 4.0, 4.3])];
+            Choice { candidates: &candidates, scored: &scored, grouped: true, extrapolates: &[] }.choose(None)
+        };
+        assert_eq!(chosen([3.95, 4.1, 4.05, 3.9, 4.2]), Some(1), "better by two per cent");
+        assert_eq!(chosen([1.0, 6.0, 4.0, 4.5, 4.2]), Some(1), "better on one fold");
+        assert_eq!(chosen([3.0, 3.1, 3.0, 3.2, 3.1]), Some(0));
     }
 
     #[test]

@@ -7,7 +7,7 @@ use crate::estimation::estimate_sequence;
 use crate::fit::recipe::Recipe;
 use crate::fit::run::Run;
 use crate::fit::statistics::quantiles;
-use crate::training::{fit_law, fit_on};
+use crate::training::{fit_law, fit_on, mean_of};
 use rayon::prelude::*;
 use sinew::metrics::Comparison;
 use sinew::predictor::{Estimate, Estimator, MemoryLaw};
@@ -31,11 +31,20 @@ pub(crate) struct FoldScore {
     pub(crate) ratios: Vec<f64>,
 }
 
-/// How one model predicts data it was not fitted to.
+/// Outputs over consecutive rows of a sequence.
 #[derive(Debug, Clone)]
+pub(crate) struct Stretch {
+    pub(crate) sequence: usize,
+    /// Their first row.
+    pub(crate) from: usize,
+    pub(crate) estimates: Vec<Estimate>,
+}
+
+/// How one model predicts data it was not fitted to.
+#[derive(Debug, Clone, Default)]
 pub(crate) struct CrossValidation {
-    /// Out-of-fold outputs, `[sequence][row]`; `None` where no fold held the row out.
-    pub(crate) outputs: Vec<Vec<Option<(Estimate, usize)>>>,
+    /// Out-of-fold outputs: `[fold][stretch that it held out]`.
+    pub(crate) outputs: Vec<Vec<Stretch>>,
     /// Folds in which a sample counted.
     pub(crate) folds: Vec<FoldScore>,
     /// `[fold]`: factor of the band on that fold, by the other folds.
@@ -46,6 +55,8 @@ pub(crate) struct CrossValidation {
     pub(crate) rmse_in_sample: f64,
     /// Physical laws fitted in each fold.
     pub(crate) laws: Vec<MemoryLaw>,
+    /// `[fold]`: error on the data it was fitted to.
+    pub(crate) sigma0: Vec<f64>,
 }
 
 impl CrossValidation {
@@ -57,7 +68,7 @@ impl CrossValidation {
     }
 
     /// Root mean square of the RMSEs of all folds but `without`: one good fold cannot make up for bad ones.
-    fn root_mean_square(&self, without: Option<usize>) -> f64 {
+    pub(crate) fn root_mean_square(&self, without: Option<usize>) -> f64 {
         let folds = self.folds.iter().enumerate().filter(|(place, _)| Some(*place) != without);
         let squares: Vec<f64> = folds.map(|(_, fold)| fold.rmse * fold.rmse).collect();
         (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
@@ -125,63 +136,131 @@ pub(crate) fn cross_validate_all(
         let of_physics = physics.iter().position(|known| known.shares_physics(recipe)).unwrap_or_default();
         let laws = &laws[of_physics * fold_count..][..fold_count];
         let fit = |fold: usize, training: &[&Run]| fit_on(laws[fold].clone()?, recipe, training, seed);
-        let outcome = cross_validate(&fit, &logs.runs, folds);
+        let outcome = if candidate.mean_of.is_empty() {
+            cross_validate(&fit, &logs.runs, folds)
+        } else {
+            Err(String::new())
+        };
         advance();
         ScoredCandidate { name: recipe.name.clone(), description: candidate.description.clone(), outcome }
     };
-    candidates.par_iter().zip(&recipes).map(score).collect()
+    let scored: Vec<ScoredCandidate> = candidates.par_iter().zip(&recipes).map(score).collect();
+    let mean = |(candidate, scored_candidate): (&CandidateRecipe, &ScoredCandidate)| {
+        let mut found = scored_candidate.clone();
+        if !candidate.mean_of.is_empty() {
+            found.outcome = mean_outcome(candidate, &scored, logs, folds);
+        }
+        found
+    };
+    candidates.par_iter().zip(&scored).map(mean).collect()
+}
+
+/// The cross-validation of a mean of other candidates.
+fn mean_outcome(
+    candidate: &CandidateRecipe,
+    scored: &[ScoredCandidate],
+    logs: &ConditionedLogs,
+    folds: &Folds,
+) -> Result<CrossValidation, String> {
+    let member = |(name, inside): &(String, bool)| {
+        let found = scored.iter().find(|scored| scored.name == *name).and_then(ScoredCandidate::validation);
+        found
+            .map(|validation| (validation, *inside))
+            .ok_or_else(|| format!("its member {name} could not be fitted"))
+    };
+    let members = candidate.mean_of.iter().map(member).collect::<Result<Vec<_>, _>>()?;
+    mean_validation(&members, &logs.runs, folds)
 }
 
 /// Fits without each fold and predicts what was held out; where that fails, the reason in words.
 pub(crate) fn cross_validate(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Result<CrossValidation, String> {
-    let mut validation = CrossValidation {
-        outputs: runs.iter().map(|run| vec![None; run.len()]).collect(),
-        folds: Vec::new(),
-        band_factors: Vec::new(),
-        comparison: Comparison::new(),
-        rmse_in_sample: 0.0,
-        laws: Vec::new(),
-    };
     let fit_fold = |fold: usize| {
         let training = training_runs(runs, &folds.held_out[fold]);
-        fit(fold, &training.iter().collect::<Vec<&Run>>())
+        let estimator = fit(fold, &training.iter().collect::<Vec<&Run>>())?;
+        let outputs = predict_fold(&estimator, runs, &folds.held_out[fold]);
+        Some((estimator, outputs))
     };
-    let estimators: Vec<_> = (0..folds.held_out.len()).into_par_iter().map(fit_fold).collect();
-    for ((fold, held_out), estimator) in folds.held_out.iter().enumerate().zip(estimators) {
-        let of = folds.held_out.len();
-        let estimator = estimator
+    let of = folds.held_out.len();
+    let fitted: Vec<_> = (0..of).into_par_iter().map(fit_fold).collect();
+    let mut validation = CrossValidation::default();
+    for (fold, fitted) in fitted.into_iter().enumerate() {
+        let (estimator, outputs) = fitted
             .ok_or_else(|| format!("the data without fold {} of {of} do not determine it", fold + 1))?;
-        validation.rmse_in_sample += estimator.sigma0 / folds.held_out.len() as f64;
-        validation.laws.push(estimator.law.clone());
-        let score = validation
-            .score_fold(fold, &estimator, runs, held_out)
-            .ok_or_else(|| format!("its prediction of fold {} of {of} is not finite", fold + 1))?;
-        validation.folds.extend(score);
+        validation.laws.push(estimator.law);
+        validation.push(estimator.sigma0, outputs, runs, of)?;
     }
-    let factor = |fold| band_factor(&validation.folds, Some(fold));
-    validation.band_factors = (0..folds.held_out.len()).map(factor).collect();
-    if validation.folds.is_empty() { Err("no held-out sample counts".to_owned()) } else { Ok(validation) }
+    validation.concluded(of)
+}
+
+/// The cross-validation of a mean, from those of its members, which were fitted to the same folds; of each
+/// whether it counts inside the training data alone.
+pub(crate) fn mean_validation(
+    members: &[(&CrossValidation, bool)],
+    runs: &[Run],
+    folds: &Folds,
+) -> Result<CrossValidation, String> {
+    let of = folds.held_out.len();
+    let Some((first, _)) = members.first() else { return Err("it has no members".to_owned()) };
+    let mut validation = CrossValidation { laws: first.laws.clone(), ..CrossValidation::default() };
+    for fold in 0..of {
+        let stub = |(member, inside): &(&CrossValidation, bool)| {
+            let law = MemoryLaw { signals: vec![], cell: None, cable: None, axis: None, features: vec![] };
+            (Estimator { sigma0: member.sigma0[fold], ..Estimator::of(law) }, *inside)
+        };
+        let mean = mean_of(members.iter().map(stub).collect());
+        let combined = |(k, stretch): (usize, &Stretch)| {
+            let row = |i: usize| {
+                mean.combined(members.iter().map(|(member, _)| member.outputs[fold][k].estimates[i]))
+            };
+            Stretch { estimates: (0..stretch.estimates.len()).map(row).collect(), ..*stretch }
+        };
+        let outputs = first.outputs[fold].iter().enumerate().map(combined).collect();
+        validation.push(mean.sigma0, outputs, runs, of)?;
+    }
+    validation.concluded(of)
+}
+
+/// Predicts the rows that a fold held out.
+fn predict_fold(estimator: &Estimator, runs: &[Run], held_out: &[Option<(usize, usize)>]) -> Vec<Stretch> {
+    let stretch = |(sequence, (run, range)): (usize, (&Run, &Option<(usize, usize)>))| {
+        let (from, to) = (*range)?;
+        let all = estimate_sequence(estimator, run);
+        let estimates = all.into_iter().take(to).skip(from).collect();
+        Some(Stretch { sequence, from, estimates })
+    };
+    runs.iter().zip(held_out).enumerate().filter_map(stretch).collect()
 }
 
 impl CrossValidation {
-    /// Predicts the rows that a fold held out; `Some(None)` where none of them counts, `None` for an estimate
-    /// that is not finite.
-    fn score_fold(
-        &mut self,
-        fold: usize,
-        estimator: &Estimator,
-        runs: &[Run],
-        held_out: &[Option<(usize, usize)>],
-    ) -> Option<Option<FoldScore>> {
+    /// Adds the next fold.
+    fn push(&mut self, sigma0: f64, outputs: Vec<Stretch>, runs: &[Run], of: usize) -> Result<(), String> {
+        let fold = self.outputs.len();
+        let score = self.score_fold(fold, &outputs, runs);
+        let score =
+            score.ok_or_else(|| format!("its prediction of fold {} of {of} is not finite", fold + 1))?;
+        self.rmse_in_sample += sigma0 / of as f64;
+        self.sigma0.push(sigma0);
+        self.outputs.push(outputs);
+        self.folds.extend(score);
+        Ok(())
+    }
+
+    /// With the factors of its bands, after the last fold.
+    fn concluded(mut self, of: usize) -> Result<Self, String> {
+        self.band_factors = (0..of).map(|fold| band_factor(&self.folds, Some(fold))).collect();
+        if self.folds.is_empty() { Err("no held-out sample counts".to_owned()) } else { Ok(self) }
+    }
+
+    /// Scores what a fold held out; `Some(None)` where none of it counts, `None` for an estimate that is not
+    /// finite.
+    fn score_fold(&mut self, fold: usize, outputs: &[Stretch], runs: &[Run]) -> Option<Option<FoldScore>> {
         let mut ratios = Vec::new();
         let mut sequence_rmse = Vec::new();
         let (mut sum, mut count) = (0.0, 0.0);
-        for (index, (run, range)) in runs.iter().zip(held_out).enumerate() {
-            let Some((from, to)) = *range else { continue };
+        for Stretch { sequence, from, estimates } in outputs {
+            let run = &runs[*sequence];
             let before = (sum, count);
-            let outputs = estimate_sequence(estimator, run).into_iter().enumerate();
-            for (row, output) in outputs.filter(|(row, _)| (from..to).contains(row)) {
-                self.outputs[index][row] = Some((output, fold));
+            for (row, output) in (*from..).zip(estimates) {
                 if run.weight[row] > 0.0 {
                     let error = output.mean - run.far[row];
                     sum += error * error;
@@ -200,6 +279,16 @@ impl CrossValidation {
         let grid: Vec<f64> = (0..=200).map(|k| f64::from(k) / 200.0).collect();
         let ratios = quantiles(ratios, &grid);
         Some(Some(FoldScore { fold, samples: count, rmse: (sum / count).sqrt(), sequence_rmse, ratios }))
+    }
+
+    /// Every held-out row with its output and fold, fold by fold.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = (usize, usize, &Estimate, usize)> {
+        self.outputs.iter().enumerate().flat_map(|(fold, stretches)| {
+            stretches.iter().flat_map(move |stretch| {
+                let rows = (stretch.from..).zip(&stretch.estimates);
+                rows.map(move |(row, estimate)| (stretch.sequence, row, estimate, fold))
+            })
+        })
     }
 }
 
@@ -284,6 +373,50 @@ mod tests {
     fn fold(fold: usize, size: f64) -> FoldScore {
         let ratios = (0..=200).map(|k| size * f64::from(k) / 100.0).collect();
         FoldScore { fold, ratios, ..FoldScore::default() }
+    }
+
+    #[test]
+    fn a_mean_errs_less_than_members_that_err_to_either_side_and_its_spread_is_in_its_band() {
+        let run = Run {
+            log: 0,
+            dt_s: vec![0.01; 40],
+            inputs: vec![0.0; 40],
+            far: (0..40).map(f64::from).collect(),
+            weight: vec![1.0; 40],
+            width: 1,
+        };
+        let folds = Folds {
+            held_out: vec![vec![Some((0, 20))], vec![Some((20, 40))]],
+            grouped: false,
+            question: String::new(),
+        };
+        let runs = [run];
+        // A member that is off by a constant; its estimates are stated, none is fitted.
+        let member = |off: f64| {
+            let mut validation = CrossValidation::default();
+            for from in [0, 20] {
+                let estimate = |row: usize| Estimate {
+                    mean: row as f64 + off,
+                    variance: 0.04,
+                    gate: 1.0,
+                    known: true,
+                    clipped: 0,
+                    beyond: 0.0,
+                };
+                let estimates = (from..from + 20).map(estimate).collect();
+                let outputs = vec![Stretch { sequence: 0, from, estimates }];
+                validation.push(0.2, outputs, &runs, 2).unwrap();
+            }
+            validation.concluded(2).unwrap()
+        };
+        let (above, below) = (member(1.0), member(-0.5));
+        let mean = mean_validation(&[(&above, false), (&below, false)], &runs, &folds).unwrap();
+        assert!((mean.score(None) - 0.25).abs() < 1e-9 && (above.score(None) - 1.0).abs() < 1e-9);
+        let rows: Vec<_> = mean.rows().collect();
+        assert_eq!(rows.len(), 40);
+        // 0.2 of the fit and 0.75 between the members.
+        assert!(rows.iter().all(|(.., e, _)| (e.variance - 0.04 - 0.75 * 0.75).abs() < 1e-9));
+        assert!(mean_validation(&[], &runs, &folds).is_err());
     }
 
     #[test]

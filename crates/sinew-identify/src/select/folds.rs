@@ -74,7 +74,7 @@ impl Folds {
             low <= high && (least < low || most > high)
         };
         let fold = |held: &Vec<Option<(usize, usize)>>| {
-            self.grouped && quantities.iter().any(|values| beyond(held, values))
+            self.grouped && quantities.iter().any(|(_, values)| beyond(held, values))
         };
         self.held_out.iter().map(fold).collect()
     }
@@ -155,20 +155,21 @@ fn separating_conditions(data: &Dataset) -> Vec<usize> {
     found
 }
 
-/// `[quantity][sequence]`: conditions that are numbers, and the medians of given quantities; NaN where there
+/// Name and `[sequence]` of every quantity: conditions that are numbers, and the medians of given quantities; NaN where there
 /// is none.
-fn numeric_quantities(data: &Dataset) -> Vec<Vec<f64>> {
-    let condition = |c: usize| -> Vec<f64> {
-        data.sequences.iter().map(|s| s.condition_values[c].parse().unwrap_or(f64::NAN)).collect()
+pub(crate) fn numeric_quantities(data: &Dataset) -> Vec<(String, Vec<f64>)> {
+    let condition = |c: usize| -> (String, Vec<f64>) {
+        let value = |s: &crate::log::Sequence| s.condition_values[c].parse().unwrap_or(f64::NAN);
+        (data.conditions[c].column.clone(), data.sequences.iter().map(value).collect())
     };
     let width = data.roles.inputs.len();
-    let given = |input: usize| -> Vec<f64> {
+    let given = |input: usize| -> (String, Vec<f64>) {
         let median = |s: &crate::log::Sequence| {
             let column = s.inputs.iter().skip(input).step_by(width).copied();
             let values: Vec<f64> = column.filter(|v| v.is_finite()).collect();
             if values.is_empty() { f64::NAN } else { quantiles(values, &[0.5])[0] }
         };
-        data.sequences.iter().map(median).collect()
+        (data.roles.inputs[input].column.clone(), data.sequences.iter().map(median).collect())
     };
     let givens = (0..width).filter(|&i| data.roles.inputs[i].role == Role::Given);
     (0..data.conditions.len()).map(condition).chain(givens.map(given)).collect()

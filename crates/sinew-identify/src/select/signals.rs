@@ -1,6 +1,7 @@
 //! Which signals a candidate computes from the inputs, and which functions of them bound its clamp cell.
 
 use crate::conditioning::ConditionedLogs;
+use crate::fit::cell::Effect;
 use crate::fit::run::Run;
 use crate::fit::statistics::quantiles;
 use crate::log::Dataset;
@@ -48,6 +49,8 @@ pub(super) struct SignalSet {
     pub(super) memory: Vec<usize>,
     /// Slow signals.
     pub(super) given: Vec<usize>,
+    /// Signals of which a slow one changes the friction but not the gain.
+    main: Vec<usize>,
 }
 
 impl SignalSet {
@@ -84,6 +87,17 @@ impl SignalSet {
         Some(Self::with_givens(signals, &main, &motions, memory, &roles.givens))
     }
 
+    /// One gain of every main signal whatever the slow ones, which change the width of the band alone.
+    pub(super) fn narrow(&self) -> Vec<Effect> {
+        let effect = |term: &BasisTerm| match term {
+            BasisTerm::One => Effect::Both,
+            BasisTerm::Signal(i) if self.main.contains(i) => Effect::Centre,
+            BasisTerm::Signal(_) => Effect::Width,
+            BasisTerm::Product(..) => Effect::Neither,
+        };
+        self.basis.iter().map(effect).collect()
+    }
+
     /// Adds the slow inputs, their products with the main signals, and the constant.
     fn with_givens(
         mut signals: Vec<Signal>,
@@ -102,7 +116,7 @@ impl SignalSet {
             basis.extend(main.iter().map(|&s| BasisTerm::Product(s, slow)));
         }
         basis.push(BasisTerm::One);
-        Self { signals, basis, elastic: elastic.to_vec(), memory, given }
+        Self { signals, basis, elastic: elastic.to_vec(), memory, given, main: main.to_vec() }
     }
 }
 

@@ -158,6 +158,7 @@ fn report(names: &[&str], rows: usize, traces: Vec<Trace>) -> IdentificationRepo
         question: "Each fold holds out one log.".to_owned(),
         folds: 5,
         far_range: 9.4,
+        beyond: Vec::new(),
         expected: ExpectedError { rmse: 0.118, percent_of_range: 1.26 },
         candidates: candidates(),
         influence: names.iter().enumerate().map(influence).collect(),

@@ -70,7 +70,7 @@ const MAX_STRETCH: f64 = 1.0;
 /// #     far: "tension_out_n".into(), time: None, trial: None, gap_s: 0.1, band_factor: 2.0,
 /// #     inputs: vec![Input { column: "tension_in_n".into(), role: Role::Effort }],
 /// #     guards: vec![InputLimits { jump: 1e3, low: 0.0, high: 300.0, typical: 100.0 }],
-/// #     estimator: Estimator { law, ensemble: None, gate_power: None, perceptron: None, sigma0: 1.0 },
+/// #     estimator: Estimator { sigma0: 1.0, ..Estimator::of(law) },
 /// #     provenance: Provenance {
 /// #         member: "cell".into(), description: "by hand".into(), program: "none".into(), seed: 1,
 /// #         logs: vec![], samples: 0, rmse_unseen: 1.0, far_range: 200.0,

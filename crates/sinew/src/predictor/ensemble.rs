@@ -52,13 +52,15 @@ pub struct EnsembleOutput {
     pub variance: f64,
     /// Features outside the clip box.
     pub clipped: usize,
+    /// Largest distance of a feature from that box, in its standard deviations.
+    pub beyond: f64,
 }
 
 impl Ensemble {
     /// Median and variance of the networks at one sample; `features` and `scratch`: `[features]`.
     #[must_use]
     pub fn evaluate(&self, features: &[f64], scratch: &mut [f32]) -> EnsembleOutput {
-        let mut clipped = 0;
+        let (mut clipped, mut beyond) = (0, 0.0_f64);
         let box_edges = self.clip_low.iter().zip(&self.clip_high);
         let standard = self.mean.iter().zip(&self.inverse_scale);
         for (((z, &x), (&low, &high)), (mean, scale)) in
@@ -68,6 +70,8 @@ impl Ensemble {
             let above = if x < low { low } else { x };
             let inside = if above > high { high } else { above };
             clipped += usize::from(x < low) + usize::from(x > high);
+            let excess = (x - inside).abs() * scale;
+            beyond = if excess > beyond { excess } else { beyond };
             *z = ((inside - mean) * scale) as f32;
         }
         let outputs = self.outputs(scratch);
@@ -78,7 +82,7 @@ impl Ensemble {
             *output = deviation * deviation;
         }
         let variance = sum(squares) / (MEMBERS - 1) as f32;
-        EnsembleOutput { median: f64::from(median(outputs)), variance: f64::from(variance), clipped }
+        EnsembleOutput { median: f64::from(median(outputs)), variance: f64::from(variance), clipped, beyond }
     }
 
     #[inline]

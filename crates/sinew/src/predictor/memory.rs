@@ -3,6 +3,7 @@
 
 use super::axis::{Axis, AxisOutput, AxisState};
 use super::cable::{CableEstimate, CablePlace, ObservedCable, SequenceObserver};
+use super::conditioner::MAX_MAGNITUDE;
 use super::signal::Signal;
 use crate::transmission::{ClampCell, ClampStep, saturate};
 use alloc::vec;
@@ -39,6 +40,37 @@ pub enum Feature {
     CellPosition,
     /// Innovation of the cable's observer: measured minus estimated near tension, N.
     Innovation,
+    /// A signal, kept between two bounds.
+    Clamped {
+        /// Which signal.
+        signal: usize,
+        /// Lower bound, signal unit.
+        low: f64,
+        /// Upper bound, signal unit.
+        high: f64,
+    },
+    /// Change of a signal since the sample before, per second.
+    Rate(usize),
+    /// An earlier feature one sample before; 0 at the first.
+    Previous(usize),
+    /// The smooth sign of an earlier feature: `x / sqrt(x^2 + scale^2)`.
+    Sign {
+        /// Index of the feature.
+        feature: usize,
+        /// Where it is 0.7, in the unit of that feature.
+        scale: f64,
+    },
+    /// A signal minus its maximum since the sequence began: where in its loop it is.
+    BelowMaximum(usize),
+    /// A signal minus its minimum since the sequence began.
+    AboveMinimum(usize),
+    /// An earlier feature times a signal.
+    Product {
+        /// Index of the feature.
+        feature: usize,
+        /// Which signal.
+        signal: usize,
+    },
 }
 
 /// Signals, physics and features of a model: everything before its networks.
@@ -238,9 +270,10 @@ impl Memory {
     #[inline]
     fn step_features(&mut self, law: &MemoryLaw, dt_s: f64) {
         let width = self.cell.high - self.cell.low;
-        for ((value, state), feature) in self.features.iter_mut().zip(&mut self.states).zip(&law.features) {
-            *value = match *feature {
+        for (k, (state, feature)) in self.states.iter_mut().zip(&law.features).enumerate() {
+            self.features[k] = match *feature {
                 Feature::Signal(i) => self.signals[i],
+                Feature::Clamped { signal, low, high } => saturate(self.signals[signal], low, high),
                 Feature::Stop { signal, radius } => {
                     let u = self.signals[signal];
                     let play = if self.started { *state } else { u };
@@ -257,6 +290,31 @@ impl Memory {
                 Feature::CellWidth => width,
                 Feature::Innovation => self.observer.as_ref().map_or(0.0, |observer| observer.innovation),
                 Feature::CellPosition => (self.cell.state - self.cell.low) / width.max(1e-12),
+                Feature::Rate(i) if self.started && dt_s > 0.0 => {
+                    let rate = (self.signals[i] - self.previous[i]) / dt_s;
+                    saturate(rate, -MAX_MAGNITUDE, MAX_MAGNITUDE)
+                }
+                Feature::Rate(_) => 0.0,
+                Feature::Previous(i) => {
+                    let before = if self.started { *state } else { 0.0 };
+                    *state = self.features[i];
+                    before
+                }
+                Feature::Sign { feature, scale } => {
+                    let x = self.features[feature] / scale;
+                    x / libm::sqrt(1.0 + x * x)
+                }
+                Feature::BelowMaximum(i) => {
+                    let u = self.signals[i];
+                    *state = if self.started { state.max(u) } else { u };
+                    u - *state
+                }
+                Feature::AboveMinimum(i) => {
+                    let u = self.signals[i];
+                    *state = if self.started { state.min(u) } else { u };
+                    u - *state
+                }
+                Feature::Product { feature, signal } => self.features[feature] * self.signals[signal],
             };
         }
     }

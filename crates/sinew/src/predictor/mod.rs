@@ -14,6 +14,7 @@ mod ensemble;
 mod estimator;
 #[cfg(feature = "model-file")]
 mod file;
+mod linear;
 mod memory;
 mod model;
 mod model_file_error;
@@ -29,9 +30,10 @@ pub use cable::{
 };
 pub use conditioner::{Conditioner, InputLimits, MAX_HELD_SAMPLES, MAX_MAGNITUDE, SampleKind};
 pub use ensemble::{Ensemble, EnsembleOutput, MEMBERS, PerNetwork};
-pub use estimator::{Estimate, Estimator, GATE_STRENGTH};
+pub use estimator::{Estimate, Estimator, EstimatorState, FADE, GATE_STRENGTH, Member};
 #[cfg(feature = "model-file")]
 pub use file::VERSION;
+pub use linear::LinearLaw;
 pub use memory::{CellOutput, Feature, Memory, MemoryLaw};
 pub use model::{Input, Model, Provenance, Role};
 pub use model_file_error::ModelFileError;

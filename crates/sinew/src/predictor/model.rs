@@ -99,36 +99,51 @@ impl Model {
         }
         positive("gap_s", self.gap_s)?;
         positive("band_factor", self.band_factor)?;
-        let sigma0 = self.estimator.sigma0;
-        require("estimator.sigma0", ">= 0 and <= 1e30", (0.0..=MAX_MAGNITUDE).contains(&sigma0), sigma0)?;
-        if let Some(power) = self.estimator.gate_power {
-            require("estimator.gate_power", "finite and >= 0", power >= 0.0 && power.is_finite(), power)?;
-        }
         let Provenance { rmse_unseen, far_range, .. } = self.provenance;
         require("provenance.rmse_unseen", "a finite number", rmse_unseen.is_finite(), rmse_unseen)?;
         require("provenance.far_range", "a finite number", far_range.is_finite(), far_range)?;
-        self.estimator.law.validate(n)?;
-        if let Some(ensemble) = &self.estimator.ensemble {
-            ensemble.validate(self.estimator.law.features.len())?;
+        self.estimator.validate(n, MAX_DEPTH)
+    }
+}
+
+/// Estimators within estimators: the adaptation of an adapted mean.
+const MAX_DEPTH: usize = 4;
+
+impl Estimator {
+    fn validate(&self, inputs: usize, depth: usize) -> Result<(), ModelFileError> {
+        let Self { law, ensemble, gate_power, perceptron, sigma0, linear, members } = self;
+        let sigma = (0.0..=MAX_MAGNITUDE).contains(sigma0);
+        require("estimator.sigma0", ">= 0 and <= 1e30", sigma, sigma0)?;
+        if let Some(power) = *gate_power {
+            require("estimator.gate_power", "finite and >= 0", power >= 0.0 && power.is_finite(), power)?;
         }
-        if let Some(perceptron) = &self.estimator.perceptron {
-            let (features, weights) = (self.estimator.law.features.len(), perceptron.weights());
-            require(
-                "perceptron.inputs",
-                &format!("{features}"),
-                perceptron.inputs() == features,
-                perceptron.inputs(),
-            )?;
-            require("perceptron", "no ensemble beside it", self.estimator.ensemble.is_none(), "both")?;
+        law.validate(inputs)?;
+        let features = law.features.len();
+        if let Some(ensemble) = ensemble {
+            ensemble.validate(features)?;
+        }
+        if let Some(linear) = linear {
+            linear.validate(features)?;
+        }
+        if let Some(perceptron) = perceptron {
+            let (got, weights) = (perceptron.inputs(), perceptron.weights());
+            require("perceptron.inputs", &format!("{features}"), got == features, got)?;
+            require("perceptron", "no ensemble beside it", ensemble.is_none(), "both")?;
             for list in [&weights.input_weights, &weights.hidden_bias, &weights.output_weights, &weights.skip]
             {
                 all_moderate("perceptron", list)?;
             }
             all_moderate("perceptron.output_bias", &[weights.output_bias])?;
         }
-        let learned = self.estimator.ensemble.is_some() || self.estimator.perceptron.is_some();
-        let predicts = self.estimator.law.has_physics() || learned;
-        require("estimator", "a cell, cable or axis, networks or both", predicts, "neither")
+        for member in members {
+            require("members", &format!("at most {MAX_DEPTH} deep"), depth > 1, "more")?;
+            require("members.weight", "> 0 and <= 1e30", is_positive(member.weight), member.weight)?;
+            require("members.law.cable", "no cable", member.estimator.law.cable.is_none(), "one")?;
+            member.estimator.validate(inputs, depth - 1)?;
+        }
+        let learned = ensemble.is_some() || perceptron.is_some() || linear.is_some();
+        let predicts = law.has_physics() || learned || !members.is_empty();
+        require("estimator", "a cell, cable, axis, regression, networks or members", predicts, "none")
     }
 }
 
@@ -156,18 +171,45 @@ impl MemoryLaw {
             )?;
             axis.validate(signals)?;
         }
-        for feature in &self.features {
+        let feature_before = |k: usize, feature: usize| {
+            require("law.features", &format!("feature below {k}"), feature < k, feature)
+        };
+        for (k, feature) in self.features.iter().enumerate() {
             let (signal, constant) = match *feature {
-                Feature::Signal(signal) => (signal, 1.0),
-                Feature::Stop { signal, radius } => (signal, radius),
-                Feature::LowPassDifference { signal, tau_s } => (signal, tau_s),
+                Feature::Signal(signal)
+                | Feature::Rate(signal)
+                | Feature::BelowMaximum(signal)
+                | Feature::AboveMinimum(signal) => (Some(signal), 1.0),
+                Feature::Clamped { signal, low, high } => {
+                    all_moderate("law.features", &[low, high])?;
+                    require("law.features", "low at most high", low <= high, low)?;
+                    (Some(signal), 1.0)
+                }
+                Feature::Stop { signal, radius } => (Some(signal), radius),
+                Feature::LowPassDifference { signal, tau_s } => (Some(signal), tau_s),
+                Feature::Product { feature, signal } => {
+                    feature_before(k, feature)?;
+                    (Some(signal), 1.0)
+                }
+                Feature::Sign { feature, scale } => {
+                    feature_before(k, feature)?;
+                    let least = scale >= 1.0 / MAX_MAGNITUDE;
+                    require("law.features", "scale at least 1e-30", least, scale)?;
+                    (None, scale)
+                }
+                Feature::Previous(feature) => {
+                    feature_before(k, feature)?;
+                    (None, 1.0)
+                }
                 Feature::CellState | Feature::CellWidth | Feature::CellPosition | Feature::Innovation => {
                     continue;
                 }
             };
-            require("law.features", &format!("signal below {signals}"), signal < signals, signal)?;
+            let missing = signal.filter(|signal| *signal >= signals);
+            let expected = format!("signal below {signals}");
+            require("law.features", &expected, missing.is_none(), missing.unwrap_or_default())?;
             let inside = constant > 0.0 && constant <= MAX_MAGNITUDE;
-            require("law.features", "radius and tau_s > 0 and <= 1e30", inside, constant)?;
+            require("law.features", "radius, scale and tau_s > 0 and <= 1e30", inside, constant)?;
         }
         Ok(())
     }
@@ -258,7 +300,11 @@ const MAX_STANDARDISED_INPUT: f64 = 1e5;
 const MAX_NODES: usize = 1000;
 
 fn positive(name: &str, value: f64) -> Result<(), ModelFileError> {
-    require(name, "> 0 and <= 1e30", value > 0.0 && value <= MAX_MAGNITUDE, value)
+    require(name, "> 0 and <= 1e30", is_positive(value), value)
+}
+
+fn is_positive(value: f64) -> bool {
+    value > 0.0 && value <= MAX_MAGNITUDE
 }
 
 fn all_moderate(name: &str, values: &[f64]) -> Result<(), ModelFileError> {

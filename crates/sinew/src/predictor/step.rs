@@ -2,11 +2,9 @@
 
 use super::cable::CablePlace;
 use super::conditioner::{Conditioner, SampleKind};
-use super::memory::Memory;
+use super::estimator::{Estimate, EstimatorState};
 use super::model::Model;
 use super::model_file_error::ModelFileError;
-use alloc::vec;
-use alloc::vec::Vec;
 
 /// One sample of the near side.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,7 +76,7 @@ impl Prediction {
 /// #     far: "tension_out_n".into(), time: None, trial: None, gap_s: 0.1, band_factor: 2.0,
 /// #     inputs: vec![Input { column: "tension_in_n".into(), role: Role::Effort }],
 /// #     guards: vec![InputLimits { jump: 1e3, low: 0.0, high: 300.0, typical: 100.0 }],
-/// #     estimator: Estimator { law, ensemble: None, gate_power: None, perceptron: None, sigma0: 1.0 },
+/// #     estimator: Estimator { sigma0: 1.0, ..Estimator::of(law) },
 /// #     provenance: Provenance {
 /// #         member: "cell".into(), description: "by hand".into(), program: "none".into(), seed: 1,
 /// #         logs: vec![], samples: 0, rmse_unseen: 1.0, far_range: 200.0,
@@ -100,8 +98,7 @@ impl Prediction {
 pub struct Predictor {
     model: Model,
     conditioner: Conditioner,
-    memory: Memory,
-    scratch: Vec<f32>,
+    state: EstimatorState,
     last: Prediction,
 }
 
@@ -114,8 +111,7 @@ impl Predictor {
         model.validate()?;
         Ok(Self {
             conditioner: Conditioner::new(model.inputs.len()),
-            memory: Memory::new(&model.estimator.law),
-            scratch: vec![0.0; model.estimator.law.features.len()],
+            state: EstimatorState::new(&model.estimator),
             last: Prediction { mean: 0.0, standard_deviation: 0.0, gate: 0.0, flags: Flags::default() },
             model,
         })
@@ -130,7 +126,7 @@ impl Predictor {
     /// Resets all states: the next sample starts a new sequence.
     pub fn reset(&mut self) {
         self.conditioner.reset();
-        self.memory.reset();
+        self.state.reset();
     }
 
     /// Predicts the far end at one sample.
@@ -144,10 +140,11 @@ impl Predictor {
             return self.last;
         }
         if kind == SampleKind::First {
-            self.memory.reset();
+            self.state.reset();
         }
-        self.memory.step(&model.estimator.law, self.conditioner.dt_s(), self.conditioner.values());
-        self.conclude(kind)
+        let (dt_s, inputs) = (self.conditioner.dt_s(), self.conditioner.values());
+        let estimate = self.state.step(&model.estimator, dt_s, inputs);
+        self.conclude(kind, &estimate)
     }
 
     /// Prediction at a sample without a near tension of the observed cable, which is input `tension` and is
@@ -157,11 +154,12 @@ impl Predictor {
         let kind = self.conditioner.update(&model.guards, model.gap_s, time_s, inputs);
         if kind != SampleKind::Next {
             // Nothing is expected at the first sample of a sequence.
-            self.memory.reset();
+            self.state.reset();
         }
         inputs.copy_from_slice(self.conditioner.values());
-        self.memory.step_expecting(&model.estimator.law, self.conditioner.dt_s(), inputs, tension);
-        self.conclude(kind)
+        let dt_s = self.conditioner.dt_s();
+        let estimate = self.state.step_expecting(&model.estimator, dt_s, inputs, tension);
+        self.conclude(kind, &estimate)
     }
 
     /// What a sample would be to this predictor: its kind, the seconds since the one before, and the inputs
@@ -179,20 +177,19 @@ impl Predictor {
 
     /// Where the observed cable is; none without one, and before the first sample.
     pub(crate) fn cable_place(&self) -> Option<CablePlace> {
-        self.memory.cable_place()
+        self.state.cable_place()
     }
 
     /// Takes over the state of a predictor of the same model; nothing is allocated.
     pub(crate) fn copy_state(&mut self, from: &Self) {
         self.conditioner.copy_state(&from.conditioner);
-        self.memory.copy_state(&from.memory);
+        self.state.copy_state(&from.state);
         self.last = from.last;
     }
 
     #[inline]
-    fn conclude(&mut self, kind: SampleKind) -> Prediction {
+    fn conclude(&mut self, kind: SampleKind, estimate: &Estimate) -> Prediction {
         let (model, inputs) = (&self.model, self.conditioner.values());
-        let estimate = model.estimator.estimate(&self.memory, &mut self.scratch);
         let outside = inputs.iter().zip(&model.guards).any(|(v, limit)| *v < limit.low || *v > limit.high);
         self.last = Prediction {
             mean: estimate.mean,

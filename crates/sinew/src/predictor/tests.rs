@@ -94,7 +94,7 @@ fn model(law: MemoryLaw) -> Model {
         trial: None,
         guards: vec![limits; 3],
         gap_s: 0.5,
-        estimator: Estimator { law, ensemble: None, gate_power: None, perceptron: None, sigma0: 0.3 },
+        estimator: Estimator { sigma0: 0.3, ..Estimator::of(law) },
         band_factor: 2.0,
         provenance: Provenance {
             member: "parts".into(),
@@ -356,7 +356,8 @@ fn an_estimate_adds_the_gated_networks_and_the_variances_of_all_that_is_unknown(
     memory.step(&estimator.law, 0.0, &[100.0, 0.0]);
     // The cell's state at 0.4 of a band from 70 to 120, its variance that of an even distribution over it.
     let (state, physics) = (90.0, 0.3 * 0.3 + 50.0 * 50.0 / 12.0);
-    let desired = Estimate { mean: state, variance: physics, gate: 1.0, known: false, clipped: 0 };
+    let desired =
+        Estimate { mean: state, variance: physics, gate: 1.0, known: false, clipped: 0, beyond: 0.0 };
     let agree = |estimator: &Estimator, memory: &Memory, scratch: &mut [f32], desired: Estimate| {
         let got = estimator.estimate(memory, scratch);
         assert!(
@@ -378,7 +379,7 @@ fn an_estimate_adds_the_gated_networks_and_the_variances_of_all_that_is_unknown(
     }
     // At a bound the state is known.
     memory.step(&estimator.law, 0.01, &[20.0, 0.0]);
-    let known = Estimate { mean: 24.0 + 0.5 * 4.5, variance: 0.09 + 6.0, gate: 0.5, known: true, clipped: 0 };
+    let known = Estimate { mean: 24.0 + 0.5 * 4.5, variance: 0.09 + 6.0, gate: 0.5, known: true, ..desired };
     agree(&estimator, &memory, &mut scratch, known);
 }
 
@@ -432,4 +433,108 @@ fn inputs_on_the_edges_of_their_range_are_inside_and_those_beyond_are_flagged() 
         .map(|prediction| prediction.flags.out_of_range)
         .collect();
     assert_eq!(values, [false, true, false, true]);
+}
+
+#[test]
+fn rates_signs_and_extremes_are_those_of_the_sequence_so_far() {
+    let features = vec![
+        Feature::Rate(0),
+        Feature::Previous(0),
+        Feature::Sign { feature: 0, scale: 30.0 },
+        Feature::BelowMaximum(0),
+        Feature::AboveMinimum(0),
+        Feature::Product { feature: 4, signal: 1 },
+    ];
+    let law = MemoryLaw { cell: None, features, ..law() };
+    let mut memory = Memory::new(&law);
+    let steps = [
+        (5.0, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        (9.0, [40.0, 0.0, 0.8, 0.0, 4.0, 8.0]),
+        (6.0, [-30.0, 40.0, -0.5_f64.sqrt(), -3.0, 1.0, 2.0]),
+        (2.0, [-40.0, -30.0, -0.8, -7.0, 0.0, 0.0]),
+    ];
+    for _ in 0..2 {
+        // The second time after a reset: nothing is left.
+        memory.reset();
+        for (u, desired) in steps {
+            memory.step(&law, 0.1, &[u, 2.0, 0.0]);
+            for (got, desired) in memory.features().iter().zip(desired) {
+                assert!((got - desired).abs() < 1e-12, "{u}: {:?} {desired:?}", memory.features());
+            }
+        }
+    }
+    // Without a time between the samples there is no rate.
+    memory.step(&law, 0.0, &[50.0, 2.0, 0.0]);
+    assert_eq!(memory.features()[0].to_bits(), 0.0_f64.to_bits());
+}
+
+/// A regression `offset + slope u` on the first signal, clipped to 0..100, with a network that is constant.
+fn line(offset: f64, slope: f64, box_of: Option<(f64, f64)>) -> Estimator {
+    let law = MemoryLaw {
+        cell: None,
+        features: vec![Feature::Clamped { signal: 0, low: 0.0, high: 100.0 }],
+        ..law()
+    };
+    let linear = LinearLaw { offset, weights: vec![slope] };
+    let ensemble = box_of.map(|(low, high)| Ensemble {
+        clip_low: vec![low],
+        clip_high: vec![high],
+        mean: vec![0.0],
+        inverse_scale: vec![0.1],
+        skip: vec![[0.0; 8]],
+        bias: [0.0; 8],
+        ..ensemble(0)
+    });
+    Estimator { linear: Some(linear), ensemble, sigma0: 1.0, ..Estimator::of(law) }
+}
+
+#[test]
+fn a_mean_is_that_of_its_members_and_beyond_the_training_data_of_those_that_hold_there() {
+    let empty = MemoryLaw { signals: vec![], cell: None, features: vec![], ..law() };
+    let member = |estimator, inside| Member { weight: 0.5, inside, estimator };
+    let members = vec![member(line(0.0, 1.0, None), true), member(line(10.0, 1.2, Some((0.0, 50.0))), false)];
+    let mean = Estimator { members, sigma0: 0.5, ..Estimator::of(empty) };
+    let mut state = EstimatorState::new(&mean);
+    // Inside; a quarter of the way out, 0.125 deviations of 10, and back inside in the same sequence; far
+    // beyond.
+    for (u, first, second, weight) in [
+        (20.0, 20.0, 34.0, 0.5),
+        (51.25, 51.25, 71.5, 0.375),
+        (20.0, 20.0, 34.0, 0.375),
+        (150.0, 100.0, 130.0, 0.0),
+    ] {
+        let got = state.step(&mean, 0.01, &[u, 0.0, 0.0]);
+        let total = weight + 0.5;
+        let desired = (weight * first + 0.5 * second) / total;
+        let spread = {
+            let square = |y: f64| (y - desired) * (y - desired);
+            (weight * square(first) + 0.5 * square(second)) / total
+        };
+        assert!(close(got.mean, desired), "{u}: {got:?} {desired}");
+        assert!(close(got.variance, 0.25 + spread), "{u}: {got:?} {spread}");
+        assert!(got.known && (got.clipped > 0) == (u > 50.0));
+    }
+}
+
+#[test]
+fn members_are_checked_as_deep_as_they_go_and_survive_a_file() {
+    let nested = |depth: usize| {
+        let mut estimator = line(0.0, 1.0, None);
+        for _ in 0..depth {
+            let members = vec![Member { weight: 1.0, inside: false, estimator }];
+            estimator = Estimator { members, ..line(1.0, 0.5, None) };
+        }
+        let mut model = with_cell();
+        model.estimator = estimator;
+        model
+    };
+    assert!((0..4).all(|depth| nested(depth).validate().is_ok()) && nested(4).validate().is_err());
+    let mut broken = nested(2);
+    broken.estimator.members[0].estimator.members[0].estimator.sigma0 = f64::NAN;
+    assert!(broken.validate().is_err());
+    let mut weightless = nested(1);
+    weightless.estimator.members[0].weight = 0.0;
+    assert!(weightless.validate().unwrap_err().name.contains("members.weight"));
+    let model = nested(3);
+    assert_eq!(Model::from_json(&model.to_json().unwrap()).unwrap(), model);
 }

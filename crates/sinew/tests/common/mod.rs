@@ -68,6 +68,8 @@ pub(crate) fn capstan() -> Model {
             ensemble: None,
             gate_power: None,
             perceptron: None,
+            linear: None,
+            members: vec![],
             sigma0: SIGMA_0,
         },
         band_factor: 1.96,
@@ -129,6 +131,8 @@ pub(crate) fn complete() -> Model {
         ensemble: Some(ensemble),
         gate_power: Some(0.7),
         perceptron: None,
+        linear: None,
+        members: vec![],
         sigma0: 0.3,
     };
     model

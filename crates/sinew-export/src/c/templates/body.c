@@ -1,22 +1,3 @@
-//%if cell
-//%include cell
-//%end
-//%if cable
-//%include cable
-//%end
-//%if axis_force
-//%include axis_force
-//%end
-//%if axis_motion
-//%include axis_motion
-//%end
-//%if ensemble
-//%include ensemble
-//%end
-//%if perceptron
-//%include perceptron
-//%end
-
 /* Relation of a sample to the one before. */
 enum { @@_FIRST, @@_NEXT, @@_SAME };
 
@@ -100,14 +81,9 @@ static @_prediction @_advance(@_state *s, double time_s, const double *inputs, d
 //%if dt
     const double dt_s = s->dt_s;
 //%end
-    double mean, variance, gate, width, start;
     int outside = 0, i;
 //%if expecting
     double tension = 0.0;
-//%end
-//%if ensemble
-    double correction, spread;
-    int clipped;
 //%end
     if (kind == @@_SAME) {
         s->last.flags = (s->last.flags & ~@@_RESET) | @@_REPEATED;
@@ -128,45 +104,7 @@ static @_prediction @_advance(@_state *s, double time_s, const double *inputs, d
     @_observe(s, dt_s, s->values[//%here tension_input]);
 //%end
 //%end
-//%slot signals_code
-//%if cell
-    @_cell(s);
-//%end
-//%if axis
-    @_axis(s, dt_s);
-//%end
-    width = s->high - s->low;
-//%slot features_code
-//%if elastic
-    for (i = 0; i < //%here signal_count; i++) {
-        s->previous[i] = s->signals[i];
-    }
-//%end
-    s->memory_started = 1;
-
-//%if physics
-    start = s->known ? 0.0 : width * width / 12.0;
-//%else
-    (void)width;
-    start = 0.0;
-//%end
-    variance = @_sigma * @_sigma + start;
-    gate = 1.0;
-    mean = s->cell;
-//%if ensemble
-    clipped = @_ensemble(//%here feature_value &correction, &spread);
-//%if gate
-    gate = @_gate_power / @_larger(@_gate_power + 8.0 * spread, DBL_MIN);
-//%end
-    mean += gate * correction;
-    variance += spread;
-//%end
-//%if perceptron
-    mean += @_perceptron(s->features);
-//%end
-//%if constant
-    mean += 0.0;
-//%end
+    @_estimate(s, //%here estimate_dt);
 //%if expecting
     if (expected) {
         s->values[//%here tension_input] = tension;
@@ -175,12 +113,10 @@ static @_prediction @_advance(@_state *s, double time_s, const double *inputs, d
     for (i = 0; i < @@_INPUTS; i++) {
         outside |= s->values[i] < @_lowest[i] || s->values[i] > @_highest[i];
     }
-//%if ensemble
-    outside |= clipped > 0;
-//%end
-    s->last.mean = mean;
-    s->last.standard_deviation = @_band * sqrt(variance) / 1.96;
-    s->last.gate = gate;
+    outside |= s->clipped > 0;
+    s->last.mean = s->mean;
+    s->last.standard_deviation = @_band * sqrt(s->variance) / 1.96;
+    s->last.gate = s->gate;
     s->last.flags = //%here unknown (outside ? @@_OUT_OF_RANGE : 0u)
                     | (s->any_held ? @@_INPUT_HELD : 0u) | (kind == @@_FIRST ? @@_RESET : 0u);
     return s->last;

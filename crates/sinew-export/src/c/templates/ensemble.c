@@ -15,7 +15,8 @@ static float @_sum(const float *v)
 }
 
 /* Median and variance of the networks; returns the number of features outside the clip box. */
-static int @_ensemble(//%here feature_argument double *median, double *variance)
+static int @_ensemble(//%here feature_argument double *median, double *variance,
+                     double *beyond)
 {
 //%if features
     float z[//%here feature_count];
@@ -26,12 +27,15 @@ static int @_ensemble(//%here feature_argument double *median, double *variance)
 //%if nodes
     int node;
 //%end
+    *beyond = 0.0;
 //%if features
     for (f = 0; f < //%here feature_count; f++) {
         const double x = features[f];
         const double above = x < @_clip_low[f] ? @_clip_low[f] : x;
         const double inside = above > @_clip_high[f] ? @_clip_high[f] : above;
+        const double excess = @_magnitude(x - inside) * @_inverse_scale[f];
         clipped += (x < @_clip_low[f]) + (x > @_clip_high[f]);
+        *beyond = @_larger(*beyond, excess);
         z[f] = (float)((inside - @_mean[f]) * @_inverse_scale[f]);
     }
 //%end

@@ -31,7 +31,7 @@ pub(super) fn interval_s(sequences: &[Sequence<'_>]) -> Option<f64> {
 /// Sum of squared errors of a law without networks, as at run time, over the rows that count.
 pub(super) fn causal_squares(signals: &MemoryLaw, runs: &[&Run], axis: &Axis) -> f64 {
     let law = MemoryLaw { axis: Some(axis.clone()), features: Vec::new(), ..signals.clone() };
-    let estimator = Estimator { law, ensemble: None, gate_power: None, perceptron: None, sigma0: 0.0 };
+    let estimator = Estimator::of(law);
     let mut memory = Memory::new(&estimator.law);
     let mut sum = 0.0;
     for run in runs {

@@ -114,7 +114,7 @@ fn cable_model() -> Model {
         trial: None,
         guards: vec![limits; 3],
         gap_s: 0.1,
-        estimator: Estimator { law, ensemble: None, gate_power: None, perceptron: None, sigma0: 1.0 },
+        estimator: Estimator { sigma0: 1.0, ..Estimator::of(law) },
         band_factor: 1.0,
         provenance: Provenance {
             member: "cable".into(),
