@@ -18,7 +18,7 @@ import sinew
 
 ROOT = Path(__file__).parents[2]
 
-# A program that a shell starts in the background ignores Ctrl-C: tests of it would then wait for ever.
+# A program that a shell starts in the background ignores Ctrl-C: tests of it would then wait indefinitely.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile("short", max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])

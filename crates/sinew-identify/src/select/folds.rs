@@ -155,8 +155,8 @@ fn separating_conditions(data: &Dataset) -> Vec<usize> {
     found
 }
 
-/// Name and `[sequence]` of every quantity: conditions that are numbers, and the medians of given quantities; NaN where there
-/// is none.
+/// Name and `[sequence]` of every quantity: conditions that are numbers, and the medians of given quantities;
+/// NaN where there is none.
 pub(crate) fn numeric_quantities(data: &Dataset) -> Vec<(String, Vec<f64>)> {
     let condition = |c: usize| -> (String, Vec<f64>) {
         let value = |s: &crate::log::Sequence| s.condition_values[c].parse().unwrap_or(f64::NAN);

@@ -100,8 +100,8 @@ impl DriveParameters {
         torque / motor.torque_constant
     }
 
-    /// Commanded travel after which the speed control has taken back the friction of the reducer where the drive
-    /// reverses, per tension of the cable, m/N: until then it stands.
+    /// Commanded travel after which the speed control has taken back the friction of the reducer where the
+    /// drive reverses, per tension of the cable, m/N: until then it stands.
     #[must_use]
     pub fn reversal_travel(&self) -> f64 {
         let Self { motor, reducer, winch, .. } = self;

@@ -113,8 +113,8 @@ pub(super) struct FaultDetector {
     jumped_for: Vec<f64>,
     /// Travel of every winch beside its command in the last cycle, m.
     motor_off: Vec<f64>,
-    /// Last change of every motor encoder, m, and the commanded travel against it since then, m, up to which a
-    /// drive that reverses stands.
+    /// Last change of every motor encoder, m, and the commanded travel against it since then, m, up to which
+    /// a drive that reverses stands.
     reversal: Vec<[f64; 2]>,
     /// Whether an unchanged motor encoder is attributed to its drive.
     drive_standing: Vec<bool>,
@@ -322,8 +322,8 @@ impl FaultDetector {
         }
     }
 
-    /// The part of a commanded travel, m, that a drive takes at once: where it reverses under a tension, N, its
-    /// speed control first takes back the friction of the reducer.
+    /// The part of a commanded travel, m, that a drive takes at once: where it reverses under a tension, N,
+    /// its speed control first takes back the friction of the reducer.
     fn travel_beyond_reversal(&mut self, k: usize, commanded: f64, tension: f64) -> f64 {
         let [last, taken] = &mut self.reversal[k];
         if commanded * *last >= 0.0 {

@@ -130,8 +130,8 @@ pub struct MuscleGains {
     /// m: commanded travel over which the motor encoder may stand.
     #[serde(rename = "max_unchanged_travel_m")]
     pub max_unchanged_travel: f64,
-    /// m/N: commanded travel over which a drive that reverses stands until its speed control has taken back the
-    /// friction of its reducer, per tension of its cable.
+    /// m/N: commanded travel over which a drive that reverses stands until its speed control has taken back
+    /// the friction of its reducer, per tension of its cable.
     #[serde(rename = "reversal_travel_m_per_n", default)]
     pub reversal_travel: f64,
     /// `r_v,max`, m: residual between commanded and measured travel of the winch.
