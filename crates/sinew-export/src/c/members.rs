@@ -1,7 +1,7 @@
 //! The weighted mean of the members of an estimator.
 
 use super::literal::double;
-use super::source::uses_dt;
+use super::needs::{has_state, uses_dt};
 use crate::Name;
 use sinew::predictor::{Estimator, FADE, Member};
 use std::fmt::Write as _;
@@ -36,7 +36,7 @@ pub(super) fn code(estimator: &Estimator, inputs: usize, name: &Name) -> String 
                 "        s->beyond = s->m{k}.beyond > s->beyond ? s->m{k}.beyond : s->beyond;"
             );
         }
-        if super::source::has_state(&member.estimator) {
+        if has_state(&member.estimator) {
             let _ = writeln!(code, "        s->known = s->known && s->m{k}.known;");
         }
     }

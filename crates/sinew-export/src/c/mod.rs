@@ -10,6 +10,7 @@ mod inverse;
 mod laws;
 mod literal;
 mod members;
+mod needs;
 mod networks;
 mod source;
 mod template;

@@ -1,6 +1,7 @@
 //! The header and the source: what the model needs, and nothing else.
 
 use super::content::Content;
+use super::needs::{has_networks, has_state, uses_dt};
 use super::template::Filling;
 use super::{inverse, laws, literal, members, networks};
 use crate::{ExportError, Name};
@@ -75,19 +76,6 @@ fn estimator_parts(
     filling.set("member_fields", fields);
     filling.set("members_code", members::code(estimator, inputs, name));
     Ok(())
-}
-
-/// Whether the state of an estimator or of a member depends on its start.
-pub(super) fn has_state(estimator: &Estimator) -> bool {
-    estimator.law.has_physics() || estimator.members.iter().any(|member| has_state(&member.estimator))
-}
-
-/// Whether an estimator or a member reads the time since the sample before.
-pub(super) fn uses_dt(estimator: &Estimator) -> bool {
-    let timed = |feature: &Feature| matches!(feature, Feature::LowPassDifference { .. } | Feature::Rate(_));
-    let law = &estimator.law;
-    let own = law.axis.is_some() || (has_networks(estimator) && law.features.iter().any(timed));
-    own || estimator.members.iter().any(|member| uses_dt(&member.estimator))
 }
 
 /// Sets the words of the functions that the body calls, and of those that these call.
@@ -194,11 +182,6 @@ fn named(code: &str, name: &Name) -> String {
 
 fn taut(input: usize, offset: f64) -> String {
     format!("@_larger(s->values[{input}], 0.0) + {}", literal::double(offset))
-}
-
-/// Whether the features are read.
-fn has_networks(estimator: &Estimator) -> bool {
-    estimator.ensemble.is_some() || estimator.perceptron.is_some() || estimator.linear.is_some()
 }
 
 /// The inputs of the networks.

@@ -1,7 +1,8 @@
 //! The most probable parameters of a machine by what a camera saw, and how well each is determined.
 
 use super::model::{ParameterKind, camera};
-use super::places::{Frame, Place, Readings, distance, median, refine_delay};
+use super::place::Place;
+use super::places::{Frame, Readings, distance, median, refine_delay};
 use super::start::start;
 use super::{GeometryError, GeometryModel};
 use crate::fit::linear_algebra::{Cholesky, Matrix};

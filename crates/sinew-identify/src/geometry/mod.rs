@@ -14,6 +14,7 @@
 
 mod estimate;
 mod model;
+mod place;
 mod places;
 mod plan;
 mod start;
@@ -22,7 +23,8 @@ mod tests;
 
 pub use estimate::{Estimate, Finding, PointError, estimate};
 pub use model::{GeometryModel, Parameter, ParameterKind};
-pub use places::{Frame, Place, Readings, Seen, places, speed_delay};
+pub use place::{Place, Seen};
+pub use places::{Frame, Readings, places, speed_delay};
 pub use plan::{Plan, plan};
 
 /// Why a geometry could not be estimated.

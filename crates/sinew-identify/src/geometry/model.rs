@@ -1,6 +1,6 @@
 //! Where a camera sees the markers of a machine, as a function of all that is unknown.
 
-use super::places::Place;
+use super::place::Place;
 use sinew::Error;
 use sinew::body::{JointCorrection, JointKind, Pose, Poses, Robot};
 use sinew::machine::{Machine, Marker};

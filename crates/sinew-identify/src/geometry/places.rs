@@ -1,6 +1,7 @@
 //! Places at rest, each one observation, from readings of encoders and sightings of a camera with
 //! another clock.
 
+use super::place::{Place, Seen};
 use super::{GeometryError, GeometryModel};
 
 /// Readings of the encoders in time.
@@ -21,28 +22,6 @@ pub struct Frame {
     pub marker: usize,
     /// In the camera's frame, m.
     pub position: [f64; 3],
-}
-
-/// Mean of what was seen of a marker at a place.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Seen {
-    /// Index of the marker.
-    pub marker: usize,
-    /// In the camera's frame, m.
-    pub position: [f64; 3],
-}
-
-/// A pose in which the machine rested.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Place {
-    /// From when, until when, s, by the clock of the readings.
-    pub time: [f64; 2],
-    /// Mean readings, rad or m: `[joints]`.
-    pub reading: Vec<f64>,
-    /// What was seen.
-    pub seen: Vec<Seen>,
-    /// Place of the camera.
-    pub epoch: usize,
 }
 
 /// Largest difference of the two clocks that is searched, s, and the grid of the search.

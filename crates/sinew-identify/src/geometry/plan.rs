@@ -1,6 +1,6 @@
 //! Which poses tell most about where the end point is.
 
-use super::places::{Place, Seen};
+use super::place::{Place, Seen};
 use super::{GeometryError, GeometryModel};
 use crate::fit::linear_algebra::{Cholesky, Matrix};
 

@@ -37,7 +37,7 @@ struct Built {
 }
 
 fn built(machine: &Machine, camera: CameraParameters, seed: u64) -> Built {
-    let mut random = Random::new(seed ^ 0x7472_7574_68);
+    let mut random = Random::new(seed ^ 0x0074_7275_7468);
     let mut within = |bound: f64| bound * (2.0 * random.unit() - 1.0);
     let t = &machine.tolerances;
     let mut draw = |joint: &sinew::body::Joint| {

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 mod coupled;
+mod displaced;
 mod golden;
 mod joints;
 mod laws;

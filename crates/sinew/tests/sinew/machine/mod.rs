@@ -5,6 +5,7 @@
 
 mod clearance;
 mod demand;
+mod deviations;
 mod extreme;
 mod files;
 mod holding;
