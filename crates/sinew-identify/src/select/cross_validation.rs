@@ -222,13 +222,15 @@ pub(crate) fn mean_validation(
 
 /// Predicts the rows that a fold held out.
 fn predict_fold(estimator: &Estimator, runs: &[Run], held_out: &[Option<(usize, usize)>]) -> Vec<Stretch> {
-    let stretch = |(sequence, (run, range)): (usize, (&Run, &Option<(usize, usize)>))| {
-        let (from, to) = (*range)?;
-        let all = estimate_sequence(estimator, run);
-        let estimates = all.into_iter().take(to).skip(from).collect();
-        Some(Stretch { sequence, from, estimates })
-    };
-    runs.iter().zip(held_out).enumerate().filter_map(stretch).collect()
+    let mut stretches = Vec::new();
+    for (sequence, (run, range)) in runs.iter().zip(held_out).enumerate() {
+        if let Some((from, to)) = *range {
+            let all = estimate_sequence(estimator, run);
+            let estimates = all.into_iter().take(to).skip(from).collect();
+            stretches.push(Stretch { sequence, from, estimates });
+        }
+    }
+    stretches
 }
 
 impl CrossValidation {

@@ -61,7 +61,8 @@ fn a_body_is_attached_with_what_is_below_it_and_refers_to_nothing_else() {
     assert_eq!(followers, [(2, Some(1)), (4, Some(3))]);
     // The frame of the outer model in radians, the body's own in degrees and another order of angles.
     assert!(
-        near(parts.bodies[2].position, [1.0, 0.1, 0.0]) && is_near(parts.bodies[5].position, [0.1, 0.0, 0.0])
+        is_near(parts.bodies[2].position, [1.0, 0.1, 0.0])
+            && is_near(parts.bodies[5].position, [0.1, 0.0, 0.0])
     );
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let [w, x, y, z] = parts.bodies[2].orientation;
