@@ -1,7 +1,7 @@
 //! The weighted mean of the members of an estimator.
 
 use super::literal::double;
-use super::needs::{has_state, uses_dt};
+use super::needs::uses_dt;
 use crate::Name;
 use sinew::predictor::{Estimator, FADE, Member};
 use std::fmt::Write as _;
@@ -18,9 +18,6 @@ pub(super) fn code(estimator: &Estimator, inputs: usize, name: &Name) -> String 
         let _ = writeln!(code, "        double w{k};");
     }
     code += "        int k;\n";
-    if !estimator.law.has_physics() {
-        code += "        s->known = 1;\n";
-    }
     for (k, member) in members() {
         let (of, dt) = (name.of_member(k), if uses_dt(&member.estimator) { ", dt_s" } else { "" });
         let _ = write!(
@@ -36,9 +33,7 @@ pub(super) fn code(estimator: &Estimator, inputs: usize, name: &Name) -> String 
                 "        s->beyond = s->m{k}.beyond > s->beyond ? s->m{k}.beyond : s->beyond;"
             );
         }
-        if has_state(&member.estimator) {
-            let _ = writeln!(code, "        s->known = s->known && s->m{k}.known;");
-        }
+        let _ = writeln!(code, "        s->determined = s->determined && s->m{k}.determined;");
     }
     let _ = writeln!(code, "        outside = 1.0 - s->beyond / {};", double(FADE));
     code += "        outside = outside > 0.0 ? outside : 0.0;\n";

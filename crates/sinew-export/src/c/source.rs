@@ -30,14 +30,16 @@ pub(super) fn generate(
     let estimator = &model.estimator;
     let mut members = String::new();
     estimator_parts(&mut filling, &mut members, model.inputs.len(), estimator, name)?;
-    let unknown = format!("(s->known ? 0u : {}_STATE_UNKNOWN) |", name.upper());
+    let unknown = format!("(s->determined ? 0u : {}_STATE_UNKNOWN) |", name.upper());
     filling.set("unknown", if has_state(estimator) { unknown } else { String::new() });
     let dt = if uses_dt(estimator) { ", s->dt_s" } else { "" };
     filling.set("estimate_dt", dt);
     inverse::fill(&mut filling, model, name, content)?;
     let body = filling.render(LAW, name) + &filling.render(BODY, name);
     helpers(&mut filling, &body, name);
-    let source = filling.render(HEAD, name) + &members + &filling.render(HELPERS, name) + &body;
+    let rest = members + &filling.render(HELPERS, name) + &body;
+    filling.when("stdint", rest.contains("uint64_t"));
+    let source = filling.render(HEAD, name) + &rest;
     Ok((filling.render(HEADER, name), source))
 }
 
@@ -85,6 +87,7 @@ fn helpers(filling: &mut Filling, body: &str, name: &Name) {
     filling.when("saturate", saturate);
     filling.when("larger", saturate || calls("larger"));
     filling.when("smaller", saturate || calls("smaller"));
+    filling.when("magnitude", calls("magnitude"));
     filling.when("sign", calls("with_sign_of"));
     filling.when("log", calls("log"));
     filling

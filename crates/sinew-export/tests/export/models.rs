@@ -190,7 +190,7 @@ fn features(random: &mut ChaCha8Rng, signals: usize) -> Vec<Feature> {
 /// A regression on features of the past in half of the cases, and members that are cells, networks on a
 /// regression, or such sums themselves.
 fn add_members(estimator: &mut Estimator, random: &mut ChaCha8Rng, depth: usize) {
-    if often(random) {
+    if estimator.ensemble.is_none() && often(random) {
         regress(estimator, random);
     }
     for _ in 0..=some(random, 2) {

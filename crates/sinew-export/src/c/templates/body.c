@@ -104,7 +104,7 @@ static @_prediction @_advance(@_state *s, double time_s, const double *inputs, d
     @_observe(s, dt_s, s->values[//%here tension_input]);
 //%end
 //%end
-    @_estimate(s, //%here estimate_dt);
+    @_estimate(s//%here estimate_dt);
 //%if expecting
     if (expected) {
         s->values[//%here tension_input] = tension;

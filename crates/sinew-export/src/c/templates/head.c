@@ -13,7 +13,7 @@
 
 #include <float.h>
 #include <math.h>
-//%if bits
+//%if stdint
 #include <stdint.h>
 //%end
 

@@ -12,10 +12,12 @@ static double @_smaller(double a, double b)
 }
 
 //%end
+//%if magnitude
 static double @_magnitude(double x)
 {
     return x < 0.0 ? -x : x;
 }
+//%end
 //%if saturate
 
 static double @_saturate(double value, double low, double high)

@@ -89,6 +89,11 @@ static void @_estimate(@_state *s//%here dt_argument)
 //%end
     s->farthest = s->beyond > s->farthest ? s->beyond : s->farthest;
     s->beyond = s->farthest;
+//%if physics
+    s->determined = s->known;
+//%else
+    s->determined = 1;
+//%end
     s->mean = mean;
     s->variance = variance;
     s->gate = gate;

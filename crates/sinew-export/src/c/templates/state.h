@@ -13,7 +13,7 @@
 //%end
     int memory_started;
     double mean, variance, gate, beyond, farthest;
-    int clipped;
+    int clipped, determined;
     double cell, low, high;
     int known;
 //%if cell
