@@ -21,7 +21,7 @@ pub struct Flight {
 
 const INTERVAL_S: f64 = 0.01;
 
-/// Moves a drawn machine along a motion, and watches it with a camera; simulated.
+/// Moves a sampled machine along a motion, and watches it with a camera; simulated.
 ///
 /// # Errors
 /// As [`PreparedRun::new`] and [`TrackSession::step`].

@@ -70,7 +70,7 @@ pub struct JointEncoder {
 }
 
 fn is_centred(eccentricity: &[f64; 2]) -> bool {
-    *eccentricity == [0.0; 2]
+    eccentricity.iter().all(|part| *part == 0.0)
 }
 
 impl JointEncoder {
