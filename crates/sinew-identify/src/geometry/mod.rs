@@ -21,7 +21,7 @@ mod start;
 mod tests;
 
 pub use estimate::{Estimate, Finding, PointError, estimate};
-pub use model::{GeometryModel, Parameter, ParameterKind};
+pub use model::{GeometryModel, Parameter, ParameterKind, Sensitivity};
 pub use places::{Frame, Place, Readings, Seen, places, speed_delay};
 pub use plan::{Plan, plan};
 
