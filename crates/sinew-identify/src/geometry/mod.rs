@@ -22,7 +22,7 @@ mod start;
 mod tests;
 
 pub use estimate::{Estimate, Finding, PointError, estimate};
-pub use model::{GeometryModel, Parameter, ParameterKind};
+pub use model::{GeometryModel, Parameter, ParameterKind, Sensitivity};
 pub use place::{Place, Seen};
 pub use places::{Frame, Readings, places, speed_delay};
 pub use plan::{Plan, plan};

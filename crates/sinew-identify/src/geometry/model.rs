@@ -42,6 +42,9 @@ pub struct Parameter {
 const SCALE_SD: f64 = 0.03;
 const AXES: [&str; 3] = ["x", "y", "z"];
 
+/// A point, m, and its derivatives by every parameter.
+pub type Sensitivity = ([f64; 3], Vec<[f64; 3]>);
+
 /// A machine, its markers and its parameters.
 #[derive(Debug, Clone)]
 pub struct GeometryModel {
@@ -231,7 +234,7 @@ impl GeometryModel {
         poses: &[Vec<f64>],
         body: usize,
         place: [f64; 3],
-    ) -> Result<Vec<([f64; 3], Vec<[f64; 3]>)>, Error> {
+    ) -> Result<Vec<Sensitivity>, Error> {
         let at = |theta: &[f64]| {
             let wanted = poses.iter().map(|pose| (pose.as_slice(), vec![(body, place)]));
             self.points(&self.corrections(theta), wanted)

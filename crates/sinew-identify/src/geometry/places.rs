@@ -31,6 +31,8 @@ const DELAY_STEP_S: f64 = 0.01;
 const REST_S: f64 = 0.6;
 const SETTLING_S: f64 = 0.25;
 const STILL_M: f64 = 5e-4;
+/// The same as a fraction of the markers' way: encoders toggle by a count, and an arm sinks a little.
+const STILL: f64 = 5e-3;
 /// Largest gap between two frames of one motion, s.
 const GAP_S: f64 = 0.2;
 /// Jump of the markers of the base between two places over its median, and its least, by which a camera
@@ -131,7 +133,10 @@ pub fn places(
         .map(|q| (q.as_slice(), model.markers.iter().map(|marker| (marker.body, marker.position)).collect()));
     let (points, markers) = (model.points(&model.corrections(&zero), wanted)?, model.markers.len());
     let at = |k: usize| &points[k * markers..(k + 1) * markers];
-    let still = |a: usize, b: usize| at(a).iter().zip(at(b)).all(|(a, b)| distance(*a, *b) < STILL_M);
+    let extent = (1..readings.time.len()).flat_map(|k| at(0).iter().zip(at(k)));
+    let extent = extent.map(|(a, b)| distance(*a, *b)).fold(0.0, f64::max);
+    let most = STILL_M.max(STILL * extent);
+    let still = |a: usize, b: usize| at(a).iter().zip(at(b)).all(|(a, b)| distance(*a, *b) < most);
     let (mut found, mut from) = (Vec::new(), 0);
     while from < readings.time.len() {
         let mut to = from;

@@ -67,8 +67,8 @@ impl Parts {
         parts
     }
 
-    /// The same with displaced joints: `[joints]`. Bodies, anchors and axes move; what is fixed to a
-    /// body stays where it is on it. Without a displacement all is bit-identical; free joints have none.
+    /// The same with displaced joints: `[joints]`. Bodies, anchors and axes move; what is fixed to a body
+    /// stays where it is on it. Without a displacement the result is bit-identical; free joints have none.
     ///
     /// ```text
     /// prod_i A_i D_i R_i A_i^-1 = prod_i (A'_i R_i A'_i^-1) E_n,    E_i = E_(i-1) A_i D_i A_i^-1,    A'_i = E_(i-1) A_i D_i

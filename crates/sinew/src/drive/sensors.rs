@@ -70,7 +70,7 @@ pub struct JointEncoder {
 }
 
 fn is_centred(eccentricity: &[f64; 2]) -> bool {
-    eccentricity.iter().all(|x| x.abs() <= 0.0)
+    eccentricity.iter().all(|part| part.abs() <= 0.0)
 }
 
 impl JointEncoder {
