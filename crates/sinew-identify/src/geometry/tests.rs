@@ -198,7 +198,8 @@ fn a_fifth_of_the_points_far_off_changes_little() {
     let camera =
         CameraParameters { outliers: 0.2, dropouts: 0.2, swapped: 0.1, delay: 0.8, ..good(&machine) };
     let bad = calibrated(&machine, camera, &stops, 2);
-    assert!(bad.mean < 1.5 * clean.mean, "{} {}", bad.mean, clean.mean);
+    // Half of the sightings are lost or wrong here.
+    assert!(bad.mean < 2.0 * clean.mean && bad.mean < 1e-3, "{} {}", bad.mean, clean.mean);
     assert!((bad.delay - 0.8).abs() < 0.02, "{}", bad.delay);
 }
 
