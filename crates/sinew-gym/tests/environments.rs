@@ -32,10 +32,9 @@ fn machines() -> Vec<String> {
     names
 }
 
-fn design(machine: &Machine, task: Task, settings: Settings) -> Arc<EnvironmentDesign> {
+fn design(machine: &Machine, task: Task, mut settings: Settings) -> Arc<EnvironmentDesign> {
     // An action lasts a whole number of the machine's periods.
-    let period_ms = (1e3 * machine.period).ceil() as u32;
-    let settings = Settings { interval_ms: settings.interval_ms.next_multiple_of(period_ms), ..settings };
+    settings.interval_ms = settings.interval_ms.next_multiple_of((1e3 * machine.period).ceil() as u32);
     Arc::new(EnvironmentDesign::new(machine, task, settings, Randomisation::default()).unwrap())
 }
 
