@@ -8,20 +8,16 @@ use std::path::PathBuf;
 /// Find the geometry of a machine with a camera: frames of joints, zeros of encoders, flex of links.
 ///
 /// Poses that tell most about the end point are chosen, and others that judge; a motion through them is
-/// verified
-/// as any other, and flown by a simulated machine before a simulated camera. DIR/calibration.toml is what
-/// `sinew track --calibration` takes; DIR/report.txt says how much it helps in poses that the estimate
-/// has not
-/// seen, and how well every parameter is determined; DIR/readings.csv and DIR/observations.csv are what
-/// `sinew
-/// calibrate fit` reads. Where these poses are not better, the exit code is 3.
+/// verified as any other, and flown by a simulated machine before a simulated camera. DIR/calibration.toml
+/// gives `sinew track` and `sinew run` the geometry; DIR/report.txt says how much it helps in poses that the
+/// estimate has not seen, and how well every parameter is determined; DIR/readings.csv and
+/// DIR/observations.csv are what `sinew calibrate fit` reads. Where these poses are not better, the exit code
+/// is 3.
 ///
 /// What a calibration may change, and by how much, are the tolerances of the machine: of its file, or
 /// --tolerances.
 ///
 /// Example: sinew calibrate lm_arm --tolerances rough --out out
-///
-/// Example: sinew calibrate fit lm_arm run.mcap --observations seen.csv --tolerances rough --out out
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(crate) struct CalibrateArguments {
