@@ -92,7 +92,7 @@ pub(crate) struct CalibrateFlyArguments {
 pub(crate) struct CalibratePlanArguments {
     #[command(flatten)]
     pub(crate) scenario: ScenarioArguments,
-    /// Table of the poses, waypoints of `sinew track --path joints:FILE.csv`
+    /// Table of the poses, waypoints of a motion (joints:FILE.csv)
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) out: PathBuf,
 }
