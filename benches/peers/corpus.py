@@ -3,7 +3,7 @@
     python benches/peers/corpus.py [--all] [--poses N] SINEW FOLDER ...
 
 Every MJCF and URDF file below the folders that MuJoCo compiles is tried; files with tendons alone, unless `--all` is given.
-Wrong is a file whose masses differ by more than 1e-6 of the whole, lengths by 1e-8 m, moment arms by 1e-7 m, or gravity
+Wrong is a file whose moving masses differ by more than 1e-6 of the whole, lengths by 1e-8 m, moment arms by 1e-7 m, or gravity
 torques by 1e-7 of the largest, in random poses of all joints. Printed: a line for every file that is refused, with the
 reason, or wrong, and the counts. The exit status is 1 where one is wrong.
 """
@@ -60,7 +60,8 @@ def differences(sinew, file, m, count):
         again = mj.MjModel.from_xml_path(converted)
         names, *found = csv.reader(open(out))
     worst = dict.fromkeys(BARS, 0.0)
-    worst["mass"] = abs(float(again.body_mass.sum()) / max(float(m.body_mass[m.body_dofnum > -1].sum()), 1e-9) - 1.0)
+    moving = [float(x.body_mass[x.body_weldid > 0].sum()) for x in (again, m)]
+    worst["mass"] = abs(moving[0] / max(moving[1], 1e-9) - 1.0) if moving[1] else moving[0]
     d = mj.MjData(m)
     for q, row in zip(positions, found, strict=True):
         d.qpos[:] = q; d.qvel[:] = 0; mj.mj_fwdPosition(m, d); mj.mj_fwdVelocity(m, d)
