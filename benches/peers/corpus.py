@@ -60,7 +60,7 @@ def differences(sinew, file, m, count):
         again = mj.MjModel.from_xml_path(converted)
         names, *found = csv.reader(open(out))
     worst = dict.fromkeys(BARS, 0.0)
-    moving = [float(x.body_mass[x.body_weldid > 0].sum()) for x in (again, m)]
+    moving = [float(x.body_mass[x.body_dofnum[x.body_weldid] > 0].sum()) for x in (again, m)]
     worst["mass"] = abs(moving[0] / max(moving[1], 1e-9) - 1.0) if moving[1] else moving[0]
     d = mj.MjData(m)
     for q, row in zip(positions, found, strict=True):
