@@ -23,6 +23,7 @@ mod error;
 pub mod ethercat;
 pub mod link;
 pub mod servos;
+mod whole;
 
 pub use bus::{Bus, BusError, Wire};
 pub use devices::{DeviceTables, Devices};

@@ -1,4 +1,4 @@
-//! Drawn machines in front of a drawn camera, at rest in poses: what is found, against the truth.
+//! Sampled machines in front of a sampled camera, at rest in poses: what is found, against the truth.
 
 use super::*;
 use sinew::body::{JointCorrection, JointKind, Parts, Poses, Robot};

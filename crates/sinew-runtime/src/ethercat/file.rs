@@ -2,6 +2,7 @@
 //! `alias`, of drives `synchronization`, of channels `value` and `status`.
 
 use super::device::{ChannelObjects, DeviceIdentity, EthercatDevice, ObjectAddress, RevisionRule};
+use crate::whole::is_whole;
 use sinew::description::DescriptionError;
 use sinew::description::machine::{BusKeys, BusReader, Domain, Entry, Listing, Table, ValueSource};
 use sinew::machine::Machine;
@@ -10,10 +11,6 @@ const UNSIGNED_32: Domain = Domain::new("a whole number in 0..=0xffffffff", |x| 
 const UNSIGNED_16: Domain = Domain::new("a whole number in 0..=0xffff", |x| is_whole(x, 65_535.0));
 const STATION_ALIAS: Domain =
     Domain::new("a whole number in 1..=0xffff", |x| x > 0.0 && is_whole(x, 65_535.0));
-
-fn is_whole(x: f64, largest: f64) -> bool {
-    (0.0..=largest).contains(&x) && x.trunc().to_bits() == x.abs().to_bits()
-}
 
 /// Reads what identifies the devices of a machine file on EtherCAT.
 #[derive(Debug, Clone, Default)]

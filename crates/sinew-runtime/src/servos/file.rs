@@ -3,6 +3,7 @@
 use super::device::{OperatingMode, ServoDevice};
 use super::model::{BAUD, Model, Registers};
 use super::protocol::MAX_ID;
+use crate::whole::is_whole;
 use sinew::description::DescriptionError;
 use sinew::description::machine::{BusKeys, BusReader, Domain, Entry, Listing, Table, ValueSource};
 use sinew::machine::{DeviceRole, DriveMode, Machine};
@@ -19,10 +20,6 @@ const NOT_NEGATIVE: Domain = Domain::new("a number >= 0", |x| x >= 0.0);
 
 /// Difference of counts in a turn that is a rounding, as a fraction.
 const ROUNDING: f64 = 1e-3;
-
-fn is_whole(x: f64, largest: f64) -> bool {
-    (0.0..=largest).contains(&x) && x.trunc().to_bits() == x.abs().to_bits()
-}
 
 /// Reads what identifies the servos of a machine file.
 #[derive(Debug, Clone, Default)]
