@@ -37,7 +37,8 @@ pub(super) fn attach(
     if root == 0 && body != 0 {
         return Err(at.error("body", "is missing: all of a model is attached to the world alone"));
     }
-    Graft { at, prefix: at.text("prefix").unwrap_or_default(), frame, root, body }.add(import, &parts)
+    let affixes = [at.text("prefix"), at.text("suffix")].map(Option::unwrap_or_default);
+    Graft { at, affixes, frame, root, body }.add(import, &parts)
 }
 
 /// The parts of the model that an element names.
@@ -50,12 +51,24 @@ fn model(import: &mut Import<'_>, at: Attributes<'_>) -> Result<Parts, Descripti
         return Err(at.error("model", format!("is one of models that attach each other {DEEPEST} deep")));
     }
     let assets = tree.elements[0].children.iter().filter(|&&e| tree.elements[e].name == "asset");
-    let mut models = assets.flat_map(|&e| &tree.elements[e].children);
-    let named = |e: usize| Attributes::own(tree, e).text("name") == Some(name);
-    let found = models.find(|&&e| tree.elements[e].name == "model" && named(e)).copied();
-    let found = found
-        .ok_or_else(|| at.error("model", format!("is `{name}`, but <asset> has no <model> of that name")))?;
-    let asset = Attributes::own(tree, found);
+    let models = assets.flat_map(|&e| &tree.elements[e].children).copied();
+    let models: Vec<usize> = models.filter(|&e| tree.elements[e].name == "model").collect();
+    let named = |e: usize| Attributes::own(tree, e).text("name");
+    if let Some(&asset) = models.iter().find(|&&e| named(e) == Some(name)) {
+        return Ok(read(import, Attributes::own(tree, asset))?.clone());
+    }
+    // An asset without a name has that of its file's root.
+    for &asset in models.iter().filter(|&&e| named(e).is_none()) {
+        let parts = read(import, Attributes::own(tree, asset))?;
+        if parts.name == name {
+            return Ok(parts.clone());
+        }
+    }
+    Err(at.error("model", format!("is `{name}`, but <asset> has no <model> of that name")))
+}
+
+/// Reads the model of an asset, and keeps it under its name.
+fn read<'a>(import: &'a mut Import<'_>, asset: Attributes<'_>) -> Result<&'a Parts, DescriptionError> {
     let file = asset.required("file")?;
     let refused = |problem: String| asset.error("file", format!("`{file}`: {problem}"));
     let text = (import.files)(file).map_err(refused)?;
@@ -64,14 +77,15 @@ fn model(import: &mut Import<'_>, at: Attributes<'_>) -> Result<Parts, Descripti
     let read = import.read;
     let description = read(file, &text, &mut |inner| files(&joined(folder, inner)), import.depth + 1)?;
     import.warnings.extend(description.warnings);
-    import.models.insert(name.to_string(), description.parts.clone());
-    Ok(description.parts)
+    let name = asset.text("name").unwrap_or(&description.parts.name).to_string();
+    Ok(import.models.entry(name).or_insert(description.parts))
 }
 
 /// Where the parts of a model go.
 struct Graft<'a> {
     at: Attributes<'a>,
-    prefix: &'a str,
+    /// Before and after the names; the second is that of a copy by `replicate`.
+    affixes: [&'a str; 2],
     frame: Place,
     /// Body of the model that is attached, and the body that it is attached to.
     root: usize,
@@ -104,7 +118,7 @@ impl Graft<'_> {
                 continue;
             };
             *new = Some(import.parts.wraps.len());
-            let (name, Place { position, orientation }) = (format!("{}{}", self.prefix, wrap.name), place);
+            let (name, Place { position, orientation }) = (self.affixed(&wrap.name), place);
             import.parts.wraps.push(Wrap { name, body, position, orientation, ..wrap.clone() });
         }
         for geom in &parts.geoms {
@@ -218,11 +232,16 @@ impl Graft<'_> {
         index: usize,
     ) -> Result<String, DescriptionError> {
         import.describe(kind, index, self.at);
-        let name = if name.is_empty() { String::new() } else { format!("{}{name}", self.prefix) };
+        let name = if name.is_empty() { String::new() } else { self.affixed(name) };
         if !import.take(kind, &name, index) {
             let problem = format!("makes the {kind} `{name}`, but there is one of that name already");
             return Err(self.at.error("prefix", problem));
         }
         Ok(name)
+    }
+
+    fn affixed(&self, name: &str) -> String {
+        let [prefix, suffix] = self.affixes;
+        format!("{prefix}{name}{suffix}")
     }
 }

@@ -110,6 +110,13 @@ fn clone(tree: &mut Tree, original: usize, suffix: &str) -> usize {
             .iter_mut()
             .filter(|(name, _)| name == "name")
             .for_each(|(_, own)| own.push_str(suffix));
+        if copy.name == "attach" {
+            // For the names of what it attaches; of several `replicate` the innermost stands first.
+            match copy.attributes.iter_mut().find(|(name, _)| name == "suffix") {
+                Some((_, inner)) => inner.push_str(suffix),
+                None => copy.attributes.push(("suffix".to_string(), suffix.to_string())),
+            }
+        }
         open.extend(source.children.iter().rev().map(|&child| (child, Some(index))));
         tree.elements.push(copy);
         if let Some(parent) = parent {

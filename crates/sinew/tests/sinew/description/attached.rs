@@ -98,6 +98,27 @@ fn all_of_a_model_is_attached_to_the_world() {
 }
 
 #[test]
+fn copies_of_what_is_attached_and_models_without_a_name() {
+    let text = attaching(
+        "parts/finger.xml",
+        "<replicate count=\"2\" offset=\"1 0 0\" sep=\"-\">\
+         <attach model=\"finger\" body=\"link\" prefix=\"p_\"/></replicate>",
+    );
+    let text = text.replace("name=\"f\" ", "");
+    let parts = read(&text).unwrap();
+    assert_eq!(
+        names(&parts.bodies, |body| &body.name),
+        ["world", "p_link-0", "p_tip-0", "p_link-1", "p_tip-1"]
+    );
+    assert_eq!(names(&parts.tendons, |tendon| &tendon.name), ["p_short-0", "p_short-1"]);
+    assert!(is_near(parts.bodies[3].position, [1.1, 0.0, 0.0]));
+    let error = read(&text.replace("model=\"finger\"", "model=\"thumb\"")).unwrap_err().to_string();
+    assert!(error.contains("`thumb`"), "{error}");
+    let own = text.replace("<attach", "<attach suffix=\"x\"");
+    assert!(read(&own).unwrap_err().to_string().contains("suffix"));
+}
+
+#[test]
 fn what_cannot_be_attached_is_refused_at_its_place() {
     let refuses = |file: &str, attach: &str, words: &[&str]| {
         let error = read(&attaching(file, attach)).unwrap_err().to_string();
