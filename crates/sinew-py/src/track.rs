@@ -202,7 +202,8 @@ fn verified(
     repeats: u32,
     start_nevertheless: bool,
 ) -> Result<(ControlRules, Option<String>, Vec<f64>), Failure> {
-    let VerifiedMotion { verified, joint_errors } = simulate_sampled_machines(machine, trajectory, repeats)?;
+    let VerifiedMotion { verified, joint_errors, .. } =
+        simulate_sampled_machines(machine, trajectory, repeats)?;
     match verified {
         Verified::Tracks(rules) => Ok((rules, None, joint_errors)),
         Verified::Inaccurate(rules, reason) => {

@@ -33,6 +33,13 @@ const JOINTS_PREFIX: &str = "joints:";
 /// What may stand for a motion that is not named by the machine.
 pub(crate) const PATH_FORMS: &str = "tour, to:X,Y,Z, to-joints:JOINT=VALUE,.., joints:FILE.csv or FILE.csv";
 
+impl PathArgument {
+    /// Whether poses of the joints are given, not places of the end point.
+    pub(crate) fn is_of_joints(&self) -> bool {
+        matches!(self, Self::Pose(_) | Self::JointWaypoints(_))
+    }
+}
+
 impl fmt::Display for PathArgument {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

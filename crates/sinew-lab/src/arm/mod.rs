@@ -33,4 +33,4 @@ pub use tracking::{
     CalibratedArm, INITIAL_REST_S, PreparedRun, TrackingResult, TrackingTask, calibration_programmes,
     track_arm,
 };
-pub use verification::{Verified, VerifiedMotion, VerifiedTour, verify, verify_tour};
+pub use verification::{Verified, VerifiedMotion, VerifiedTour, verify, verify_poses, verify_tour};

@@ -328,7 +328,7 @@ impl TrackingNumbers {
             joints: TrackJoint::new(summary, robot, limits),
             joint_error_rad: of_kind(JointKind::Hinge),
             joint_error_m: of_kind(JointKind::Slide),
-            longest_slack_s: summary.slack.0,
+            longest_slack_s: summary.slack.duration,
             end_point_error_m: (&summary.end_point_error).into(),
             unseen_error_m: (&summary.encoder_zero_error).into(),
             end_point_error_per_repeat_m: summary.repeat_error.iter().map(ErrorSpread::from).collect(),

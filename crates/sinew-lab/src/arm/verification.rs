@@ -10,11 +10,11 @@ use super::plan::plan_tour;
 use super::tracking::{INITIAL_REST_S, poses_along};
 use crate::Error;
 use crate::experiment::arm::{TrackRun, TrackSession};
-use crate::experiment::{TrackSummary, oracle_models};
+use crate::experiment::{Slack, TrackSummary, oracle_models};
 use rayon::prelude::*;
 use sinew::control::arm::{ActuationMode, ArmController, ArmStatus, CableStateSource, Fault, synthesize};
 use sinew::control::supervisor::{Limits, Supervisor};
-use sinew::machine::{ControlRules, Machine, Tolerances};
+use sinew::machine::{ControlRules, Machine, Task, Tolerances};
 use sinew::predictor::CableModel;
 use sinew::trajectory::Trajectory;
 use sinew::twin::arm::ArmSpecimen;
@@ -40,13 +40,16 @@ pub struct VerifiedMotion {
     /// Largest error of every joint of the sampled machines with these rules, rad or m: `[joints]`; what is
     /// normal for this motion. Empty where it fails.
     pub joint_errors: Vec<f64>,
+    /// Where it fails: when on the motion a machine with the rules' own gains was stopped or had a slack
+    /// cable, s; none where only its error was too large.
+    pub failed_at: Option<f64>,
 }
 
 impl VerifiedMotion {
     fn new(verified: Verified, runs: &[Simulated]) -> Self {
         let joints = runs.first().map_or(0, |run| run.joint_errors.len());
         let largest = |joint: usize| runs.iter().map(|run| run.joint_errors[joint]).fold(0.0, f64::max);
-        Self { verified, joint_errors: (0..joints).map(largest).collect() }
+        Self { verified, joint_errors: (0..joints).map(largest).collect(), failed_at: None }
     }
 }
 
@@ -90,7 +93,7 @@ pub fn verify(machine: &Machine, trajectory: &Trajectory, repeats: u32) -> Resul
     let mut many = near_drives(machine, trajectory)?;
     let poses = poses_along(trajectory)?;
     let repeats = repeats.clamp(1, ((LONGEST / trajectory.duration()).ceil() as u32).max(1));
-    let mut failure = String::new();
+    let (mut failure, mut failed_at) = (String::new(), None);
     for factors in SOFTER {
         let rules = softened(&machine.rules, factors);
         let trial = Machine { rules, ..loaded.clone() };
@@ -113,8 +116,36 @@ pub fn verify(machine: &Machine, trajectory: &Trajectory, repeats: u32) -> Resul
             }
             Quality::Failed(reason) => failure = reason,
         }
+        if failed_at.is_none() {
+            failed_at = Some(found.iter().find_map(|run| run.failed_at));
+        }
     }
-    Ok(VerifiedMotion::new(Verified::Fails(failure), &[]))
+    let failed_at = failed_at.flatten();
+    Ok(VerifiedMotion { failed_at, ..VerifiedMotion::new(Verified::Fails(failure), &[]) })
+}
+
+/// The same for poses of the joints: where only the end point would miss the reference by more than in a
+/// completed run, the joints judge, and the error of the end point is a warning.
+///
+/// # Errors
+/// As [`verify`].
+pub fn verify_poses(
+    machine: &Machine,
+    trajectory: &Trajectory,
+    repeats: u32,
+) -> Result<VerifiedMotion, Error> {
+    let motion = verify(machine, trajectory, repeats)?;
+    let Verified::Fails(reason) = &motion.verified else { return Ok(motion) };
+    if machine.task == Task::Joints {
+        return Ok(motion);
+    }
+    let joints = verify(&Machine { task: Task::Joints, ..machine.clone() }, trajectory, repeats)?;
+    Ok(match joints.verified {
+        Verified::Tracks(rules) | Verified::Inaccurate(rules, _) => {
+            VerifiedMotion { verified: Verified::Inaccurate(rules, reason.clone()), ..joints }
+        }
+        Verified::Fails(_) => motion,
+    })
 }
 
 /// A tour with its verification.
@@ -143,7 +174,7 @@ pub fn verify_tour(machine: &Machine, tour: Trajectory, repeats: u32) -> Result<
         Verified::Tracks(_) => (None, tour.duration()),
         Verified::Inaccurate(_, reason) | Verified::Fails(reason) => (Some(reason.clone()), tour.duration()),
     };
-    let of = |trajectory, VerifiedMotion { verified, joint_errors }, slowed| VerifiedTour {
+    let of = |trajectory, VerifiedMotion { verified, joint_errors, .. }, slowed| VerifiedTour {
         trajectory,
         verified,
         joint_errors,
@@ -194,6 +225,8 @@ struct Simulated {
     /// The largest fraction of a limit that the run has used: of the error, or of the time with a slack
     /// cable.
     fraction_of_limits: f64,
+    /// When on the motion it was stopped or a cable was slack, s.
+    failed_at: Option<f64>,
 }
 
 fn simulate(
@@ -228,12 +261,15 @@ fn simulate(
     let (mut session, mut stopped) = (TrackSession::supervised(&run, supervisor)?, false);
     while !stopped && session.step(|row| stopped = matches!(row.command.status, ArmStatus::Stopped(_)))? {}
     let summary = session.finish();
+    let slack = (summary.slack.duration > MAX_SLACK).then_some(summary.slack.until);
+    let failed_at = summary.stopped.map(|(time, _)| time).or(summary.plant_failed).or(slack);
     let dead_bands: Vec<f64> = found.joints.iter().map(|joint| joint.dead_band).collect();
     let error = largest_bounded_error(&summary, machine).map_or(0.0, |largest| largest.fraction());
     Ok(Simulated {
         quality: Quality::new(&summary, machine, &dead_bands),
         joint_errors: summary.joint_error.iter().map(|error| error.max).collect(),
-        fraction_of_limits: error.max(summary.slack.0 / MAX_SLACK),
+        fraction_of_limits: error.max(summary.slack.duration / MAX_SLACK),
+        failed_at: failed_at.map(|time| time - run.before),
     })
 }
 
@@ -270,9 +306,9 @@ impl Quality {
         if summary.plant_failed.is_some() {
             return Self::Failed("motion faster than the cables allow".to_owned());
         }
-        let (slack, muscle) = summary.slack;
-        if slack > MAX_SLACK {
-            return Self::Failed(format!("cable of {} slack for {slack:.2} s", name(muscle)));
+        let Slack { duration, muscle, .. } = summary.slack;
+        if duration > MAX_SLACK {
+            return Self::Failed(format!("cable of {} slack for {duration:.2} s", name(muscle)));
         }
         // Zero errors of the encoders and everything that differs from machine to machine need a margin.
         let margin = machine.rules.margin;

@@ -17,4 +17,4 @@ pub use evaluation::Evaluation;
 pub use oracle::oracle_models;
 pub use statistics::Statistics;
 pub use track_row::TrackRow;
-pub use track_summary::{FaultInterval, ModeChange, SETTLING, TrackSummary};
+pub use track_summary::{FaultInterval, ModeChange, SETTLING, Slack, TrackSummary};

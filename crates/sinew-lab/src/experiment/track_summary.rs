@@ -72,9 +72,9 @@ pub struct TrackSummary {
     /// Magnitude of the error of every joint during motion, without the zero errors of the encoders, rad or
     /// m: `[joints]`.
     pub joint_error: Vec<Statistics>,
-    /// Longest time for which a cable was slack, its far tension less than 1 N above its pretension, of a
-    /// small machine less than a fifth of what its minimum tension leaves, s, and its muscle.
-    pub slack: (f64, usize),
+    /// The longest that a cable was slack: its far tension less than 1 N above its pretension, of a small
+    /// machine less than a fifth of what its minimum tension leaves.
+    pub slack: Slack,
     /// Of the control cycle, s.
     period: f64,
     slack_below: Vec<f64>,
@@ -102,6 +102,17 @@ pub struct TrackSummary {
     pub plant_failed: Option<f64>,
 }
 
+/// When a cable was slack.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Slack {
+    /// How long, s.
+    pub duration: f64,
+    /// Index of its muscle.
+    pub muscle: usize,
+    /// When it was last slack, s.
+    pub until: f64,
+}
+
 impl TrackSummary {
     /// `slack_below: [muscles]`, N; `ranges: [joints]`, rad or m; `period` of the control cycle, s.
     pub(crate) fn new(slack_below: Vec<f64>, ranges: Vec<f64>, period: f64) -> Self {
@@ -110,7 +121,7 @@ impl TrackSummary {
             period,
             slack_below,
             joint_error: vec![Statistics::default(); joints],
-            slack: (0.0, 0),
+            slack: Slack::default(),
             slack_for: vec![0.0; muscles],
             end_point_error: Statistics::default(),
             repeat_error: Vec::new(),
@@ -137,8 +148,8 @@ impl TrackSummary {
         for (k, cable) in row.truth.cables.iter().enumerate() {
             let slack = cable.tension_out < self.slack_below[k];
             self.slack_for[k] = if slack { self.slack_for[k] + self.period } else { 0.0 };
-            if self.slack_for[k] > self.slack.0 {
-                self.slack = (self.slack_for[k], k);
+            if self.slack_for[k] > self.slack.duration {
+                self.slack = Slack { duration: self.slack_for[k], muscle: k, until: row.time };
             }
             if cable.tension_out < self.min_anchor_tension.0 {
                 self.min_anchor_tension = (cable.tension_out, k);

@@ -1,4 +1,4 @@
-use crate::arm::{CalibratedArm, PreparedRun, TrackingTask};
+use crate::arm::{CalibratedArm, PreparedRun, TrackingTask, stop_reason};
 use crate::experiment::TrackRow;
 use crate::experiment::arm::TrackSession;
 use crate::{CompensationVariant, Error};
@@ -15,8 +15,8 @@ pub struct Flight {
     pub readings: Readings,
     /// By the camera.
     pub frames: Vec<Frame>,
-    /// Whether the motion came to its end.
-    pub completed: bool,
+    /// What stopped the motion before its end.
+    pub stopped: Option<String>,
 }
 
 const INTERVAL_S: f64 = 0.01;
@@ -69,6 +69,8 @@ pub fn fly(
         marker: seen.marker,
         position: seen.position,
     };
-    let completed = summary.stopped.is_none() && summary.plant_failed.is_none();
-    Ok(Flight { readings, frames: seen.into_iter().map(frame).collect(), completed })
+    let fault = summary.stopped.map(|(_, fault)| stop_reason(fault, summary.threshold, &arm.machine.robot));
+    let lost = || summary.plant_failed.map(|_| "motion faster than the cables allow".to_owned());
+    let stopped = fault.or_else(lost);
+    Ok(Flight { readings, frames: seen.into_iter().map(frame).collect(), stopped })
 }

@@ -33,9 +33,8 @@ const DELAY_TOLERANCE_S: f64 = 2.0;
 /// by the others; `judges` tells which they are by number of the place, of how many, and its readings.
 ///
 /// # Errors
-/// [`Error::Geometry`] for observations that cannot be those of the machine; [`Error::Experiment`] where
-/// no place
-/// judges.
+/// [`Error::Geometry`] for observations that cannot be those of the machine; [`Error::Experiment`] where no
+/// place judges.
 pub fn judge(
     machine: &Machine,
     markers: &[Marker],

@@ -32,17 +32,19 @@ const REST_S: f64 = 1.2;
 /// Poses that are left out, one after the other, because the way there is not feasible.
 const MOST_LEFT_OUT: usize = 40;
 
-/// Chooses poses that tell most about the end point, and others that judge, and orders them by travel;
-/// poses
-/// that the muscles do not hold, or that are not reached within the limits of the drives, are left out.
+/// Chooses poses that tell most about the end point, and others that judge, and orders them by travel; poses
+/// that the muscles do not hold, or that are not reached within the limits of the drives, are left out, and
+/// those before which `fails` on the motion says when, s.
 ///
 /// # Errors
-/// [`Error::Experiment`] where too few poses are left; as [`plan`](fn@plan) and [`infeasible_motion`].
+/// [`Error::Experiment`] where too few poses are left; as [`plan`](fn@plan) and [`infeasible_motion`]; those
+/// of `fails`.
 pub fn choose_poses(
     machine: &Machine,
     markers: &[Marker],
     (count, check): (usize, usize),
     seed: u64,
+    mut fails: impl FnMut(&Trajectory) -> Result<Option<f64>, Error>,
 ) -> Result<CalibrationPoses, Error> {
     let model = GeometryModel::new(&machine.loaded()?, markers, 1)?;
     let mut held = CapabilityModel::new(machine)?;
@@ -72,19 +74,20 @@ pub fn choose_poses(
         let order = by_travel(machine, &candidates, found.chosen.iter().chain(&judged).copied().collect());
         let poses: Vec<Vec<f64>> = order.iter().map(|k| candidates[*k].clone()).collect();
         let motion = motion_through(machine, &poses)?;
-        let Some(InfeasibleMotion { infeasibility, .. }) = infeasible_motion(machine, &motion.0, 1)? else {
+        let failed_at = match infeasible_motion(machine, &motion.0, 1)? {
+            Some(InfeasibleMotion { infeasibility, .. }) => Some(infeasibility.time),
+            None => fails(&motion.0)?,
+        };
+        let Some(failed_at) = failed_at else {
             let held = order.iter().map(|k| judged.contains(k)).collect();
             return Ok(CalibrationPoses { poses, held, expected_m: found.expected_m });
         };
-        let at = motion.1.iter().position(|arrival| *arrival >= infeasibility.time - REST_S);
+        let at = motion.1.iter().position(|arrival| *arrival >= failed_at - REST_S);
         candidates.remove(order[at.unwrap_or(order.len()).min(order.len() - 1)]);
     }
     let got = candidates.len();
-    Err(Error::experiment(
-        "poses of the calibration",
-        "more that the machine reaches within its limits",
-        &got,
-    ))
+    let expected = "more that the machine reaches within its limits";
+    Err(Error::experiment("poses of the calibration", expected, &got))
 }
 
 /// Each after the one before that is nearest to it, from the start on.

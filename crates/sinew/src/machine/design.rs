@@ -189,6 +189,16 @@ impl Machine {
         self.tolerances.attachment.unwrap_or((4e-3 * reach).min(1e-3))
     }
 
+    /// Error of a moment arm by the tolerances of lengths, m, and by those of angles and winches as a
+    /// fraction of it, beyond those of a machine that is built carefully and has no such tolerances.
+    #[must_use]
+    pub fn moment_arm_tolerance(&self) -> (f64, f64) {
+        let Tolerances { wrap_radius, link, winch, axis, eccentricity, zero, .. } = self.tolerances;
+        let aligned = Tolerances::default().zero;
+        let length = self.attachment_tolerance() + wrap_radius + link;
+        (length, winch + axis + eccentricity + (zero - aligned).max(0.0))
+    }
+
     /// The same as a workshop builds it, lengths in proportion to its
     /// [`attachment_tolerance`](Self::attachment_tolerance) where that is below a millimetre.
     #[must_use]

@@ -90,8 +90,7 @@ impl Default for Tolerances {
 
 impl Tolerances {
     /// Those of a workshop for a machine whose lengths are `size` times those of an arm, masses and load
-    /// cells
-    /// as here. Assumed from what others report of self-made arms.
+    /// cells as here. Assumed from what others report of self-made arms.
     #[must_use]
     pub fn of(self, workshop: Workshop, size: f64) -> Self {
         let careful = Self {

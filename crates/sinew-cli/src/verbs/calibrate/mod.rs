@@ -15,7 +15,7 @@ use crate::progress::Progress;
 use crate::verbs::verification;
 use scenario::Scenario;
 use serde_json::json;
-use sinew::machine::Machine;
+use sinew::machine::{Machine, Task};
 use sinew_lab::arm::{CalibratedArm, Verified, verify};
 use sinew_lab::vision::{CalibrationPoses, Judgement, fly, judge, motion_through};
 use std::path::PathBuf;
@@ -27,6 +27,8 @@ const READINGS: &str = "readings.csv";
 const OBSERVATIONS: &str = "observations.csv";
 /// Every so many places judge where no plan says which.
 const EVERY: usize = 5;
+/// Choices of poses that are verified: what cannot be flown is left out of the next.
+const MOST_CHOICES: u32 = 8;
 /// Largest difference of a reading from the pose that judges, rad or m.
 const SAME_POSE: f64 = 0.05;
 
@@ -41,7 +43,7 @@ pub(crate) fn run(arguments: &CalibrateArguments, general: &General) -> Result<A
 fn plan(arguments: &CalibratePlanArguments, general: &General) -> Result<Answer, Error> {
     refuse_overwrite([&arguments.scenario.model], std::slice::from_ref(&arguments.out), general.no_clobber)?;
     let scenario = Scenario::new(&arguments.scenario)?;
-    let poses = scenario.poses(&arguments.scenario)?;
+    let poses = scenario.poses(&arguments.scenario, |_| Ok(None))?;
     let (motion, arrivals) = motion_through(&scenario.machine, &poses.poses)?;
     let table = tables::poses(&scenario.machine, &poses, &arrivals, motion.duration())?;
     let written = write_all(&[(arguments.out.clone(), table.as_bytes())])?;
@@ -61,20 +63,30 @@ fn flown(arguments: &CalibrateFlyArguments, general: &General) -> Result<Answer,
     let scenario = Scenario::new(&arguments.scenario)?;
     let progress = Progress::new();
     progress.show("choosing poses", 0.0);
-    let poses = scenario.poses(&arguments.scenario)?;
+    // Poses are of the joints: where the end point is meanwhile is what nobody knows yet.
+    let mut machine = Machine { task: Task::Joints, ..scenario.machine.clone() };
+    let mut verified = None;
+    let mut choices = 1..=MOST_CHOICES;
+    let poses = scenario.poses(&arguments.scenario, |motion| {
+        let Some(choice) = choices.next().filter(|_| !arguments.unverified) else { return Ok(None) };
+        progress.show(&format!("verifying choice {choice} of the poses"), 0.0);
+        let found = verify(&machine, motion, 1)?;
+        verified = Some(found.verified);
+        Ok(found.failed_at)
+    })?;
     let (motion, _) = motion_through(&scenario.machine, &poses.poses)?;
-    let mut machine = scenario.machine.clone();
-    if !arguments.unverified {
-        progress.show("verifying the motion", 0.0);
-        let verified = verify(&machine, &motion, 1)?.verified;
-        if let Verified::Fails(reason) = verified {
+    match verified {
+        Some(Verified::Fails(reason)) => {
             let motion = "the motion through the poses".to_owned();
             return Err(Error::Untracked { motion, reason, slowed: false });
         }
-        verification::warn(&verified);
-        if let Verified::Tracks(rules) | Verified::Inaccurate(rules, _) = verified {
-            machine.rules = rules;
+        Some(verified) => {
+            verification::warn(&verified);
+            if let Verified::Tracks(rules) | Verified::Inaccurate(rules, _) = verified {
+                machine.rules = rules;
+            }
         }
+        None => (),
     }
     progress.show("calibrating the machine's cables", 0.0);
     let seed = arguments.scenario.seed;
@@ -83,10 +95,8 @@ fn flown(arguments: &CalibrateFlyArguments, general: &General) -> Result<Answer,
     let camera = scenario.camera(&arguments.camera_fault, motion.duration())?;
     let flight = fly(&arm, &motion, &scenario.markers, camera, seed)?;
     drop(progress);
-    if !flight.completed {
-        let motion = "the motion through the poses".to_owned();
-        let reason = "it was stopped by a fault or lost".to_owned();
-        return Err(Error::Untracked { motion, reason, slowed: false });
+    if let Some(reason) = flight.stopped {
+        return Err(Error::Shown(format!("the motion through the poses was stopped: {reason}")));
     }
     let checks: Vec<&Vec<f64>> =
         poses.poses.iter().zip(&poses.held).filter(|(_, held)| **held).map(|(pose, _)| pose).collect();
@@ -101,7 +111,7 @@ fn flown(arguments: &CalibrateFlyArguments, general: &General) -> Result<Answer,
         (READINGS, tables::readings(&scenario.machine, &flight.readings)?),
         (OBSERVATIONS, tables::observations(&scenario.markers, &flight.frames)?),
     ];
-    out.answer(&scenario, &judgement, (Some(&poses), flight.completed), files, general)
+    out.answer(&scenario, &judgement, Some(&poses), files, general)
 }
 
 fn fit(arguments: &CalibrateFitArguments, general: &General) -> Result<Answer, Error> {
@@ -120,7 +130,7 @@ fn fit(arguments: &CalibrateFitArguments, general: &General) -> Result<Answer, E
     let seen = (&readings, frames.as_slice());
     let judges = |k: usize, _, _: &[f64]| k % EVERY == EVERY / 2;
     let judgement = judge(&scenario.machine.loaded()?, &scenario.markers, seen, judges)?;
-    Out { simulated, ..out }.answer(&scenario, &judgement, (None, true), Vec::new(), general)
+    Out { simulated, ..out }.answer(&scenario, &judgement, None, Vec::new(), general)
 }
 
 /// The folder of the results.
@@ -148,7 +158,7 @@ impl Out {
         self,
         scenario: &Scenario,
         judgement: &Judgement,
-        (poses, completed): (Option<&CalibrationPoses>, bool),
+        poses: Option<&CalibrationPoses>,
         others: Vec<(&str, String)>,
         general: &General,
     ) -> Result<Answer, Error> {
@@ -164,7 +174,7 @@ impl Out {
             Content::json(&json!({
                 "held_out_error_m": calibration.held_out_error_m, "parameters": calibration.parameter,
                 "simulated": self.simulated, "verdict": judgement.verdict(), "findings": judgement.findings,
-                "places": judgement.places.len(), "completed": completed,
+                "places": judgement.places.len(),
             }))?
         } else {
             Content::Text(text)

@@ -4,6 +4,7 @@ use crate::arguments::ScenarioArguments;
 use crate::error::Error;
 use crate::verbs::machine_source::{self, Loaded};
 use sinew::machine::{BASE_MARKER_SD_M, LINK_MARKER_SD_M, Machine, Marker};
+use sinew::trajectory::Trajectory;
 use sinew::twin::camera::CameraParameters;
 use sinew_lab::vision::{CalibrationPoses, choose_poses};
 
@@ -49,9 +50,14 @@ impl Scenario {
         Ok(Self { machine, hash: source.hash(), markers })
     }
 
-    pub(super) fn poses(&self, arguments: &ScenarioArguments) -> Result<CalibrationPoses, Error> {
+    /// See [`choose_poses`].
+    pub(super) fn poses(
+        &self,
+        arguments: &ScenarioArguments,
+        fails: impl FnMut(&Trajectory) -> Result<Option<f64>, sinew_lab::Error>,
+    ) -> Result<CalibrationPoses, Error> {
         let counts = (usize::from(arguments.poses), usize::from(arguments.check));
-        Ok(choose_poses(&self.machine, &self.markers, counts, arguments.seed)?)
+        Ok(choose_poses(&self.machine, &self.markers, counts, arguments.seed, fails)?)
     }
 
     /// The simulated camera with its faults, on a motion of a duration, s.

@@ -14,7 +14,7 @@ use sinew::twin::arm::InjectedFault;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
     CalibratedArm, INITIAL_REST_S, InfeasibleMotion, TrackingTask, Verified, infeasible_motion, verify,
-    verify_tour,
+    verify_poses, verify_tour,
 };
 use sinew_runtime::Devices;
 use std::path::Path;
@@ -144,6 +144,7 @@ impl Setup {
             self.normal_errors = tour.joint_errors;
             tour.verified
         } else {
+            let verify = if self.path.is_of_joints() { verify_poses } else { verify };
             let motion = verify(&self.machine, &self.trajectory, self.repeats)?;
             self.normal_errors = motion.joint_errors;
             motion.verified

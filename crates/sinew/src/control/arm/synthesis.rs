@@ -24,7 +24,7 @@ use alloc::vec::Vec;
 ///         x_r,max = max(150 D, 0.4 theta_G),   e_q = max(1300 D, theta_G)
 /// winch   encoder: 10 v_d, stands for 30 mrad r_k, 3 ms v_d to 4 ms v_d;   r_v,max = 30 ms v_d
 /// cable   load cell: 40 ranges per s;   dT = max(0.38 F_min, 10 sigma);   slack below T_l + 0.14 F_min
-///         eps = max(0.015, 0.8 a/r_k)
+///         eps = max(0.015, 0.8 a/r_k) + a_r
 /// ```
 ///
 /// | symbol   | meaning                                                                  | unit      |
@@ -35,7 +35,7 @@ use alloc::vec::Vec;
 /// | v_d, a_d | speed of the drive at 0.8 of its working tension, its acceleration limit | m/s, m/s^2 |
 /// | D, r_k   | resolution of the joints' encoders; largest moment arm of the muscle           | rad, m    |
 /// | x_j .. r_v,max, dT | thresholds of fault detection, [`JointGains`] and [`MuscleGains`]          |           |
-/// | a        | tolerance of the attachments, [`Machine::attachment_tolerance`]              | m         |
+/// | a, a_r   | tolerance of the moment arms, [`Machine::moment_arm_tolerance`]               | m, 1      |
 /// | Om_k, B, G_k, theta_G, tau, I | [`Characteristics`]                                                 | rad/s, 1/s^2, rad |
 ///
 /// The numbers are [`ControlRules`] where a user may want to change them.
@@ -59,8 +59,7 @@ pub fn synthesize(
     let pace = Pace::from_machine(machine);
     let rules = &pace.rules;
     let resolution = machine.encoders.iter().flatten().map(|encoder| encoder.resolution);
-    let resolution = resolution.fold(0.0, f64::max);
-    let attachment = machine.attachment_tolerance();
+    let (resolution, arms) = (resolution.fold(0.0, f64::max), machine.moment_arm_tolerance());
     let joints = machine.encoders.iter().zip(&found.joints);
     let rate_gains = rate_gains(rules, &found);
     let muscles = machine.muscles.iter().zip(&found.muscles).zip(limits).zip(rate_gains);
@@ -75,7 +74,7 @@ pub fn synthesize(
         joints: joints.map(|(encoder, joint)| of_joint(&pace, encoder.as_ref(), joint)).collect(),
         muscles: muscles
             .map(|(((design, muscle), limits), rate_gain)| {
-                let gains = of_muscle(&pace, &design.drive, muscle, limits, (resolution, attachment));
+                let gains = of_muscle(&pace, &design.drive, muscle, limits, (resolution, arms));
                 // The model's error at the largest tension. Up to a limit that is the drive's alone no motion
                 // goes.
                 let most = design.tension[1].map_or(0.0, |_| limits[1]);
@@ -110,7 +109,7 @@ pub fn characterize(
         .map(|([least, _], law)| law.pretension() + WORKING_FRACTION * least)
         .collect();
     let mut model = MuscleDynamics::new(&machine.robot)?;
-    let found = Characteristics::new(&mut model, laws, &working, poses, machine.attachment_tolerance())?;
+    let found = Characteristics::new(&mut model, laws, &working, poses, machine.moment_arm_tolerance().0)?;
     Ok((limits, found))
 }
 
@@ -182,7 +181,7 @@ fn of_muscle(
     drive: &DriveParameters,
     muscle: &MuscleCharacteristics,
     tension: [f64; 2],
-    (resolution, attachment): (f64, f64),
+    (resolution, (arm_error, relative)): (f64, (f64, f64)),
 ) -> MuscleGains {
     // A muscle that moves no joint in these poses keeps finite gains.
     let arm = muscle.arm.max(MIN_ARM);
@@ -215,7 +214,7 @@ fn of_muscle(
         slack_tension: drive.min_tension + 0.14 * tension[0],
         load_cell: drive.has_load_cell,
         load_cell_noise: drive.load_cell.noise,
-        moment_arm_error: MIN_ARM_ERROR.max(ATTACHMENT_FRACTION * attachment / arm),
+        moment_arm_error: MIN_ARM_ERROR.max(ARM_FRACTION * arm_error / arm) + relative,
     }
 }
 
@@ -225,9 +224,9 @@ const MODEL_ERROR: f64 = 0.02;
 /// Fraction of a drive's working tension at which its speed is given.
 const SPEED_FRACTION: f64 = 0.8;
 
-/// Smallest relative error of a moment arm, and the fraction of an attachment's tolerance that is one.
+/// Smallest relative error of a moment arm, and the fraction of a tolerance that is one.
 const MIN_ARM_ERROR: f64 = 0.015;
-const ATTACHMENT_FRACTION: f64 = 0.8;
+const ARM_FRACTION: f64 = 0.8;
 
 /// Least moment arm of a muscle, m.
 const MIN_ARM: f64 = 1e-5;
@@ -400,7 +399,7 @@ mod tests {
             ..ControlRules::default()
         };
         let muscle = MuscleCharacteristics { arm, dead_band, ..MuscleCharacteristics::default() };
-        of_muscle(&Pace::new(&rules, 1e-3, 0.0), drive, &muscle, [20.0, 150.0], (resolution, 1e-3))
+        of_muscle(&Pace::new(&rules, 1e-3, 0.0), drive, &muscle, [20.0, 150.0], (resolution, (1e-3, 0.0)))
     }
 
     #[test]
