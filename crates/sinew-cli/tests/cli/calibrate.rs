@@ -3,7 +3,7 @@
 use crate::bench::Bench;
 use serde_json::Value;
 
-const FLIGHT: &str = "calibrate planar_leg --tolerances rough --poses 8 --check 3 --unverified --out out";
+const FLIGHT: &str = "calibrate planar_leg --tolerances rough --poses 8 --check 3 --out out";
 
 #[test]
 fn a_rough_leg_is_better_after_a_flight_and_its_tables_are_fitted_again() {

@@ -29,8 +29,8 @@ const MANY_OUTLIERS: f64 = 0.3;
 const DELAY_TOLERANCE_S: f64 = 2.0;
 
 /// Estimates the geometry of a machine, as designed with its payload, from places that do not judge, and
-/// judges it
-/// by the others; `judges` tells which they are by number of the place, of how many, and its readings.
+/// judges it by the others; `judges` tells which they are by number of the place, of how many, and its
+/// readings.
 ///
 /// # Errors
 /// [`Error::Geometry`] for observations that cannot be those of the machine; [`Error::Experiment`] where no

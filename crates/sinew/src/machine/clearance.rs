@@ -6,15 +6,15 @@ use alloc::vec::Vec;
 /// How far a site of a tendon stands clear of the surface that the tendon wraps next to it.
 ///
 /// ```text
-/// sphere:    clearance = |p| - r,                  displacement <= sqrt(3) a
-/// cylinder:  clearance = sqrt(p_x^2 + p_y^2) - r,  displacement <= sqrt(2) a
+/// sphere:    clearance = |p| - r,                  displacement <= sqrt(3) a + b
+/// cylinder:  clearance = sqrt(p_x^2 + p_y^2) - r,  displacement <= sqrt(2) a + b
 /// ```
 ///
 /// | symbol | meaning                                                            | unit |
 /// |--------|--------------------------------------------------------------------|------|
 /// | p      | position of the site from the surface's centre, z along the cylinder | m    |
 /// | r      | radius                                                             | m    |
-/// | a      | [`Machine::attachment_tolerance`], of every coordinate                | m    |
+/// | a, b   | [`Machine::attachment_tolerance`], of every coordinate; that of the radius | m    |
 ///
 /// A tendon does not wrap a surface that one of its sites beside it lies within (`mujoco2012`): its length
 /// and its moment arms jump.
@@ -57,7 +57,8 @@ impl Machine {
             let TendonPath::Spatial(elements) = &tendon.path else { continue };
             for (site, wrap) in neighbours(elements) {
                 let axes = if parts.wraps[wrap].kind == WrapKind::Sphere { 3.0 } else { 2.0 };
-                let displacement = libm::sqrt(axes) * self.attachment_tolerance();
+                let displacement =
+                    libm::sqrt(axes) * self.attachment_tolerance() + self.tolerances.wrap_radius;
                 found.push(Clearance { muscle, site, wrap, least: f64::INFINITY, displacement, pose: None });
             }
         }

@@ -203,8 +203,9 @@ impl Machine {
     /// [`attachment_tolerance`](Self::attachment_tolerance) where that is below a millimetre.
     #[must_use]
     pub fn built_by(mut self, workshop: Workshop) -> Self {
-        let default = Self { tolerances: Tolerances::default(), ..self.clone() };
-        self.tolerances = self.tolerances.of(workshop, default.attachment_tolerance() / 1e-3);
+        let default = Self { tolerances: Tolerances::default(), ..self.clone() }.attachment_tolerance();
+        let size = self.attachment_tolerance().min(default) / 1e-3;
+        self.tolerances = self.tolerances.of(workshop, size);
         self
     }
 
