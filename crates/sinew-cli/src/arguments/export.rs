@@ -3,12 +3,14 @@
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
-/// Export a model for programs that are not this one: C sources, or a functional mock-up unit.
+/// Export a model for programs that are not this one: C sources, a functional mock-up unit, an ONNX graph.
 ///
 /// `c` writes NAME.h and NAME.c (C99, no allocation, no library but sqrt), example.c (reads a CSV log and
 /// prints what `sinew predict` writes), CMakeLists.txt, a wrapper for Simulink and a sketch for Arduino.
 /// `fmu` and `fmu2` write NAME.fmu for co-simulation by FMI 3.0 and 2.0, with sources and, where a C
 /// compiler is there, a binary for this platform. Every number is that of `sinew predict`, bit by bit.
+/// `onnx` writes NAME.onnx, one sample with the state as an input and an output; clamp cells, regressions and
+/// gated networks only.
 ///
 /// With --inverse they command: the near side for a desired far side, bit by bit as `sinew compensate` does.
 /// The C predicts as well, and `./a.out --inverse DESIRED.csv` prints commands; a unit takes the desired far
@@ -47,4 +49,6 @@ pub(crate) enum ExportForm {
     Fmu,
     /// The same by FMI 2.0
     Fmu2,
+    /// An ONNX graph of one sample
+    Onnx,
 }

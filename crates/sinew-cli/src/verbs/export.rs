@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::output::{Folder, refuse_overwrite, write_all};
 use sinew::compensator::CompensatorSettings;
 use sinew::predictor::Model;
-use sinew_export::{ExportedFile, Name, c, fmu};
+use sinew_export::{ExportedFile, Name, c, fmu, onnx};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(arguments: &ExportArguments, general: &General) -> Result<Answer, Error> {
@@ -57,6 +57,10 @@ fn files(
         }
         ExportForm::Fmu => fmu::Version::Three,
         ExportForm::Fmu2 => fmu::Version::Two,
+        ExportForm::Onnx => {
+            let note = "onnxruntime: feed next_state as state, from zeros".to_owned();
+            return Ok((vec![onnx::file(model, name, content)?], note));
+        }
     };
     let binary = fmu::compile(model, name, content, version, Path::new("cc"))?;
     let note = match &binary {

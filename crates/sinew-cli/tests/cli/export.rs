@@ -121,6 +121,14 @@ fn units_of_both_versions_are_one_file_each() {
 }
 
 #[test]
+fn a_graph_is_one_file() {
+    let bench = Bench::with_model();
+    let shown = bench.succeeds("export out/model.json --to onnx --out onnx").stdout;
+    assert!(shown.contains("next_state"), "{shown}");
+    assert_eq!(bench.files("onnx"), ["model.onnx"]);
+}
+
+#[test]
 fn what_cannot_be_exported_is_one_error_and_leaves_nothing() {
     let bench = Bench::with_model();
     bench.write("file", "");
@@ -142,6 +150,7 @@ fn what_cannot_be_exported_is_one_error_and_leaves_nothing() {
         bench.fails(&format!("export out/model.json --to {form} --out file"), &["file", "cannot be written"]);
         bench.fails(&format!("export out/model.json --to {form} --out file/below"), &["file"]);
     }
-    bench.refuses_usage("export out/model.json --to onnx --out d", &["onnx", "c, fmu, fmu2"]);
+    bench.refuses("export out/model.json --to onnx --out d --inverse", &["ONNX", "an inverse"]);
+    bench.refuses_usage("export out/model.json --to matlab --out d", &["matlab", "c, fmu, fmu2, onnx"]);
     bench.refuses_usage("export out/model.json --out d", &["--to"]);
 }

@@ -7,5 +7,6 @@ mod bits;
 mod compiler;
 mod inverse;
 mod models;
+mod onnx;
 mod samples;
 mod units;
