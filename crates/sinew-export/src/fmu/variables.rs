@@ -1,5 +1,6 @@
-//! The variables of a unit: names, value references, units, start values.
+//! The variables of a model's unit: names, units, start values.
 
+use super::description::{Description, Variable, VariableKind};
 use crate::ExportError;
 use crate::c::{Content, checksum};
 use sinew::predictor::{Input, InputLimits, Model};
@@ -68,7 +69,7 @@ impl<'a> Interface<'a> {
     }
 
     /// Columns of the inputs, that of the desired far end in the place of the near side.
-    pub(super) fn columns(&self) -> Vec<&'a str> {
+    fn columns(&self) -> Vec<&'a str> {
         let column = |(k, input): (usize, &'a Input)| {
             if self.near == Some(k) { self.model.far.as_str() } else { input.column.as_str() }
         };
@@ -76,7 +77,7 @@ impl<'a> Interface<'a> {
     }
 
     /// Names of the inputs: their columns; one that is taken already has its number behind it.
-    pub(super) fn input_names(&self) -> Vec<String> {
+    fn input_names(&self) -> Vec<String> {
         let outputs =
             self.numbers.iter().map(|(name, ..)| *name).chain(self.flags.iter().map(|(name, _)| *name));
         let mut taken: BTreeSet<String> = outputs.chain(["time"]).map(str::to_owned).collect();
@@ -91,15 +92,58 @@ impl<'a> Interface<'a> {
         names
     }
 
+    /// What the unit of this model is.
+    pub(super) fn description(&self) -> Result<Description, ExportError> {
+        let (model, mut variables) = (self.model, vec![Variable::time()]);
+        let inputs = self.columns().into_iter().zip(self.input_names()).zip(self.starts());
+        for (k, ((column, name), start)) in inputs.enumerate() {
+            let limits = &model.guards[k];
+            let desired = self.near == Some(k);
+            let description = if desired {
+                "desired".to_owned()
+            } else {
+                format!("{} to {} in training", limits.low, limits.high)
+            };
+            let terminal = Some((if desired { "far" } else { "near" }.to_owned(), name.clone()));
+            let kind = VariableKind::Input { start };
+            variables.push(Variable { name, description, unit: unit(column), terminal, kind });
+        }
+        for (k, &(name, description, side)) in self.numbers.iter().enumerate() {
+            let column = self.column_of(side);
+            let description = match column {
+                Some(column) if k == 0 => format!("{description}: {column}"),
+                _ => description.to_owned(),
+            };
+            let end = match side {
+                Side::Near => Some("near"),
+                Side::Far => Some("far"),
+                Side::Neither => None,
+            };
+            let terminal = end.map(|end| (end.to_owned(), name.to_owned()));
+            let (unit, kind) = (column.and_then(unit), VariableKind::Number);
+            variables.push(Variable { name: name.to_owned(), description, unit, terminal, kind });
+        }
+        for &(name, description) in self.flags {
+            let (name, description, kind) = (name.to_owned(), description.to_owned(), VariableKind::Flag);
+            variables.push(Variable { name, description, unit: None, terminal: None, kind });
+        }
+        let (far, member) = (&model.far, &model.provenance.member);
+        let description = match self.near {
+            None => format!("{far} predicted by `{member}`"),
+            Some(near) => format!("{} for a desired {far}, by `{member}`", model.inputs[near].column),
+        };
+        Ok(Description { description, token: self.token()?, variables, step_s: 0.001, needs_tool: false })
+    }
+
     /// Start values of the inputs; nothing is desired of the far end.
-    pub(super) fn starts(&self) -> Vec<f64> {
+    fn starts(&self) -> Vec<f64> {
         let start =
             |(k, limits): (usize, &InputLimits)| if self.near == Some(k) { 0.0 } else { limits.typical };
         self.model.guards.iter().enumerate().map(start).collect()
     }
 
     /// The column whose unit a number has.
-    pub(super) fn column_of(&self, side: Side) -> Option<&'a str> {
+    fn column_of(&self, side: Side) -> Option<&'a str> {
         match side {
             Side::Near => self.near.map(|near| self.model.inputs[near].column.as_str()),
             Side::Far => Some(self.model.far.as_str()),
@@ -108,7 +152,7 @@ impl<'a> Interface<'a> {
     }
 
     /// The token that tells units of different models apart.
-    pub(super) fn token(&self) -> Result<String, ExportError> {
+    fn token(&self) -> Result<String, ExportError> {
         let inverse = if self.near.is_some() { "-inverse" } else { "" };
         Ok(format!("{{sinew-{}{inverse}}}", checksum(self.model)?))
     }
@@ -127,8 +171,11 @@ const UNITS: [(&str, &str, &str); 9] = [
     ("_rad_s", "rad/s", "rad=\"1\" s=\"-1\""),
 ];
 
+/// A unit and its base units.
+pub(super) type BaseUnit = (&'static str, &'static str);
+
 /// The unit that the name of a column states, and its base units.
-pub(super) fn unit(column: &str) -> Option<(&'static str, &'static str)> {
+pub(super) fn unit(column: &str) -> Option<BaseUnit> {
     let lower = column.to_lowercase();
     let fits = UNITS.iter().filter(|(suffix, ..)| lower.ends_with(suffix));
     fits.max_by_key(|(suffix, ..)| suffix.len()).map(|(_, name, base)| (*name, *base))
