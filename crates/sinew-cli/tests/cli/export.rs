@@ -311,7 +311,7 @@ fn plants_that_cannot_be_exported_are_one_error_and_leave_nothing() {
     for (arguments, parts) in [
         ("export machine nowhere.toml --to fmu --out d", vec!["nowhere.toml"]),
         ("export twin --to fmu --out d --name 7up", vec!["`7up`", "C identifier"]),
-        ("export twin --to fmu --out d --start -5", vec!["tension_out", "-5"]),
+        ("export twin --to fmu --out d --start -5", vec!["tension_out", "-20.5"]),
         ("export serve bad.json", vec!["specimen", "x"]),
         ("export serve none.json", vec!["none.json"]),
     ] {

@@ -69,7 +69,6 @@ impl Unit {
         let mut filling = Filling::default();
         filling.when("state", true);
         filling.when("inverse", interface.near.is_some());
-        filling.set("near", interface.near.unwrap_or_default());
         filling.set("failure", "no sample was taken");
         Self::new(name, version, &interface.description()?, filling, library)
     }
@@ -99,7 +98,8 @@ impl Unit {
     ) -> Result<Self, ExportError> {
         let starts = description.starts();
         filling.set("inputs", starts.len());
-        filling.set("starts", starts.into_iter().map(double).collect::<Vec<_>>().join(", "));
+        let start = |x: f64| if x.is_nan() { "NAN".to_owned() } else { double(x) };
+        filling.set("starts", starts.into_iter().map(start).collect::<Vec<_>>().join(", "));
         filling.set("token", &description.token);
         let [numbers, flags] = description.outputs();
         filling.set("numbers", numbers);

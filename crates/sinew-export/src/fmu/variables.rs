@@ -51,7 +51,8 @@ const COMMAND_FLAGS: [Flag; 7] = [
 /// What a unit takes and gives.
 pub(super) struct Interface<'a> {
     pub(super) model: &'a Model,
-    /// The input that is commanded, in whose place the desired far end is taken; none of a predictor.
+    /// The input that is commanded: what goes in is the measured one, and the desired far end behind all
+    /// inputs. None of a predictor.
     pub(super) near: Option<usize>,
     pub(super) numbers: &'static [Number],
     pub(super) flags: &'static [Flag],
@@ -68,12 +69,10 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// Columns of the inputs, that of the desired far end in the place of the near side.
+    /// Columns of the inputs, and that of the desired far end.
     fn columns(&self) -> Vec<&'a str> {
-        let column = |(k, input): (usize, &'a Input)| {
-            if self.near == Some(k) { self.model.far.as_str() } else { input.column.as_str() }
-        };
-        self.model.inputs.iter().enumerate().map(column).collect()
+        let desired = self.near.map(|_| self.model.far.as_str());
+        self.model.inputs.iter().map(|input: &'a Input| input.column.as_str()).chain(desired).collect()
     }
 
     /// Names of the inputs: their columns; one that is taken already has its number behind it.
@@ -97,14 +96,12 @@ impl<'a> Interface<'a> {
         let (model, mut variables) = (self.model, vec![Variable::time()]);
         let inputs = self.columns().into_iter().zip(self.input_names()).zip(self.starts());
         for (k, ((column, name), start)) in inputs.enumerate() {
-            let limits = &model.guards[k];
-            let desired = self.near == Some(k);
-            let description = if desired {
-                "desired".to_owned()
-            } else {
-                format!("{} to {} in training", limits.low, limits.high)
+            let (description, end) = match model.guards.get(k) {
+                None => ("desired".to_owned(), "far"),
+                Some(_) if self.near == Some(k) => ("measured; NaN: the drive is taken to follow".to_owned(), "near"),
+                Some(limits) => (format!("{} to {} in training", limits.low, limits.high), "near"),
             };
-            let terminal = Some((if desired { "far" } else { "near" }.to_owned(), name.clone()));
+            let terminal = Some((end.to_owned(), name.clone()));
             let kind = VariableKind::Input { start };
             variables.push(Variable { name, description, unit: unit(column), terminal, kind });
         }
@@ -135,11 +132,11 @@ impl<'a> Interface<'a> {
         Ok(Description { description, token: self.token()?, variables, step_s: 0.001, needs_tool: false })
     }
 
-    /// Start values of the inputs; nothing is desired of the far end.
+    /// Start values of the inputs; nothing is measured, and zero is desired of the far end.
     fn starts(&self) -> Vec<f64> {
         let start =
-            |(k, limits): (usize, &InputLimits)| if self.near == Some(k) { 0.0 } else { limits.typical };
-        self.model.guards.iter().enumerate().map(start).collect()
+            |(k, limits): (usize, &InputLimits)| if self.near == Some(k) { f64::NAN } else { limits.typical };
+        self.model.guards.iter().enumerate().map(start).chain(self.near.map(|_| 0.0)).collect()
     }
 
     /// The column whose unit a number has.

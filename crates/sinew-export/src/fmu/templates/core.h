@@ -17,13 +17,12 @@
 //%end
 #include <stdlib.h>
 #include <string.h>
-//%if plant
 
-#define @@_INPUTS //%here inputs
-//%end
+/* Numbers that go in. */
+#define @@_PORTS //%here inputs
 
 /* Value references: time is 0, then the inputs, then the numbers and flags that come out. */
-enum { @@_FIRST_NUMBER = @@_INPUTS + 1, @@_FIRST_FLAG = @@_FIRST_NUMBER + //%here numbers };
+enum { @@_FIRST_NUMBER = @@_PORTS + 1, @@_FIRST_FLAG = @@_FIRST_NUMBER + //%here numbers };
 #define @@_FLAGS //%here flags
 
 enum { @@_INSTANTIATED = 1, @@_INITIALIZING, @@_STEPPING, @@_TERMINATED };
@@ -35,7 +34,7 @@ enum { @@_INSTANTIATED = 1, @@_INITIALIZING, @@_STEPPING, @@_TERMINATED };
 typedef struct {
     unsigned checksum, size;
     double time_s;
-    double inputs[@@_INPUTS];
+    double inputs[@@_PORTS];
 //%if inverse
     @_compensator state;
     @_command result;
@@ -48,13 +47,13 @@ typedef struct {
 
 static void @_start(@_data *d)
 {
-    static const double start[@@_INPUTS] = {//%here starts};
+    static const double start[@@_PORTS] = {//%here starts};
     int i;
     memset(d, 0, sizeof *d);
     d->checksum = @@_CHECKSUM;
     d->size = (unsigned)sizeof *d;
     d->phase = @@_INSTANTIATED;
-    for (i = 0; i < @@_INPUTS; i++) {
+    for (i = 0; i < @@_PORTS; i++) {
         d->inputs[i] = start[i];
     }
 //%if inverse
@@ -69,11 +68,8 @@ static int @_sample(@_data *d, double time_s, double step_s)
 {
     (void)step_s;
 //%if inverse
-    /* In the place of the near side stands what is desired; the drive is taken to follow. */
-    double row[@@_INPUTS];
-    memcpy(row, d->inputs, sizeof row);
-    row[//%here near] = NAN;
-    d->result = @_compensator_step(&d->state, time_s, row, d->inputs[//%here near]);
+    /* What is desired stands behind the inputs of the model. */
+    d->result = @_compensator_step(&d->state, time_s, d->inputs, d->inputs[@@_INPUTS]);
 //%else
     d->result = @_step(&d->state, time_s, d->inputs);
 //%end
@@ -109,7 +105,7 @@ static int @_get(const @_data *d, unsigned reference, double *value)
 /* Sets an input; returns whether the reference is one. */
 static int @_set(@_data *d, unsigned reference, double value)
 {
-    if (reference < 1u || reference > @@_INPUTS) {
+    if (reference < 1u || reference > @@_PORTS) {
         return 0;
     }
     d->inputs[reference - 1u] = value;

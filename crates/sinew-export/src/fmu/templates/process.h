@@ -8,7 +8,7 @@
 
 typedef struct {
     double time_s;
-    double inputs[@@_INPUTS];
+    double inputs[@@_PORTS];
     double said[@@_SAID];
     /* Of the file with the plant. */
     char *path;
@@ -29,7 +29,7 @@ static void @_end(@_data *d)
 
 static void @_start(@_data *d)
 {
-    static const double start[@@_INPUTS] = {//%here starts};
+    static const double start[@@_PORTS] = {//%here starts};
     @_end(d);
     memcpy(d->inputs, start, sizeof start);
     memset(d->said, 0, sizeof d->said);
@@ -110,29 +110,29 @@ static int @_listen(@_data *d)
     return !(said[0] > 0.0);
 }
 
+/* Asks for a step. */
+static int @_ask(@_data *d, double step_s)
+{
+    double asked[1 + @@_PORTS];
+    const char *const bytes = (const char *)asked;
+    size_t done = 0;
+    asked[0] = step_s;
+    memcpy(asked + 1, d->inputs, sizeof d->inputs);
+    while (done < sizeof asked) {
+        const ssize_t sent = send(d->socket, bytes + done, sizeof asked - done, MSG_NOSIGNAL);
+        if (sent < 0 && errno != EINTR) {
+            return 0;
+        }
+        done += sent > 0 ? (size_t)sent : 0u;
+    }
+    return 1;
+}
+
 /* Steps to a time, or starts the plant there; returns whether it could. The step is not the difference of
  * two times, which is rounded. */
 static int @_sample(@_data *d, double time_s, double step_s)
 {
-    double asked[1 + @@_INPUTS];
-    const char *const bytes = (const char *)asked;
-    size_t done = 0;
-    if (d->process <= 0) {
-        if (!@_launch(d)) {
-            return 0;
-        }
-    } else {
-        asked[0] = step_s;
-        memcpy(asked + 1, d->inputs, sizeof d->inputs);
-        while (done < sizeof asked) {
-            const ssize_t sent = send(d->socket, bytes + done, sizeof asked - done, MSG_NOSIGNAL);
-            if (sent < 0 && errno != EINTR) {
-                return 0;
-            }
-            done += sent > 0 ? (size_t)sent : 0u;
-        }
-    }
-    if (!@_listen(d)) {
+    if (!(d->process > 0 ? @_ask(d, step_s) : @_launch(d)) || !@_listen(d)) {
         return 0;
     }
     d->time_s = time_s;
