@@ -15,7 +15,7 @@ use std::path::PathBuf;
 ///
 /// With --inverse they command: the near side for a desired far side, bit by bit as `sinew compensate` does.
 /// The C predicts as well, and `./a.out --inverse DESIRED.csv` prints commands; a unit takes the desired far
-/// side as an input, and its drive to follow.
+/// side as an input, and the near side where it is measured.
 ///
 /// `sinew export twin` and `sinew export machine NAME` write units of simulated plants.
 ///
