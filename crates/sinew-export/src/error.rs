@@ -20,7 +20,9 @@ pub enum ExportError {
         expected: &'static str,
     },
     /// What has no graph in ONNX.
-    #[error("ONNX: expected predictions by clamp cells, regressions, gated networks or sums of them, got {what}")]
+    #[error(
+        "ONNX: expected predictions by clamp cells, regressions, gated networks or sums of them, got {what}"
+    )]
     Onnx {
         /// The part of the model, or what was asked of it.
         what: &'static str,

@@ -173,9 +173,8 @@ fn joint() -> Expected {
     let said = |arm: &ArmTwin, read: bool| -> Vec<f64> {
         let (reading, truth) = (arm.reading(), arm.truth());
         let of = |x: f64| if read { x } else { f64::NAN };
-        let muscles = (0..2).flat_map(|m| {
-            [of(reading.motor[m]), of(reading.tension[m]), truth.cables[m].tension_out]
-        });
+        let muscles =
+            (0..2).flat_map(|m| [of(reading.motor[m]), of(reading.tension[m]), truth.cables[m].tension_out]);
         muscles.chain([of(reading.joint[0]), truth.q[0], truth.v[0], 0.0, 0.0]).collect()
     };
     let mut rows = vec![said(&arm, false)];
@@ -285,8 +284,7 @@ fn units_of_plants_simulate_the_library_s_numbers_in_fmpy() {
     for (verb, expected) in [("twin --specimen 3", cable()), ("machine bench_joint --seed 5", joint())] {
         for form in ["fmu", "fmu2"] {
             bench.succeeds(&format!("export {verb} --to {form} --out {form} --name plant"));
-            let rows: Vec<u8> =
-                (0..STEPS).flat_map(expected.inputs).flat_map(f64::to_ne_bytes).collect();
+            let rows: Vec<u8> = (0..STEPS).flat_map(expected.inputs).flat_map(f64::to_ne_bytes).collect();
             bench.write("rows", rows);
             let mut command = Command::new(&python);
             command.args(["-c", FMPY]).arg(bench.path(&format!("{form}/plant.fmu"))).arg(STEPS.to_string());

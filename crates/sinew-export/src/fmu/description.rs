@@ -62,7 +62,8 @@ impl Description {
             let can = format!("\n    canGetAndSetFMU{word}=\"true\" canSerializeFMU{word}=\"true\"");
             if self.needs_tool { String::new() } else { can }
         };
-        let head = format!("modelIdentifier=\"{name}\"{tool}\n    canHandleVariableCommunicationStepSize=\"true\"");
+        let head =
+            format!("modelIdentifier=\"{name}\"{tool}\n    canHandleVariableCommunicationStepSize=\"true\"");
         let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
         match version {
             Version::Three => {
@@ -74,7 +75,8 @@ impl Description {
                 );
             }
             Version::Two => {
-                let model = if self.needs_tool { String::new() } else { format!("<File name=\"{name}.c\"/>") };
+                let model =
+                    if self.needs_tool { String::new() } else { format!("<File name=\"{name}.c\"/>") };
                 text += &format!(
                     "<fmiModelDescription fmiVersion=\"2.0\" modelName=\"{name}\" guid=\"{token}\"\n  \
                      description=\"{description}\"\n  \
@@ -85,7 +87,8 @@ impl Description {
             }
         }
         text += &format!("  <UnitDefinitions>\n{}  </UnitDefinitions>\n", units(&self.variables));
-        text += &format!("  <DefaultExperiment startTime=\"0\" stepSize=\"{step_s}\"/>\n  <ModelVariables>\n");
+        text +=
+            &format!("  <DefaultExperiment startTime=\"0\" stepSize=\"{step_s}\"/>\n  <ModelVariables>\n");
         let variables = self.variables.iter().enumerate();
         text += &variables.map(|(k, variable)| variable.xml(k, version)).collect::<String>();
         text += "  </ModelVariables>\n  <ModelStructure>\n";
@@ -118,10 +121,12 @@ impl Variable {
     fn xml(&self, reference: usize, version: Version) -> String {
         let (name, description) = (escaped(&self.name), escaped(&self.description));
         let unit = self.unit.map_or_else(String::new, |(unit, _)| format!(" unit=\"{}\"", escaped(unit)));
-        let start =
-            if let VariableKind::Input { start } = self.kind { format!(" start=\"{start}\"") } else { String::new() };
-        let head =
-            format!("name=\"{name}\" valueReference=\"{reference}\" description=\"{description}\"");
+        let start = if let VariableKind::Input { start } = self.kind {
+            format!(" start=\"{start}\"")
+        } else {
+            String::new()
+        };
+        let head = format!("name=\"{name}\" valueReference=\"{reference}\" description=\"{description}\"");
         let (causality, variability) = match self.kind {
             VariableKind::Time => ("independent", "continuous"),
             VariableKind::Input { .. } => ("input", "continuous"),

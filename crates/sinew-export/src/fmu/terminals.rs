@@ -17,7 +17,10 @@ impl Description {
             terminals.entry(terminal).or_default().push_str(&line);
         }
         let terminal = |(name, members): (&&str, &String)| {
-            format!("    <Terminal name=\"{}\" matchingRule=\"bus\">\n{members}    </Terminal>\n", escaped(name))
+            format!(
+                "    <Terminal name=\"{}\" matchingRule=\"bus\">\n{members}    </Terminal>\n",
+                escaped(name)
+            )
         };
         format!(
             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n  \

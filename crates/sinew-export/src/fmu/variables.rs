@@ -98,7 +98,9 @@ impl<'a> Interface<'a> {
         for (k, ((column, name), start)) in inputs.enumerate() {
             let (description, end) = match model.guards.get(k) {
                 None => ("desired".to_owned(), "far"),
-                Some(_) if self.near == Some(k) => ("measured; NaN: the drive is taken to follow".to_owned(), "near"),
+                Some(_) if self.near == Some(k) => {
+                    ("measured; NaN: the drive is taken to follow".to_owned(), "near")
+                }
                 Some(limits) => (format!("{} to {} in training", limits.low, limits.high), "near"),
             };
             let terminal = Some((end.to_owned(), name.clone()));

@@ -23,7 +23,8 @@ pub(super) struct Sample {
 pub(super) fn condition(g: &mut Graph, model: &Model, time: Value, inputs: Value) -> Sample {
     let column = |of: fn(&InputLimits) -> f64| model.guards.iter().map(of).collect::<Vec<f64>>();
     let [jump, low, high, typical] =
-        [column(|l| l.jump), column(|l| l.low), column(|l| l.high), column(|l| l.typical)].map(|row| g.doubles(&row));
+        [column(|l| l.jump), column(|l| l.low), column(|l| l.high), column(|l| l.typical)]
+            .map(|row| g.doubles(&row));
     let [clock, count] = [3, 2 * model.inputs.len()].map(|width| g.remember(width));
     let (zero, one) = (g.double(0.0), g.double(1.0));
 

@@ -141,7 +141,8 @@ fn cell(
             BasisTerm::Product(i, j) => g.op("Mul", &[signals[i], signals[j]]),
         })
         .collect();
-    let bound = |g: &mut Graph, weights: &[f64]| sum_of(g, zero, weights.iter().copied().zip(terms.iter().copied()));
+    let bound =
+        |g: &mut Graph, weights: &[f64]| sum_of(g, zero, weights.iter().copied().zip(terms.iter().copied()));
     let (low, high) = (bound(g, &cell.low), bound(g, &cell.high));
     let half = g.double(0.5);
     let sum = g.op("Add", &[low, high]);
@@ -159,7 +160,8 @@ fn cell(
     let (mut state, mut active) = (zero, None);
     for branch in &cell.branches {
         let slot = g.remember(1);
-        let (share, position, weight) = (g.double(branch.width), g.double(cell.start), g.double(branch.fraction));
+        let (share, position, weight) =
+            (g.double(branch.width), g.double(cell.start), g.double(branch.fraction));
         let reach = g.op("Mul", &[share, half_width]);
         let (lower, upper) = (g.op("Sub", &[middle, reach]), g.op("Add", &[middle, reach]));
         let band = g.op("Sub", &[upper, lower]);
@@ -383,7 +385,8 @@ fn with_members(g: &mut Graph, estimator: &Estimator, mut own: Estimate, sample:
     if estimator.members.is_empty() {
         return own;
     }
-    let members: Vec<Estimate> = estimator.members.iter().map(|m| estimate(g, &m.estimator, sample)).collect();
+    let members: Vec<Estimate> =
+        estimator.members.iter().map(|m| estimate(g, &m.estimator, sample)).collect();
     let pairs = || estimator.members.iter().zip(&members);
     for (member, estimate) in pairs() {
         let mut both = |operator, a: Option<Value>, b: Option<Value>| match (a, b) {

@@ -62,8 +62,9 @@ impl Graph {
         let name = |message: Message, field, v: &Value| message.bytes(field, &self.names[v.0]);
         let node = operands.iter().fold(Message::default(), |node, v| name(node, 1, v));
         let node = results.iter().fold(node, |node, v| name(node, 2, v)).bytes(4, operator);
-        let attribute =
-            |(name, value): &(&str, usize)| Message::default().bytes(1, name).number(3, *value).number(20, WHOLE);
+        let attribute = |(name, value): &(&str, usize)| {
+            Message::default().bytes(1, name).number(3, *value).number(20, WHOLE)
+        };
         let attributes: Vec<Message> = attributes.iter().map(attribute).collect();
         self.nodes.push(node.messages(5, &attributes));
         results
@@ -177,7 +178,8 @@ impl Graph {
 
     /// The state after the sample.
     pub(super) fn state_after(&mut self) -> Value {
-        let parts: Vec<Value> = self.slots.iter().map(|(_, before, after)| after.unwrap_or(*before)).collect();
+        let parts: Vec<Value> =
+            self.slots.iter().map(|(_, before, after)| after.unwrap_or(*before)).collect();
         self.join(&parts)
     }
 

@@ -54,7 +54,13 @@ pub fn file(model: &Model, name: &Name, content: Content) -> Result<ExportedFile
         ],
         &[
             end("prediction", outputs[0], Kind::Double, 1, far),
-            end("standard_deviation", outputs[1], Kind::Double, 1, "prediction +- 1.96 of it is the 95 % band"),
+            end(
+                "standard_deviation",
+                outputs[1],
+                Kind::Double,
+                1,
+                "prediction +- 1.96 of it is the 95 % band",
+            ),
             end("gate", outputs[2], Kind::Double, 1, "weight of the learned correction, 0 to 1"),
             end("flags", outputs[3], Kind::Whole, 1, "bits, as in the exported C"),
             end("next_state", next_state, Kind::Double, width, "state for the next sample"),

@@ -55,6 +55,9 @@ mod tests {
         assert_eq!(Message::default().number(1, 150).finish(), [0x08, 0x96, 0x01]);
         let text = Message::default().bytes(2, "testing");
         assert_eq!(text.clone().finish(), b"\x12\x07testing");
-        assert_eq!(Message::default().message(3, &Message::default().number(1, 150)).finish(), b"\x1a\x03\x08\x96\x01");
+        assert_eq!(
+            Message::default().message(3, &Message::default().number(1, 150)).finish(),
+            b"\x1a\x03\x08\x96\x01"
+        );
     }
 }

@@ -34,9 +34,11 @@ fn found(files: &[ExportedFile], label: &str) -> String {
     for file in files.iter().filter(|file| !file.path.contains('/')) {
         std::fs::write(folder.path().join(&file.path), &file.bytes).unwrap();
     }
-    let sources = files.iter().map(|file| &file.path).filter(|path| path.ends_with(".c") && !path.contains('/'));
+    let sources =
+        files.iter().map(|file| &file.path).filter(|path| path.ends_with(".c") && !path.contains('/'));
     let sources: Vec<&String> = sources.collect();
-    let all = [CLANG, CPPCHECK].into_iter().filter_map(|analyser| findings(analyser, folder.path(), &sources));
+    let all =
+        [CLANG, CPPCHECK].into_iter().filter_map(|analyser| findings(analyser, folder.path(), &sources));
     all.filter(|said| !said.is_empty()).map(|said| format!("{label}: {said}\n")).collect()
 }
 

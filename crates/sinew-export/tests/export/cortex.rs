@@ -103,7 +103,8 @@ fn a_whole_program_for_a_cortex_m4_fits_16_kilobytes_of_flash() {
             std::fs::write(folder.path().join(&file.path), &file.bytes).unwrap();
         }
         // The linker warns of the system calls of nosys.specs, which are never made.
-        let flags = ["-Os", "--specs=nosys.specs", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections,-w"];
+        let flags =
+            ["-Os", "--specs=nosys.specs", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections,-w"];
         compile(folder.path(), LOOP, &[&M4[..], &flags].concat());
         let output = Command::new("arm-none-eabi-size").arg(folder.path().join("program")).output().unwrap();
         let text = String::from_utf8(output.stdout).unwrap();

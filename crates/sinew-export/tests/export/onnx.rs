@@ -63,7 +63,11 @@ fn worst(python: &Path, model: &Model, seed: u64) -> f64 {
     let mut worst = 0.0_f64;
     for (row, (got, expected)) in got.iter().zip(&expected).enumerate() {
         let [got, expected] = [got, expected].map(|bits| bits.map(f64::from_bits));
-        assert_eq!(got[3].to_bits(), expected[3].to_bits(), "flags of row {row}: {got:?}, {expected:?}\n{model:?}");
+        assert_eq!(
+            got[3].to_bits(),
+            expected[3].to_bits(),
+            "flags of row {row}: {got:?}, {expected:?}\n{model:?}"
+        );
         for (got, expected) in got.iter().zip(expected) {
             worst = worst.max((got - expected).abs() / expected.abs().max(1.0));
         }

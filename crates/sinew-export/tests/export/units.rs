@@ -261,7 +261,12 @@ fn random_calls_never_crash_a_unit() {
         let unit = fmu::Unit::of_model(&model, &name, PREDICTOR, version).unwrap();
         let folder = driven(&unit, stem, calls, FUZZ);
         for compiler in compilers() {
-            compile(compiler, folder.path(), &["exported.c", "driver.c"], &["-w", "-O1", "-g", SANITIZERS, "-fno-sanitize-recover=all"]);
+            compile(
+                compiler,
+                folder.path(),
+                &["exported.c", "driver.c"],
+                &["-w", "-O1", "-g", SANITIZERS, "-fno-sanitize-recover=all"],
+            );
             let said = run(folder.path(), &[], &[seconds]);
             println!("{compiler} {version:?}: {}", String::from_utf8_lossy(&said));
         }
@@ -274,7 +279,8 @@ fn driven(unit: &fmu::Unit, stem: &str, calls: &str, driver: &str) -> tempfile::
     let interface = unit.sources().iter().find(|file| file.path == stem).unwrap();
     let text = std::str::from_utf8(&interface.bytes).unwrap();
     let token = text.split("strcmp(token, \"").nth(1).unwrap().split('"').next().unwrap();
-    let driver = driver.replace("#include <stdio.h>", &format!("#include <math.h>\n#include <stdio.h>\n{calls}"));
+    let driver =
+        driver.replace("#include <stdio.h>", &format!("#include <math.h>\n#include <stdio.h>\n{calls}"));
     let driver = driver.replace("THE_UNIT", stem).replace("TOKEN", token);
     for file in unit.sources() {
         std::fs::write(folder.path().join(&file.path), &file.bytes).unwrap();

@@ -48,7 +48,9 @@ impl PlantFile {
         Ok(match self {
             Self::Cable { specimen, start_n } => {
                 let Some(SpecimenText { specimen, .. }) = SpecimenText::new(specimen) else {
-                    return Err(Error::Shown(format!("specimen: expected bench, ideal or a seed, got {specimen}")));
+                    return Err(Error::Shown(format!(
+                        "specimen: expected bench, ideal or a seed, got {specimen}"
+                    )));
                 };
                 let mut plant = Box::new(CablePlant::new(&specimen, Resolution::default())?);
                 plant.settle(*start_n, Sliding::TowardMotor)?;
@@ -101,7 +103,11 @@ impl SimulatedPlant {
                 for joint in arm.specimen().robot.independent_joints() {
                     let (joint, unit) = (&parts.joints[joint], parts.joints[joint].kind.unit());
                     let named = |what: &str, per: &str| format!("{what}_{unit}{per}");
-                    outputs.push(port(&joint.name, named("encoder", ""), "coordinate by the joint's encoder"));
+                    outputs.push(port(
+                        &joint.name,
+                        named("encoder", ""),
+                        "coordinate by the joint's encoder",
+                    ));
                     outputs.push(port(&joint.name, named("position", ""), "true coordinate"));
                     outputs.push(port(&joint.name, named("velocity", "_s"), "true velocity"));
                 }
@@ -174,7 +180,8 @@ impl SimulatedPlant {
                 let missing = arm.reading().missing();
                 let (reading, truth) = (if *read { arm.reading() } else { &missing }, arm.truth());
                 let muscles = truth.cables.iter().enumerate();
-                let muscles = muscles.flat_map(|(k, c)| [reading.motor[k], reading.tension[k], c.tension_out]);
+                let muscles =
+                    muscles.flat_map(|(k, c)| [reading.motor[k], reading.tension[k], c.tension_out]);
                 let joints = truth.q.iter().zip(truth.v).zip(&reading.joint);
                 let joints = joints.flat_map(|((q, v), encoder)| [*encoder, *q, *v]);
                 let broken = truth.cables.iter().map(|c| f64::from(u8::from(c.broken.is_some())));

@@ -8,7 +8,8 @@ use std::path::Path;
 
 pub(super) fn run(file: &Path) -> Result<Answer, Error> {
     let text = crate::verbs::read_text(file)?;
-    let damaged = |error: serde_json::Error| Error::Unreadable { file: file.to_owned(), source: error.into() };
+    let damaged =
+        |error: serde_json::Error| Error::Unreadable { file: file.to_owned(), source: error.into() };
     let described: PlantFile = serde_json::from_str(&text).map_err(damaged)?;
     let mut plant = described.build()?;
     let (mut input, mut output) = (std::io::stdin().lock(), std::io::stdout().lock());
