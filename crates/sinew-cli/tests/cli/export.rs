@@ -241,7 +241,8 @@ assert not validate_fmu(path), validate_fmu(path)
 description = fmpy.read_model_description(path)
 folder = fmpy.extract(path)
 inputs = [v.valueReference for v in description.modelVariables if v.causality == "input"]
-numbers = [v.valueReference for v in description.modelVariables if v.causality == "output" and v.type in ("Float64", "Real")]
+outputs = [v for v in description.modelVariables if v.causality == "output"]
+numbers = [v.valueReference for v in outputs if v.type != "Boolean"]
 rows = np.frombuffer(sys.stdin.buffer.read()).reshape(steps, len(inputs))
 units = [fmpy.instantiate_fmu(folder, description, "CoSimulation") for _ in range(10)]
 three = description.fmiVersion == "3.0"

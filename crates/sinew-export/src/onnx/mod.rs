@@ -4,8 +4,8 @@
 //! time_s, inputs, state ──> prediction, standard_deviation, gate, flags, next_state
 //! ```
 //!
-//! Every sum is written out in the library's order, in the precision it has there, so that a runtime that
-//! computes single operators as IEEE 754 asks gives the library's numbers; logarithms alone are the runtime's.
+//! Every sum is written out in the library's order and precision, so that a runtime that computes single
+//! operators as IEEE 754 asks gives the library's numbers; logarithms alone are the runtime's.
 
 mod conditioner;
 mod estimator;
