@@ -55,7 +55,7 @@ pub(crate) struct ModelExportArguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum ExportVerb {
-    Twin(TwinExportArguments),
+    Twin(Box<TwinExportArguments>),
     Machine(MachineExportArguments),
     /// Simulate the plant of a unit, with numbers of 64 bits on standard input and output; units start this.
     #[command(hide = true)]
