@@ -1,7 +1,7 @@
 //! The binary of a unit, by the C compiler of this machine.
 
-use super::{Unit, Version};
-use crate::{ExportError, Name};
+use super::version::Version;
+use crate::{ExportError, ExportedFile, Name};
 use std::io::ErrorKind;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -21,35 +21,30 @@ pub const PLATFORM: &str = if cfg!(all(target_os = "linux", target_arch = "x86_6
     "unknown"
 };
 
-impl Unit {
-    /// The shared library of the unit for this machine; none where there is no such compiler.
-    ///
-    /// # Errors
-    /// [`ExportError::Compiler`] with what the compiler says, where it fails.
-    pub fn compile(&self, compiler: &Path) -> Result<Option<Vec<u8>>, ExportError> {
-        let refuse = |reason: String| ExportError::Compiler { compiler: compiler.to_owned(), reason };
-        let folder = tempfile::tempdir().map_err(|error| refuse(error.to_string()))?;
-        for file in &self.sources {
-            std::fs::write(folder.path().join(&file.path), &file.bytes)
-                .map_err(|error| refuse(error.to_string()))?;
+/// The shared library of sources for this machine; none where there is no such compiler.
+pub(super) fn compile(sources: &[ExportedFile], compiler: &Path) -> Result<Option<Vec<u8>>, ExportError> {
+    let refuse = |reason: String| ExportError::Compiler { compiler: compiler.to_owned(), reason };
+    let folder = tempfile::tempdir().map_err(|error| refuse(error.to_string()))?;
+    for file in sources {
+        std::fs::write(folder.path().join(&file.path), &file.bytes)
+            .map_err(|error| refuse(error.to_string()))?;
+    }
+    let mut command = Command::new(compiler);
+    command.current_dir(folder.path()).stdin(Stdio::null());
+    command.args(["-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden"]);
+    let code = sources.iter().map(|file| &file.path).filter(|path| path.ends_with(".c"));
+    command.args(code).args(["-o", "binary", "-lm"]);
+    match command.output() {
+        Ok(output) if output.status.success() => {
+            let bytes = std::fs::read(folder.path().join("binary"));
+            bytes.map(Some).map_err(|error| refuse(error.to_string()))
         }
-        let mut command = Command::new(compiler);
-        command.current_dir(folder.path()).stdin(Stdio::null());
-        command.args(["-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden"]);
-        let code = self.sources.iter().map(|file| &file.path).filter(|path| path.ends_with(".c"));
-        command.args(code).args(["-o", "binary", "-lm"]);
-        match command.output() {
-            Ok(output) if output.status.success() => {
-                let bytes = std::fs::read(folder.path().join("binary"));
-                bytes.map(Some).map_err(|error| refuse(error.to_string()))
-            }
-            Ok(output) => {
-                let said = String::from_utf8_lossy(&output.stderr);
-                Err(refuse(said.lines().next().unwrap_or("it failed without a word").to_owned()))
-            }
-            Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(refuse(error.to_string())),
+        Ok(output) => {
+            let said = String::from_utf8_lossy(&output.stderr);
+            Err(refuse(said.lines().next().unwrap_or("it failed without a word").to_owned()))
         }
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(refuse(error.to_string())),
     }
 }
 

@@ -1,7 +1,7 @@
 //! `modelDescription.xml` and `buildDescription.xml`.
 
-use super::Version;
-use super::variables::BaseUnit;
+use super::unit_of::BaseUnit;
+use super::version::Version;
 use crate::Name;
 use std::collections::BTreeMap;
 

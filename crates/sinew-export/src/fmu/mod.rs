@@ -5,43 +5,21 @@ mod binary;
 mod description;
 mod plant;
 mod terminals;
+mod unit_of;
 mod variables;
+mod version;
 mod zip;
 
 pub use binary::PLATFORM;
 pub use plant::{Plant, Port};
+pub use version::Version;
 
 use crate::c::{self, Content, Filling, double};
 use crate::{ExportError, ExportedFile, Name};
 use description::Description;
 use sinew::predictor::Model;
+use std::path::Path;
 use variables::Interface;
-
-/// Version of the interface.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Version {
-    /// FMI 2.0.
-    Two,
-    /// FMI 3.0.
-    Three,
-}
-
-impl Version {
-    /// Stem of the source that implements it.
-    fn stem(self) -> &'static str {
-        match self {
-            Self::Two => "fmi2",
-            Self::Three => "fmi3",
-        }
-    }
-
-    fn template(self) -> &'static str {
-        match self {
-            Self::Two => include_str!("templates/fmi2.c"),
-            Self::Three => include_str!("templates/fmi3.c"),
-        }
-    }
-}
 
 /// A unit before it is packed.
 #[derive(Debug)]
@@ -119,6 +97,14 @@ impl Unit {
     #[must_use]
     pub fn sources(&self) -> &[ExportedFile] {
         &self.sources
+    }
+
+    /// The shared library of the unit for this machine; none where there is no such compiler.
+    ///
+    /// # Errors
+    /// [`ExportError::Compiler`] with what the compiler says, where it fails.
+    pub fn compile(&self, compiler: &Path) -> Result<Option<Vec<u8>>, ExportError> {
+        binary::compile(&self.sources, compiler)
     }
 
     /// `NAME.fmu`: description, sources, and the binary of [`compile`](Self::compile) where there is one.

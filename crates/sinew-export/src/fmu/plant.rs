@@ -1,7 +1,7 @@
 //! A plant that a process simulates: what it takes, what it says, and the file that it is made from.
 
 use super::description::{Description, Variable, VariableKind};
-use super::variables::unit;
+use super::unit_of::unit;
 
 /// A number that goes into a plant or comes out.
 #[derive(Debug, Clone, PartialEq)]
