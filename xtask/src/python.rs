@@ -9,7 +9,7 @@ const PACKAGES: [&str; 6] = ["hypothesis", "jsonschema", "maturin>=1.9,<2", "myp
 
 /// What parts of the package work with; tests of those that cannot be installed are skipped with a message.
 /// Not among them: stable-baselines3, which brings gigabytes of PyTorch; where it is installed, it is tested.
-const OPTIONAL: [&str; 15] = [
+const OPTIONAL: [&str; 17] = [
     "gymnasium>=1.1",
     "cmaes",
     "dynamixel-sdk",
@@ -20,6 +20,8 @@ const OPTIONAL: [&str; 15] = [
     "mujoco-mjx",
     "mujoco-warp>=3.6",
     "nbclient",
+    "onnx",
+    "onnxruntime",
     "optuna>=4",
     "pandas",
     "polars",
@@ -47,6 +49,9 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
     let Some(interpreter) = build(root)? else { return Ok(()) };
     let golden = root.join("target/debug").join(format!("sinew-py-golden{}", std::env::consts::EXE_SUFFIX));
     succeed(pytest(root, &interpreter, &[]).env("SINEW_GOLDEN", golden))?;
+    // Exports against other people's programs in that environment.
+    let mut exports = cargo(root, &["test", "--package", "sinew-export", "--test", "export", "onnx"]);
+    succeed(exports.env("SINEW_PYTHON", &interpreter))?;
     OLDER_MUJOCO.iter().try_for_each(|packages| with(root, &interpreter, packages, MUJOCO_TESTS))
 }
 

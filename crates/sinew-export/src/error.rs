@@ -19,6 +19,14 @@ pub enum ExportError {
         /// What would do.
         expected: &'static str,
     },
+    /// What has no graph in ONNX.
+    #[error(
+        "ONNX: expected predictions by clamp cells, regressions, gated networks or sums of them, got {what}"
+    )]
+    Onnx {
+        /// The part of the model, or what was asked of it.
+        what: &'static str,
+    },
     /// A C compiler that does not compile the sources of a unit.
     #[error("{}: {reason}", compiler.display())]
     Compiler {

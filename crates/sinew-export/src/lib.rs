@@ -1,12 +1,13 @@
-//! Identified models for programs that are not written in Rust: C99 sources and functional mock-up units.
+//! Identified models for programs that are not written in Rust: C99 sources, functional mock-up units, ONNX.
 //!
-//! Every export gives the bits of [`Predictor`](sinew::predictor::Predictor): the generator evaluates `exp`
+//! C and units give the bits of [`Predictor`](sinew::predictor::Predictor): the generator evaluates `exp`
 //! and `log` of the parameters, writes the constants as hexadecimal literals, and the generated code
 //! contains additions, multiplications, divisions, comparisons and square roots alone.
 //!
 //! ```text
 //! Model ──> c::files ──> NAME.h, NAME.c, example.c, CMakeLists.txt, simulink/, arduino/
-//!       └─> fmu::file ─> NAME.fmu: modelDescription.xml, sources/, binaries/
+//!       ├─> fmu::file ─> NAME.fmu: modelDescription.xml, sources/, binaries/
+//!       └─> onnx::file > NAME.onnx: one sample, with the state as an input and an output
 //! ```
 //!
 //! Exports are files in memory; only [`fmu::compile`] calls a compiler, in a temporary folder.
@@ -15,6 +16,7 @@ pub mod c;
 mod error;
 pub mod fmu;
 mod name;
+pub mod onnx;
 
 pub use error::ExportError;
 pub use name::Name;

@@ -32,7 +32,10 @@ pub(crate) use design::{DesignArguments, DesignVerb, DriveArguments, StudyArgume
 pub(crate) use ethercat::{
     EthercatArguments, EthercatScanArguments, EthercatSimulateArguments, EthercatVerb,
 };
-pub(crate) use export::{ExportArguments, ExportForm};
+pub(crate) use export::{
+    ExportArguments, ExportForm, ExportVerb, MachineExportArguments, ModelExportArguments,
+    TwinExportArguments, UnitArguments, UnitForm,
+};
 pub(crate) use fault::{Component, FaultArgument, OFFERED};
 pub(crate) use identification::{
     AdaptArguments, CompensateArguments, DemoArguments, EvaluateArguments, IdentifyArguments,
@@ -60,6 +63,7 @@ pub(crate) use simulation::{
     TwinPlanArguments, TwinVerb,
 };
 pub(crate) use track::TrackArguments;
+pub(crate) use values::SpecimenText;
 pub(crate) use verbs::{command, moved};
 
 use crate::version::version;

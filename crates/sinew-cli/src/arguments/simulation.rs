@@ -1,8 +1,7 @@
 //! Arguments of `sinew twin` and `sinew reproduce`.
 
-use super::values::{SpecimenParser, compensation, number};
+use super::values::{SpecimenParser, SpecimenText, compensation, number};
 use clap::{Args, Subcommand, ValueEnum};
-use sinew::twin::cable::Specimen;
 use sinew_lab::{CompensationVariant, paper};
 use std::path::PathBuf;
 
@@ -67,7 +66,7 @@ pub(crate) struct TwinBenchArguments {
     pub(crate) compensation: Option<CompensationVariant>,
     /// Cable: a named one, or a seed N that draws another one at random
     #[arg(long, value_name = "NAME|N", default_value = "bench", value_parser = SpecimenParser)]
-    pub(crate) specimen: Specimen,
+    pub(crate) specimen: SpecimenText,
     /// Seed of the sensor noise and of network training
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
@@ -142,7 +141,7 @@ pub(crate) struct TwinCableArguments {
     pub(crate) scenario: Option<PathBuf>,
     /// Cable: a named one, or a seed N that draws another one at random
     #[arg(long, value_name = "NAME|N", default_value = "bench", value_parser = SpecimenParser)]
-    pub(crate) specimen: Specimen,
+    pub(crate) specimen: SpecimenText,
     /// Initial far tension, N, at least the cable's pretension, as after sliding toward the motor
     #[arg(long, value_name = "N", default_value_t = 40.0)]
     pub(crate) start: f64,

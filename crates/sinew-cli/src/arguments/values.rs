@@ -34,28 +34,40 @@ pub(super) fn workshop() -> impl TypedValueParser {
         .map(move |name| of(&name).unwrap_or(Workshop::Careful))
 }
 
+/// A specimen and what it was called.
+#[derive(Debug, Clone)]
+pub(crate) struct SpecimenText {
+    pub(crate) text: String,
+    pub(crate) specimen: Specimen,
+}
+
+impl SpecimenText {
+    /// Of `bench`, `ideal` or the seed of a random specimen; none of other texts.
+    pub(crate) fn new(text: &str) -> Option<Self> {
+        let specimen = match text {
+            "bench" => Specimen::bench(),
+            "ideal" => Specimen::ideal(),
+            seed => Specimen::draw(seed.parse().ok()?),
+        };
+        Some(Self { text: text.to_owned(), specimen })
+    }
+}
+
 /// Parses `bench`, `ideal` or the seed of a random specimen.
 #[derive(Debug, Clone)]
-pub(super) struct SpecimenParser;
+pub(crate) struct SpecimenParser;
 
 impl TypedValueParser for SpecimenParser {
-    type Value = Specimen;
+    type Value = SpecimenText;
 
     fn parse_ref(
         &self,
         command: &Command,
         arg: Option<&Arg>,
         value: &OsStr,
-    ) -> Result<Specimen, clap::Error> {
-        match value.to_str() {
-            Some("bench") => Ok(Specimen::bench()),
-            Some("ideal") => Ok(Specimen::ideal()),
-            text => {
-                let seed = text.and_then(|seed| seed.parse().ok());
-                let valid = ["bench", "ideal", "N"];
-                seed.map(Specimen::draw).ok_or_else(|| invalid_value(command, arg, value, &valid))
-            }
-        }
+    ) -> Result<SpecimenText, clap::Error> {
+        let valid = ["bench", "ideal", "N"];
+        value.to_str().and_then(SpecimenText::new).ok_or_else(|| invalid_value(command, arg, value, &valid))
     }
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {

@@ -24,7 +24,7 @@ pub(crate) const MAIN: &str = "main";
 const MUSCLES: &str = "muscles";
 
 /// A machine as written.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MachineSource {
     /// Path of the file as given.
     pub(crate) path: PathBuf,

@@ -121,6 +121,206 @@ fn units_of_both_versions_are_one_file_each() {
 }
 
 #[test]
+fn a_graph_is_one_file() {
+    let bench = Bench::with_model();
+    let shown = bench.succeeds("export out/model.json --to onnx --out onnx").stdout;
+    assert!(shown.contains("next_state"), "{shown}");
+    assert_eq!(bench.files("onnx"), ["model.onnx"]);
+}
+
+/// A plant as a unit holds it, its inputs, and what the library says of it: every row the outputs.
+struct Expected {
+    file: String,
+    inputs: fn(usize) -> Vec<f64>,
+    rows: Vec<Vec<f64>>,
+}
+
+const STEPS: usize = 400;
+
+fn cable() -> Expected {
+    use sinew::transmission::{Sliding, cable::EndMotion};
+    use sinew::twin::cable::{CablePlant, Resolution, Specimen};
+    let inputs = |k: usize| vec![0.02 * (0.02 * k as f64).sin(), 0.015 * (0.02 * k as f64).sin()];
+    let mut plant = CablePlant::new(&Specimen::draw(3), Resolution::default()).unwrap();
+    plant.settle(40.0, Sliding::TowardMotor).unwrap();
+    let said = |reading: sinew::twin::cable::CableReading| {
+        vec![reading.tension_in, reading.tension_out, reading.stretch, 0.0]
+    };
+    let mut rows = vec![said(plant.clone().step(1e-3, EndMotion::default()).unwrap())];
+    let mut before = vec![0.0; 2];
+    for k in 0..STEPS {
+        let now = inputs(k);
+        let motion = EndMotion { motor: now[0] - before[0], anchor: now[1] - before[1] };
+        rows.push(said(plant.step(1e-3, motion).unwrap()));
+        before = now;
+    }
+    Expected { file: r#"{"cable":{"specimen":"3","start_n":40.0}}"#.to_owned(), inputs, rows }
+}
+
+fn joint() -> Expected {
+    use sinew::control::arm::{resting_tensions, synthesize};
+    use sinew::drive::DriveCommand;
+    use sinew::twin::arm::{ArmSpecimen, ArmTwin};
+    let inputs = |k: usize| vec![0.02 * (0.03 * k as f64).sin(), -0.02 * (0.03 * k as f64).sin()];
+    let text = include_str!("../../../../models/bench_joint.toml");
+    let machine = sinew_lab::machine_file::load_machine(Path::new("bench_joint"), None).unwrap().machine;
+    let design = ArmSpecimen::nominal(&machine).unwrap();
+    let models = sinew_lab::experiment::oracle_models(&design);
+    let (gains, _) = synthesize(&machine, &models, std::slice::from_ref(&machine.start)).unwrap();
+    let specimen = ArmSpecimen::sampled_around(&design, &machine, 5).unwrap();
+    let tensions = resting_tensions(&specimen.robot, &machine.start, &gains.tension_limits()).unwrap();
+    let mut arm = ArmTwin::new(&specimen, &machine.start, &tensions, 5).unwrap();
+    let said = |arm: &ArmTwin, read: bool| -> Vec<f64> {
+        let (reading, truth) = (arm.reading(), arm.truth());
+        let of = |x: f64| if read { x } else { f64::NAN };
+        let muscles =
+            (0..2).flat_map(|m| [of(reading.motor[m]), of(reading.tension[m]), truth.cables[m].tension_out]);
+        muscles.chain([of(reading.joint[0]), truth.q[0], truth.v[0], 0.0, 0.0]).collect()
+    };
+    let mut rows = vec![said(&arm, false)];
+    for k in 0..STEPS {
+        let commands: Vec<DriveCommand> = inputs(k).into_iter().map(DriveCommand::Velocity).collect();
+        arm.step(&commands, 1e-3).unwrap();
+        rows.push(said(&arm, true));
+    }
+    let source = serde_json::json!({"path": "bench_joint", "texts": [{"role": "main", "text": text}]});
+    let file = serde_json::json!({"machine": {"source": source, "seed": 5}}).to_string();
+    Expected { file, inputs, rows }
+}
+
+fn bits(rows: &[Vec<f64>]) -> Vec<u64> {
+    rows.iter().flatten().map(|x| x.to_bits()).collect()
+}
+
+#[test]
+fn the_process_of_a_unit_says_the_library_s_numbers_and_refuses_a_bad_step() {
+    use std::io::{Read, Write};
+    let bench = Bench::new();
+    for Expected { file, inputs, rows } in [cable(), joint()] {
+        bench.write("plant.json", &file);
+        let mut command = bench.command("export serve plant.json");
+        command.stdin(std::process::Stdio::piped()).stdout(std::process::Stdio::piped());
+        let mut process = command.spawn().unwrap();
+        let (mut to, mut from) = (process.stdin.take().unwrap(), process.stdout.take().unwrap());
+        let width = rows[0].len();
+        let mut listen = || {
+            let mut bytes = vec![0; 8 * (1 + width)];
+            from.read_exact(&mut bytes).unwrap();
+            let mut numbers = bytes.as_chunks::<8>().0.iter().map(|number| f64::from_ne_bytes(*number));
+            (numbers.next().unwrap(), numbers.collect::<Vec<f64>>())
+        };
+        let mut ask = |seconds: f64, k: usize| {
+            let numbers = [seconds].into_iter().chain(inputs(k));
+            to.write_all(&numbers.flat_map(f64::to_ne_bytes).collect::<Vec<u8>>()).unwrap();
+        };
+        let mut got = vec![listen().1];
+        for k in 0..STEPS {
+            for bad in [0.0, -1.0, f64::NAN, 1e9] {
+                ask(bad, k);
+                assert!(listen().0 > 0.0);
+            }
+            ask(1e-3, k);
+            let (refused, row) = listen();
+            assert!(refused < 0.5, "{k}");
+            got.push(row);
+        }
+        assert!(bits(&got) == bits(&rows), "{file}");
+        drop(to);
+        assert!(process.wait().unwrap().success());
+    }
+}
+
+/// Validates a unit, runs ten of its instances side by side, and prints the outputs of the last.
+const FMPY: &str = r#"
+import shutil, sys
+import numpy as np
+import fmpy
+from fmpy.validation import validate_fmu
+path, steps = sys.argv[1], int(sys.argv[2])
+assert not validate_fmu(path), validate_fmu(path)
+description = fmpy.read_model_description(path)
+folder = fmpy.extract(path)
+inputs = [v.valueReference for v in description.modelVariables if v.causality == "input"]
+outputs = [v for v in description.modelVariables if v.causality == "output"]
+numbers = [v.valueReference for v in outputs if v.type != "Boolean"]
+rows = np.frombuffer(sys.stdin.buffer.read()).reshape(steps, len(inputs))
+units = [fmpy.instantiate_fmu(folder, description, "CoSimulation") for _ in range(10)]
+three = description.fmiVersion == "3.0"
+get = lambda unit: unit.getFloat64(numbers) if three else unit.getReal(numbers)
+put = lambda unit, row: unit.setFloat64(inputs, row) if three else unit.setReal(inputs, row)
+said = []
+for unit in units:
+    if not three:
+        unit.setupExperiment(startTime=0.0)
+    unit.enterInitializationMode()
+    unit.exitInitializationMode()
+for k in range(steps + 1):
+    said += get(units[-1])
+    if k < steps:
+        for unit in units:
+            put(unit, rows[k])
+            unit.doStep(k / 1000, 1 / 1000)
+assert all(np.array_equal(get(unit), get(units[0]), equal_nan=True) for unit in units)
+for unit in units:
+    unit.terminate()
+    unit.freeInstance()
+shutil.rmtree(folder)
+sys.stdout.buffer.write(np.array(said, float).tobytes())
+"#;
+
+#[test]
+fn units_of_plants_simulate_the_library_s_numbers_in_fmpy() {
+    let python = std::env::var_os("SINEW_PYTHON").unwrap_or_else(|| "python3".into());
+    let has = Command::new(&python).args(["-c", "import fmpy"]).output();
+    if !compiler() || !has.is_ok_and(|output| output.status.success()) {
+        eprintln!("skipped: no Python with fmpy");
+        return;
+    }
+    let bench = Bench::new();
+    let program = Path::new(env!("CARGO_BIN_EXE_sinew")).parent().unwrap();
+    let path = std::env::join_paths(
+        [program.to_owned()].into_iter().chain(std::env::split_paths(&std::env::var_os("PATH").unwrap())),
+    );
+    let path = path.unwrap();
+    for (verb, expected) in [("twin --specimen 3", cable()), ("machine bench_joint --seed 5", joint())] {
+        for form in ["fmu", "fmu2"] {
+            bench.succeeds(&format!("export {verb} --to {form} --out {form} --name plant"));
+            let rows: Vec<u8> = (0..STEPS).flat_map(expected.inputs).flat_map(f64::to_ne_bytes).collect();
+            bench.write("rows", rows);
+            let mut command = Command::new(&python);
+            command.args(["-c", FMPY]).arg(bench.path(&format!("{form}/plant.fmu"))).arg(STEPS.to_string());
+            command.env("PATH", &path).stdin(std::fs::File::open(bench.path("rows")).unwrap());
+            let output = command.output().unwrap();
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            let got = output.stdout.as_chunks::<8>().0.iter().map(|x| f64::from_ne_bytes(*x));
+            // Flags are no numbers.
+            let flags = if verb.starts_with("twin") { 1 } else { 2 };
+            let numbers = expected.rows.iter().flat_map(|row| &row[..row.len() - flags]);
+            let worst = got.zip(numbers).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
+            assert_eq!(worst, 0, "{verb} {form}");
+            assert_eq!(output.stdout.len(), 8 * (STEPS + 1) * (expected.rows[0].len() - flags));
+        }
+    }
+}
+
+#[test]
+fn plants_that_cannot_be_exported_are_one_error_and_leave_nothing() {
+    let bench = Bench::new();
+    bench.write("bad.json", r#"{"cable":{"specimen":"x","start_n":40.0}}"#);
+    for (arguments, parts) in [
+        ("export machine nowhere.toml --to fmu --out d", vec!["nowhere.toml"]),
+        ("export twin --to fmu --out d --name 7up", vec!["`7up`", "C identifier"]),
+        ("export twin --to fmu --out d --start -5", vec!["tension_out", "-20.5"]),
+        ("export serve bad.json", vec!["specimen", "x"]),
+        ("export serve none.json", vec!["none.json"]),
+    ] {
+        bench.refuses(arguments, &parts);
+    }
+    bench.refuses_usage("export twin --to c --out d", &["fmu, fmu2"]);
+    bench.refuses_usage("export machine --to fmu --out d", &["MACHINE"]);
+}
+
+#[test]
 fn what_cannot_be_exported_is_one_error_and_leaves_nothing() {
     let bench = Bench::with_model();
     bench.write("file", "");
@@ -142,6 +342,7 @@ fn what_cannot_be_exported_is_one_error_and_leaves_nothing() {
         bench.fails(&format!("export out/model.json --to {form} --out file"), &["file", "cannot be written"]);
         bench.fails(&format!("export out/model.json --to {form} --out file/below"), &["file"]);
     }
-    bench.refuses_usage("export out/model.json --to onnx --out d", &["onnx", "c, fmu, fmu2"]);
+    bench.refuses("export out/model.json --to onnx --out d --inverse", &["ONNX", "an inverse"]);
+    bench.refuses_usage("export out/model.json --to matlab --out d", &["matlab", "c, fmu, fmu2, onnx"]);
     bench.refuses_usage("export out/model.json --out d", &["--to"]);
 }

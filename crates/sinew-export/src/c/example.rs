@@ -35,6 +35,7 @@ pub(super) fn file(model: &Model, name: &Name, content: Content) -> ExportedFile
         filling.when("inverse", true);
         filling.set("optional", lines);
         filling.set("near", near);
+        filling.when("scaled", scale != "1.0");
         filling.set("per_second", per_second);
     }
     ExportedFile::text("example.c", filling.render(EXAMPLE, name))

@@ -12,7 +12,9 @@ pub(super) fn code(estimator: &Estimator, inputs: usize, name: &Name) -> String 
     if estimator.members.is_empty() {
         return String::new();
     }
-    let mut code = String::from("    {\n        double outside, mean_of, difference;\n");
+    let fades = estimator.members.iter().any(|member| member.inside);
+    let outside = if fades { "outside, " } else { "" };
+    let mut code = format!("    {{\n        double {outside}mean_of, difference;\n");
     code += "        double all = 0.0, total = 0.0, sum = 0.0, weighted_gate = 0.0, between = 0.0;\n";
     for (k, _) in members() {
         let _ = writeln!(code, "        double w{k};");
@@ -35,8 +37,10 @@ pub(super) fn code(estimator: &Estimator, inputs: usize, name: &Name) -> String 
         }
         let _ = writeln!(code, "        s->determined = s->determined && s->m{k}.determined;");
     }
-    let _ = writeln!(code, "        outside = 1.0 - s->beyond / {};", double(FADE));
-    code += "        outside = outside > 0.0 ? outside : 0.0;\n";
+    if fades {
+        let _ = writeln!(code, "        outside = 1.0 - s->beyond / {};", double(FADE));
+        code += "        outside = outside > 0.0 ? outside : 0.0;\n";
+    }
     for (k, Member { weight, inside, .. }) in members() {
         let factor = if *inside { "outside" } else { "1.0" };
         let weight = double(*weight);

@@ -12,7 +12,7 @@ use crate::Name;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The templates by the word that includes them.
-const TEMPLATES: [(&str, &str); 9] = [
+const TEMPLATES: [(&str, &str); 10] = [
     ("cable", include_str!("templates/cable.c")),
     ("cell", include_str!("templates/cell.c")),
     ("axis_force", include_str!("templates/axis_force.c")),
@@ -22,6 +22,7 @@ const TEMPLATES: [(&str, &str); 9] = [
     ("inverse", include_str!("templates/inverse.c")),
     ("ensemble", include_str!("templates/ensemble.c")),
     ("perceptron", include_str!("templates/perceptron.c")),
+    ("process", include_str!("../fmu/templates/process.h")),
 ];
 
 /// What fills a template.

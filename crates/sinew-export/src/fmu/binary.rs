@@ -1,9 +1,7 @@
 //! The binary of a unit, by the C compiler of this machine.
 
-use super::sources::{Version, sources};
-use crate::c::Content;
-use crate::{ExportError, Name};
-use sinew::predictor::Model;
+use super::version::Version;
+use crate::{ExportError, ExportedFile, Name};
 use std::io::ErrorKind;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -23,28 +21,19 @@ pub const PLATFORM: &str = if cfg!(all(target_os = "linux", target_arch = "x86_6
     "unknown"
 };
 
-/// The shared library of a unit for this machine; none where there is no such compiler.
-///
-/// # Errors
-/// [`ExportError::Compiler`] with what the compiler says, where it fails; as [`sources`].
-pub fn compile(
-    model: &Model,
-    name: &Name,
-    content: Content,
-    version: Version,
-    compiler: &Path,
-) -> Result<Option<Vec<u8>>, ExportError> {
+/// The shared library of sources for this machine; none where there is no such compiler.
+pub(super) fn compile(sources: &[ExportedFile], compiler: &Path) -> Result<Option<Vec<u8>>, ExportError> {
     let refuse = |reason: String| ExportError::Compiler { compiler: compiler.to_owned(), reason };
     let folder = tempfile::tempdir().map_err(|error| refuse(error.to_string()))?;
-    for file in sources(model, name, content, version)? {
+    for file in sources {
         std::fs::write(folder.path().join(&file.path), &file.bytes)
             .map_err(|error| refuse(error.to_string()))?;
     }
-    let source = |stem: &str| format!("{stem}.c");
     let mut command = Command::new(compiler);
     command.current_dir(folder.path()).stdin(Stdio::null());
     command.args(["-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden"]);
-    command.args([source(name.as_str()), source(version.stem())]).args(["-o", "binary", "-lm"]);
+    let code = sources.iter().map(|file| &file.path).filter(|path| path.ends_with(".c"));
+    command.args(code).args(["-o", "binary", "-lm"]);
     match command.output() {
         Ok(output) if output.status.success() => {
             let bytes = std::fs::read(folder.path().join("binary"));

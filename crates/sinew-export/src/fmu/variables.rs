@@ -1,5 +1,7 @@
-//! The variables of a unit: names, value references, units, start values.
+//! The variables of a model's unit: names, units, start values.
 
+use super::description::{Description, Variable, VariableKind};
+use super::unit_of::unit;
 use crate::ExportError;
 use crate::c::{Content, checksum};
 use sinew::predictor::{Input, InputLimits, Model};
@@ -50,7 +52,8 @@ const COMMAND_FLAGS: [Flag; 7] = [
 /// What a unit takes and gives.
 pub(super) struct Interface<'a> {
     pub(super) model: &'a Model,
-    /// The input that is commanded, in whose place the desired far end is taken; none of a predictor.
+    /// The input that is commanded: what goes in is the measured one, and the desired far end behind all
+    /// inputs. None of a predictor.
     pub(super) near: Option<usize>,
     pub(super) numbers: &'static [Number],
     pub(super) flags: &'static [Flag],
@@ -67,16 +70,14 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// Columns of the inputs, that of the desired far end in the place of the near side.
-    pub(super) fn columns(&self) -> Vec<&'a str> {
-        let column = |(k, input): (usize, &'a Input)| {
-            if self.near == Some(k) { self.model.far.as_str() } else { input.column.as_str() }
-        };
-        self.model.inputs.iter().enumerate().map(column).collect()
+    /// Columns of the inputs, and that of the desired far end.
+    fn columns(&self) -> Vec<&'a str> {
+        let desired = self.near.map(|_| self.model.far.as_str());
+        self.model.inputs.iter().map(|input: &'a Input| input.column.as_str()).chain(desired).collect()
     }
 
     /// Names of the inputs: their columns; one that is taken already has its number behind it.
-    pub(super) fn input_names(&self) -> Vec<String> {
+    fn input_names(&self) -> Vec<String> {
         let outputs =
             self.numbers.iter().map(|(name, ..)| *name).chain(self.flags.iter().map(|(name, _)| *name));
         let mut taken: BTreeSet<String> = outputs.chain(["time"]).map(str::to_owned).collect();
@@ -91,15 +92,58 @@ impl<'a> Interface<'a> {
         names
     }
 
-    /// Start values of the inputs; nothing is desired of the far end.
-    pub(super) fn starts(&self) -> Vec<f64> {
+    /// What the unit of this model is.
+    pub(super) fn description(&self) -> Result<Description, ExportError> {
+        let (model, mut variables) = (self.model, vec![Variable::time()]);
+        let inputs = self.columns().into_iter().zip(self.input_names()).zip(self.starts());
+        for (k, ((column, name), start)) in inputs.enumerate() {
+            let (description, end) = match model.guards.get(k) {
+                None => ("desired".to_owned(), "far"),
+                Some(_) if self.near == Some(k) => {
+                    ("measured; NaN: the drive is taken to follow".to_owned(), "near")
+                }
+                Some(limits) => (format!("{} to {} in training", limits.low, limits.high), "near"),
+            };
+            let terminal = Some((end.to_owned(), name.clone()));
+            let kind = VariableKind::Input { start };
+            variables.push(Variable { name, description, unit: unit(column), terminal, kind });
+        }
+        for (k, &(name, description, side)) in self.numbers.iter().enumerate() {
+            let column = self.column_of(side);
+            let description = match column {
+                Some(column) if k == 0 => format!("{description}: {column}"),
+                _ => description.to_owned(),
+            };
+            let end = match side {
+                Side::Near => Some("near"),
+                Side::Far => Some("far"),
+                Side::Neither => None,
+            };
+            let terminal = end.map(|end| (end.to_owned(), name.to_owned()));
+            let (unit, kind) = (column.and_then(unit), VariableKind::Number);
+            variables.push(Variable { name: name.to_owned(), description, unit, terminal, kind });
+        }
+        for &(name, description) in self.flags {
+            let (name, description, kind) = (name.to_owned(), description.to_owned(), VariableKind::Flag);
+            variables.push(Variable { name, description, unit: None, terminal: None, kind });
+        }
+        let (far, member) = (&model.far, &model.provenance.member);
+        let description = match self.near {
+            None => format!("{far} predicted by `{member}`"),
+            Some(near) => format!("{} for a desired {far}, by `{member}`", model.inputs[near].column),
+        };
+        Ok(Description { description, token: self.token()?, variables, step_s: 0.001, needs_tool: false })
+    }
+
+    /// Start values of the inputs; nothing is measured, and zero is desired of the far end.
+    fn starts(&self) -> Vec<f64> {
         let start =
-            |(k, limits): (usize, &InputLimits)| if self.near == Some(k) { 0.0 } else { limits.typical };
-        self.model.guards.iter().enumerate().map(start).collect()
+            |(k, limits): (usize, &InputLimits)| if self.near == Some(k) { f64::NAN } else { limits.typical };
+        self.model.guards.iter().enumerate().map(start).chain(self.near.map(|_| 0.0)).collect()
     }
 
     /// The column whose unit a number has.
-    pub(super) fn column_of(&self, side: Side) -> Option<&'a str> {
+    fn column_of(&self, side: Side) -> Option<&'a str> {
         match side {
             Side::Near => self.near.map(|near| self.model.inputs[near].column.as_str()),
             Side::Far => Some(self.model.far.as_str()),
@@ -108,43 +152,8 @@ impl<'a> Interface<'a> {
     }
 
     /// The token that tells units of different models apart.
-    pub(super) fn token(&self) -> Result<String, ExportError> {
+    fn token(&self) -> Result<String, ExportError> {
         let inverse = if self.near.is_some() { "-inverse" } else { "" };
         Ok(format!("{{sinew-{}{inverse}}}", checksum(self.model)?))
-    }
-}
-
-/// Suffixes of column names with the unit of FMI: name, exponents of kg, m, s, A and rad, factor to SI.
-const UNITS: [(&str, &str, &str); 9] = [
-    ("_n", "N", "kg=\"1\" m=\"1\" s=\"-2\""),
-    ("_nm", "N.m", "kg=\"1\" m=\"2\" s=\"-2\""),
-    ("_mm", "mm", "m=\"1\" factor=\"0.001\""),
-    ("_m", "m", "m=\"1\""),
-    ("_rad", "rad", "rad=\"1\""),
-    ("_deg", "deg", "rad=\"1\" factor=\"0.017453292519943295\""),
-    ("_a", "A", "A=\"1\""),
-    ("_m_s", "m/s", "m=\"1\" s=\"-1\""),
-    ("_rad_s", "rad/s", "rad=\"1\" s=\"-1\""),
-];
-
-/// The unit that the name of a column states, and its base units.
-pub(super) fn unit(column: &str) -> Option<(&'static str, &'static str)> {
-    let lower = column.to_lowercase();
-    let fits = UNITS.iter().filter(|(suffix, ..)| lower.ends_with(suffix));
-    fits.max_by_key(|(suffix, ..)| suffix.len()).map(|(_, name, base)| (*name, *base))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn units_are_those_that_names_state() {
-        let named = |column| unit(column).map(|(name, _)| name);
-        assert_eq!(named("tension_in_n"), Some("N"));
-        assert_eq!(named("Torque_Nm"), Some("N.m"));
-        assert_eq!(named("stroke_mm"), Some("mm"));
-        assert_eq!(named("speed_m_s"), Some("m/s"));
-        assert_eq!(named("bend"), None);
     }
 }

@@ -10,7 +10,7 @@ use sinew_export::{Name, c};
 use std::path::Path;
 
 /// Reads rows of numbers from standard input, writes predictions as numbers.
-const HARNESS: &str = r#"
+pub(crate) const HARNESS: &str = r#"
 #include "exported.h"
 #include <stdio.h>
 int main(void)

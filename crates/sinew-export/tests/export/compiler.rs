@@ -42,8 +42,13 @@ pub(crate) fn compile(compiler: &str, folder: &Path, sources: &[&str], flags: &[
 /// Runs `program` with input; returns its output.
 pub(crate) fn run(folder: &Path, input: &[u8], arguments: &[&str]) -> Vec<u8> {
     let mut command = Command::new(folder.join("program"));
-    command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped());
-    let mut child = command.spawn().unwrap();
+    command.args(arguments);
+    run_program(command, input)
+}
+
+/// Runs a program with input; returns its output.
+pub(crate) fn run_program(mut command: Command, input: &[u8]) -> Vec<u8> {
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
     let mut pipe = child.stdin.take().unwrap();
     let bytes = input.to_vec();
     let writer = std::thread::spawn(move || {

@@ -3,9 +3,13 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 #![allow(clippy::print_stdout, reason = "tests say what they skip and how many lines they reach")]
 
+mod analysers;
 mod bits;
 mod compiler;
+mod cortex;
 mod inverse;
 mod models;
+mod onnx;
 mod samples;
+mod times;
 mod units;

@@ -21,15 +21,15 @@ const DRIVER: &str = r#"
 #define MUST(condition) if (!(condition)) { fprintf(stderr, "line %d: %s\n", __LINE__, #condition); return 1; }
 int main(void)
 {
-    unsigned references[EXPORTED_INPUTS], outputs[NUMBERS], flags[FLAG_COUNT], wrong = 99;
-    double row[2 + EXPORTED_INPUTS], out[NUMBERS + 1], time_s = 0.0, number = 0.0;
+    unsigned references[EXPORTED_PORTS], outputs[NUMBERS], flags[FLAG_COUNT], wrong = 99;
+    double row[2 + EXPORTED_PORTS], out[NUMBERS + 1], time_s = 0.0, number = 0.0;
     size_t size = 0;
     int first = 1, k;
     void *unit = MAKE("TOKEN"), *other = MAKE("TOKEN"), *state = NULL, *copy = NULL;
     static BYTE saved[sizeof(exported_data)];
-    for (k = 0; k < EXPORTED_INPUTS; k++) { references[k] = (unsigned)k + 1u; }
-    for (k = 0; k < NUMBERS; k++) { outputs[k] = EXPORTED_INPUTS + 1u + (unsigned)k; }
-    for (k = 0; k < FLAG_COUNT; k++) { flags[k] = EXPORTED_INPUTS + 1u + NUMBERS + (unsigned)k; }
+    for (k = 0; k < EXPORTED_PORTS; k++) { references[k] = (unsigned)k + 1u; }
+    for (k = 0; k < NUMBERS; k++) { outputs[k] = EXPORTED_PORTS + 1u + (unsigned)k; }
+    for (k = 0; k < FLAG_COUNT; k++) { flags[k] = EXPORTED_PORTS + 1u + NUMBERS + (unsigned)k; }
     MUST(MAKE("another") == NULL);
     MUST(unit != NULL && other != NULL);
     MUST(STEP(unit, 0.0, 0.1) == ERROR);
@@ -42,7 +42,7 @@ int main(void)
     MUST(ENTER(unit, 0.0) == ERROR);
     while (fread(row, sizeof row, 1, stdin) == 1) {
         FLAG raised[FLAG_COUNT];
-        MUST(SET(unit, references, EXPORTED_INPUTS, row + 2) == 0);
+        MUST(SET(unit, references, EXPORTED_PORTS, row + 2) == 0);
         if (first) {
             MUST(LEAVE(unit) == 0);
             MUST(STEP(unit, 0.0, 0.0) == ERROR);
@@ -93,6 +93,8 @@ static double last;
 #define PACK fmi3SerializeFMUState
 #define UNPACK fmi3DeserializeFMUState
 #define RELEASE fmi3FreeInstance
+#define STOP fmi3Terminate
+#define AGAIN fmi3Reset
 "#;
 
 const TWO: &str = r#"
@@ -113,6 +115,8 @@ const TWO: &str = r#"
 #define PACK fmi2SerializeFMUstate
 #define UNPACK fmi2DeSerializeFMUstate
 #define RELEASE fmi2FreeInstance
+#define STOP fmi2Terminate
+#define AGAIN fmi2Reset
 "#;
 
 /// Rows whose time runs on: what an importer cannot do otherwise. Steps of powers of two add without
@@ -123,27 +127,17 @@ fn rows(count: usize, random: &mut ChaCha8Rng) -> Vec<Row> {
 }
 
 /// Compares what units of both versions give with what is expected: so many numbers, then the flags as one.
-fn compare(model: &Model, content: Content, rows: &[Row], [numbers, flags]: [usize; 2], expected: &[u8]) {
+fn compare(model: &Model, content: Content, rows: &[u8], [numbers, flags]: [usize; 2], expected: &[u8]) {
     let name = Name::new("exported").unwrap();
     for (version, stem, calls) in [(fmu::Version::Three, "fmi3.c", THREE), (fmu::Version::Two, "fmi2.c", TWO)]
     {
-        let folder = tempfile::tempdir().unwrap();
-        let sources = fmu::sources(model, &name, content, version).unwrap();
-        let interface = sources.iter().find(|file| file.path == stem).unwrap();
-        let text = std::str::from_utf8(&interface.bytes).unwrap();
-        let token = text.split("strcmp(token, \"").nth(1).unwrap().split('"').next().unwrap();
-        let calls =
-            format!("#include <stdio.h>\n#define NUMBERS {numbers}\n#define FLAG_COUNT {flags}\n{calls}");
-        let driver = DRIVER.replace("#include <stdio.h>", &calls);
-        let driver = driver.replace("THE_UNIT", stem).replace("TOKEN", token);
-        for file in &sources {
-            std::fs::write(folder.path().join(&file.path), &file.bytes).unwrap();
-        }
-        std::fs::write(folder.path().join("driver.c"), driver).unwrap();
+        let unit = fmu::Unit::of_model(model, &name, content, version).unwrap();
+        let calls = format!("#define NUMBERS {numbers}\n#define FLAG_COUNT {flags}\n{calls}");
+        let folder = driven(&unit, stem, &calls, DRIVER);
         for compiler in compilers() {
-            let flags = ["-std=c99", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+            let flags = ["-std=c99", "-O1", SANITIZERS, "-fno-sanitize-recover=all"];
             compile(compiler, folder.path(), &["exported.c", "driver.c"], &flags);
-            let got = run(folder.path(), &bytes(rows), &[]);
+            let got = run(folder.path(), rows, &[]);
             assert!(got == expected, "{} {version:?}", model.provenance.member);
         }
     }
@@ -155,7 +149,7 @@ fn units_of_both_versions_give_the_bits_of_the_library_and_refuse_wrong_calls() 
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let model = model(kind, &mut random);
         let rows = rows(1500, &mut random);
-        compare(&model, PREDICTOR, &rows, [3, 4], &flat(&predicted(&model, &rows)));
+        compare(&model, PREDICTOR, &bytes(&rows), [3, 4], &flat(&predicted(&model, &rows)));
     }
 }
 
@@ -168,20 +162,193 @@ fn units_that_command_give_the_bits_of_the_compensator() {
         let settings = CompensatorSettings { rate: Some(50.0), ..CompensatorSettings::default() };
         let mut compensator = Compensator::new(model.clone(), &settings).unwrap();
         let near = compensator.near();
-        let expected: Vec<[u64; 7]> = rows
-            .iter()
-            .map(|row| {
-                // What is desired stands in the place of the near side.
-                let mut inputs = row.inputs;
-                let desired = std::mem::replace(&mut inputs[near], f64::NAN);
-                let u = compensator.step(&Sample { time_s: row.time_s, inputs: &inputs }, desired);
-                let set = u.flags.named().into_iter().enumerate();
-                let flags: u32 = set.map(|(k, (_, set))| u32::from(set) << k).sum();
-                [u.value, u.low, u.high, u.mean, u.standard_deviation, u.gate, f64::from(flags)]
-                    .map(f64::to_bits)
-            })
-            .collect();
+        // Something was measured in stretches of rows; behind the inputs stands what is desired.
+        let asked = rows.iter().enumerate().map(|(k, row)| {
+            let (mut inputs, desired) = (row.inputs, row.inputs[near]);
+            inputs[near] = if k % 40 < 15 { 0.9 * desired } else { f64::NAN };
+            (Row { inputs, ..*row }, desired)
+        });
+        let asked: Vec<(Row, f64)> = asked.collect();
+        let command = |(row, desired): &(Row, f64)| {
+            let u = compensator.step(&Sample { time_s: row.time_s, inputs: &row.inputs }, *desired);
+            let set = u.flags.named().into_iter().enumerate();
+            let flags: u32 = set.map(|(k, (_, set))| u32::from(set) << k).sum();
+            [u.value, u.low, u.high, u.mean, u.standard_deviation, u.gate, f64::from(flags)].map(f64::to_bits)
+        };
+        let expected: Vec<[u64; 7]> = asked.iter().map(command).collect();
+        let row = |(row, desired): &(Row, f64)| [bytes(&[*row]), desired.to_ne_bytes().to_vec()].concat();
+        let rows: Vec<u8> = asked.iter().flat_map(row).collect();
         compare(&model, Content::Compensator(settings), &rows, [6, 7], &flat(&expected));
+    }
+}
+
+/// Calls at random, in any order and with any arguments, for some seconds; sanitizers end it at a mistake.
+const FUZZ: &str = r#"
+#include "THE_UNIT"
+#include <stdio.h>
+#include <time.h>
+static unsigned long long seed = 1;
+static unsigned draw(unsigned n)
+{
+    seed = seed * 6364136223846793005ull + 1442695040888963407ull;
+    return (unsigned)(seed >> 33) % n;
+}
+static double number(void)
+{
+    static const double odd[] = {0.0, -0.0, 1e-3, 1e300, -1e300, 5e-324, NAN, INFINITY, -INFINITY, 1.0};
+    return draw(3) ? (double)draw(1000) / 1000.0 : odd[draw(10)];
+}
+int main(int count, char **arguments)
+{
+    static BYTE bytes[2 * sizeof(exported_data)];
+    void *units[4] = {NULL}, *states[4] = {NULL};
+    double times[4] = {0.0};
+    unsigned references[8], calls = 0, k;
+    double values[8];
+    FLAG flags[8];
+    const time_t end = time(NULL) + (count > 1 ? atoi(arguments[1]) : 1);
+    while (calls++ % 256u || time(NULL) <= end) {
+        const unsigned at = draw(4), n = draw(9), to = draw(4);
+        void *const i = units[at];
+        size_t size = draw(3) ? sizeof(exported_data) : draw((unsigned)sizeof bytes);
+        for (k = 0; k < 8; k++) {
+            references[k] = draw(20) ? draw(16) : draw(4294967295u);
+            values[k] = number();
+        }
+        switch (draw(17)) {
+        case 0: if (i == NULL) { units[at] = MAKE(draw(9) ? "TOKEN" : "x"); } break;
+        case 1: if (draw(9) == 0) { RELEASE(i); units[at] = NULL; } break;
+        case 2: ENTER(i, draw(4) ? times[at] : number()); break;
+        case 3: LEAVE(i); break;
+        case 4: GET(i, references, n, values); break;
+        case 5: SET(i, references, n, values); break;
+        case 6: FLAGS(i, references, n, flags); break;
+        case 7: SAVE(i, &states[to]); break;
+        case 8: RESTORE(i, states[to]); break;
+        case 9: DROP(i, &states[to]); break;
+        case 10: SIZE(i, states[to], &size); break;
+        case 11: PACK(i, states[to], bytes, size <= sizeof bytes ? size : 0); break;
+        case 12:
+            if (draw(9) == 0) { bytes[draw((unsigned)sizeof bytes)] = (BYTE)draw(256); }
+            UNPACK(i, bytes, size, &states[to]);
+            break;
+        case 13: STOP(i); break;
+        case 14: if (draw(9) == 0) { AGAIN(i); times[at] = 0.0; } break;
+        default: {
+            const double step = draw(8) ? 1e-3 : number();
+            if (STEP(i, draw(8) ? times[at] : number(), step) == 0) { times[at] += step; }
+        }
+        }
+    }
+    for (k = 0; k < 4; k++) {
+        void *const any = MAKE("TOKEN");
+        DROP(any, &states[k]);
+        RELEASE(any);
+        RELEASE(units[k]);
+    }
+    printf("%u calls\n", calls);
+    return 0;
+}
+"#;
+
+#[test]
+fn random_calls_never_crash_a_unit() {
+    let seconds = if std::env::var_os("SINEW_LONG").is_some() { "600" } else { "1" };
+    let name = Name::new("exported").unwrap();
+    let model = model(Kind::HybridObserver, &mut ChaCha8Rng::seed_from_u64(8));
+    for (version, stem, calls) in [(fmu::Version::Three, "fmi3.c", THREE), (fmu::Version::Two, "fmi2.c", TWO)]
+    {
+        let unit = fmu::Unit::of_model(&model, &name, PREDICTOR, version).unwrap();
+        let folder = driven(&unit, stem, calls, FUZZ);
+        for compiler in compilers() {
+            compile(
+                compiler,
+                folder.path(),
+                &["exported.c", "driver.c"],
+                &["-w", "-O1", "-g", SANITIZERS, "-fno-sanitize-recover=all"],
+            );
+            let said = run(folder.path(), &[], &[seconds]);
+            println!("{compiler} {version:?}: {}", String::from_utf8_lossy(&said));
+        }
+    }
+}
+
+/// A folder with the sources of a unit and a program that calls it.
+fn driven(unit: &fmu::Unit, stem: &str, calls: &str, driver: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let interface = unit.sources().iter().find(|file| file.path == stem).unwrap();
+    let text = std::str::from_utf8(&interface.bytes).unwrap();
+    let token = text.split("strcmp(token, \"").nth(1).unwrap().split('"').next().unwrap();
+    let driver =
+        driver.replace("#include <stdio.h>", &format!("#include <math.h>\n#include <stdio.h>\n{calls}"));
+    let driver = driver.replace("THE_UNIT", stem).replace("TOKEN", token);
+    for file in unit.sources() {
+        std::fs::write(folder.path().join(&file.path), &file.bytes).unwrap();
+    }
+    std::fs::write(folder.path().join("driver.c"), driver).unwrap();
+    folder
+}
+
+const SANITIZERS: &str = "-fsanitize=address,undefined";
+
+/// A plant whose process is not there.
+pub(crate) fn plant() -> fmu::Plant {
+    let port = |part: &str, name: &str| fmu::Port {
+        part: part.to_owned(),
+        name: name.to_owned(),
+        description: "a number".to_owned(),
+        start: 0.25,
+    };
+    fmu::Plant {
+        description: "nothing".to_owned(),
+        file: "{}".to_owned(),
+        step_s: 1e-3,
+        inputs: vec![port("motor", "speed_m_s")],
+        outputs: vec![port("motor", "position_m"), port("joint", "angle_rad")],
+        flags: vec![port("motor", "broken")],
+    }
+}
+
+/// Starts, steps and frees a unit whose program is not on PATH.
+const ALONE: &str = r#"
+#include "THE_UNIT"
+#include <stdio.h>
+#define MUST(condition) if (!(condition)) { fprintf(stderr, "line %d: %s\n", __LINE__, #condition); return 1; }
+int main(void)
+{
+    unsigned input = 1, output = 2, flag = 4, wrong = 5;
+    double number = 7.0;
+    FLAG raised;
+    void *unit = MAKE("TOKEN"), *state = NULL;
+    MUST(MAKE("another") == NULL);
+    MUST(unit != NULL);
+    MUST(GET(unit, &input, 1, &number) == 0 && number == 0.25);
+    MUST(SET(unit, &input, 1, &number) == 0 && SET(unit, &output, 1, &number) == ERROR);
+    MUST(FLAGS(unit, &flag, 1, &raised) == 0 && !raised && FLAGS(unit, &wrong, 1, &raised) == ERROR);
+    MUST(SAVE(unit, &state) == ERROR);
+    MUST(ENTER(unit, 0.0) == 0);
+    MUST(LEAVE(unit) == ERROR);
+    MUST(STEP(unit, 0.0, 0.1) == ERROR);
+    RELEASE(unit);
+    RELEASE(NULL);
+    return 0;
+}
+"#;
+
+#[test]
+fn a_unit_of_a_plant_whose_program_is_missing_refuses_to_start() {
+    let name = Name::new("exported").unwrap();
+    for (version, stem, calls) in [(fmu::Version::Three, "fmi3.c", THREE), (fmu::Version::Two, "fmi2.c", TWO)]
+    {
+        let unit = fmu::Unit::of_plant(&plant(), &name, version).unwrap();
+        let folder = driven(&unit, stem, calls, ALONE);
+        for compiler in compilers() {
+            let flags = ["-std=c99", "-O1", SANITIZERS, "-fno-sanitize-recover=all"];
+            compile(compiler, folder.path(), &["driver.c"], &flags);
+            let mut alone = std::process::Command::new(folder.path().join("program"));
+            alone.env("PATH", folder.path());
+            crate::compiler::run_program(alone, &[]);
+        }
     }
 }
 
@@ -194,9 +361,9 @@ fn a_unit_without_a_compiler_holds_its_sources() {
     let model = model(Kind::Cell, &mut ChaCha8Rng::seed_from_u64(1));
     let name = Name::new("knee").unwrap();
     for version in [fmu::Version::Three, fmu::Version::Two] {
-        let none = fmu::compile(&model, &name, PREDICTOR, version, "no-such-compiler".as_ref()).unwrap();
-        assert_eq!(none, None);
-        let unit = fmu::file(&model, &name, PREDICTOR, version, None).unwrap();
+        let unit = fmu::Unit::of_model(&model, &name, PREDICTOR, version).unwrap();
+        assert_eq!(unit.compile("no-such-compiler".as_ref()).unwrap(), None);
+        let unit = unit.file(None).unwrap();
         assert_eq!(unit.path, "knee.fmu");
         let holds = |path: &str| unit.bytes.windows(path.len()).any(|bytes| bytes == path.as_bytes());
         assert!(holds("modelDescription.xml") && holds("sources/knee.c") && !holds("binaries"));

@@ -34,7 +34,7 @@ pub(super) fn run(arguments: &TwinBenchArguments, general: &General) -> Result<A
     progress.show("calibration", 0.0);
     let compensation = arguments
         .compensation
-        .map(|variant| calibrated(variant, &arguments.specimen, arguments.seed))
+        .map(|variant| calibrated(variant, &arguments.specimen.specimen, arguments.seed))
         .transpose()?;
     let mut log = String::from(
         "# SIMULATED by sinew twin bench\n\
@@ -74,7 +74,7 @@ fn run_at_speed(
     log: &mut String,
 ) -> Result<Summary, Error> {
     let programme = if compensation.is_some() { Programme::Track } else { Programme::Calibrate };
-    let bench = BenchRun::paper(arguments.specimen.clone(), programme, speed, arguments.seed);
+    let bench = BenchRun::paper(arguments.specimen.specimen.clone(), programme, speed, arguments.seed);
     let mut compensation = compensation.cloned().unwrap_or(Compensation::None);
     let (mut tracking, mut estimation) = (Comparison::new(), Comparison::new());
     let (mut rows, mut last_kept) = (0, false);

@@ -26,7 +26,8 @@ pub(super) fn run(arguments: &TwinCableArguments, general: &General) -> Result<A
         Some(path) => Scenario::read(path)?,
         None => Scenario::default_scenario(),
     };
-    let Simulation { log, frames, most, broken } = simulate(&arguments.specimen, arguments.start, &scenario)?;
+    let Simulation { log, frames, most, broken } =
+        simulate(&arguments.specimen.specimen, arguments.start, &scenario)?;
     let mut files = vec![(arguments.out.clone(), log.into_bytes())];
     if let Some(path) = &arguments.picture {
         files.push((

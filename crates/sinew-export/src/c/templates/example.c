@@ -257,7 +257,11 @@ static void command(const int *places, const log_row *row, int restarts)
     if (trial) {
         printf("%s,", row->trial);
     }
+//%if scaled
     print_cell(row->time_s * (places[@@_INPUTS] >= 0 ? //%here per_second : 1.0));
+//%else
+    print_cell(row->time_s);
+//%end
     for (i = 0; i < @@_INPUTS; i++) {
         /* The row that belongs to the command. */
         print_cell(i == //%here near ? u.value : compensator.row[i]);

@@ -67,7 +67,10 @@ static void @_estimate(@_state *s//%here dt_argument)
     start = 0.0;
 //%end
     variance = @_sigma * @_sigma + start;
+//%if gate
+//%else
     gate = 1.0;
+//%end
     mean = s->cell;
     s->clipped = 0;
 //%if linear

@@ -2,23 +2,39 @@
 #ifndef @@_CORE_H
 #define @@_CORE_H
 
+//%if plant
+#define _POSIX_C_SOURCE 200809L
+#include <errno.h>
+#include <fcntl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+//%else
 #include "@.h"
-
+//%end
 //%if inverse
 #include <math.h>
 //%end
 #include <stdlib.h>
 #include <string.h>
 
+/* Numbers that go in. */
+#define @@_PORTS //%here inputs
+
 /* Value references: time is 0, then the inputs, then the numbers and flags that come out. */
-enum { @@_FIRST_NUMBER = @@_INPUTS + 1, @@_FIRST_FLAG = @@_FIRST_NUMBER + //%here numbers };
+enum { @@_FIRST_NUMBER = @@_PORTS + 1, @@_FIRST_FLAG = @@_FIRST_NUMBER + //%here numbers };
 #define @@_FLAGS //%here flags
 
+enum { @@_INSTANTIATED = 1, @@_INITIALIZING, @@_STEPPING, @@_TERMINATED };
+
+//%if plant
+//%include process
+//%else
 /* Everything that a copy of the state has to hold: no pointers. */
 typedef struct {
     unsigned checksum, size;
     double time_s;
-    double inputs[@@_INPUTS];
+    double inputs[@@_PORTS];
 //%if inverse
     @_compensator state;
     @_command result;
@@ -29,17 +45,15 @@ typedef struct {
     int phase;
 } @_data;
 
-enum { @@_INSTANTIATED = 1, @@_INITIALIZING, @@_STEPPING, @@_TERMINATED };
-
 static void @_start(@_data *d)
 {
-    static const double start[@@_INPUTS] = {//%here starts};
+    static const double start[@@_PORTS] = {//%here starts};
     int i;
     memset(d, 0, sizeof *d);
     d->checksum = @@_CHECKSUM;
     d->size = (unsigned)sizeof *d;
     d->phase = @@_INSTANTIATED;
-    for (i = 0; i < @@_INPUTS; i++) {
+    for (i = 0; i < @@_PORTS; i++) {
         d->inputs[i] = start[i];
     }
 //%if inverse
@@ -49,30 +63,34 @@ static void @_start(@_data *d)
 //%end
 }
 
-/* Takes the sample at a time. */
-static void @_sample(@_data *d, double time_s)
+/* Takes the sample at a time; returns whether it could. */
+static int @_sample(@_data *d, double time_s, double step_s)
 {
+    (void)step_s;
 //%if inverse
-    /* In the place of the near side stands what is desired; the drive is taken to follow. */
-    double row[@@_INPUTS];
-    memcpy(row, d->inputs, sizeof row);
-    row[//%here near] = NAN;
-    d->result = @_compensator_step(&d->state, time_s, row, d->inputs[//%here near]);
+    /* What is desired stands behind the inputs of the model. */
+    d->result = @_compensator_step(&d->state, time_s, d->inputs, d->inputs[@@_INPUTS]);
 //%else
     d->result = @_step(&d->state, time_s, d->inputs);
 //%end
     d->time_s = time_s;
+    return 1;
 }
+//%end
 
 /* The number behind a value reference; returns whether there is one. */
 static int @_get(const @_data *d, unsigned reference, double *value)
 {
+//%if plant
+    const double *const numbers = d->said;
+//%else
     const double numbers[] = {
 //%if inverse
         d->result.value, d->result.low, d->result.high,
 //%end
         d->result.mean, d->result.standard_deviation, d->result.gate
     };
+//%end
     if (reference >= @@_FIRST_FLAG) {
         return 0;
     }
@@ -87,7 +105,7 @@ static int @_get(const @_data *d, unsigned reference, double *value)
 /* Sets an input; returns whether the reference is one. */
 static int @_set(@_data *d, unsigned reference, double value)
 {
-    if (reference < 1u || reference > @@_INPUTS) {
+    if (reference < 1u || reference > @@_PORTS) {
         return 0;
     }
     d->inputs[reference - 1u] = value;
@@ -100,7 +118,11 @@ static int @_flag(const @_data *d, unsigned reference, int *value)
     if (reference < @@_FIRST_FLAG || reference >= @@_FIRST_FLAG + @@_FLAGS) {
         return 0;
     }
+//%if plant
+    *value = d->said[reference - @@_FIRST_NUMBER] > 0.0;
+//%else
     *value = (d->result.flags & (1u << (reference - @@_FIRST_FLAG))) != 0u;
+//%end
     return 1;
 }
 
@@ -118,6 +140,7 @@ static int @_continues(const @_data *d, double time_s, double step_s)
            && -off <= tolerance;
 }
 
+//%if state
 /* A copy of a state, in room that is made where there is none; returns whether there is memory. */
 static int @_copy(const @_data *d, void **to)
 {
@@ -146,5 +169,6 @@ static int @_restore(@_data *d, const void *bytes, size_t size)
     *d = read;
     return 1;
 }
+//%end
 
 #endif

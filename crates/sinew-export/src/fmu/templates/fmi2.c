@@ -1,7 +1,11 @@
-/* The predictor behind FMI 2.0, for co-simulation; https://fmi-standard.org.
+/* FMI 2.0 for co-simulation; https://fmi-standard.org.
  *
+//%if plant
+ * A step from t to t + h takes the inputs that were set before it; outputs are those of the time t + h.
+//%else
  * A step from t to t + h takes the sample of the time t + h with the inputs that were set before it: an
  * importer that sets them for t sees one step of delay.
+//%end
  */
 #include "core.h"
 
@@ -106,6 +110,12 @@ EXPORTED fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String tok
         if (callbacks != NULL) {
             instance->callbacks = *callbacks;
         }
+//%if plant
+        if (!@_find(&instance->data, resources)) {
+            free(instance);
+            return NULL;
+        }
+//%end
         @_start(&instance->data);
     }
     return instance;
@@ -113,6 +123,13 @@ EXPORTED fmi2Component fmi2Instantiate(fmi2String name, int type, fmi2String tok
 
 EXPORTED void fmi2FreeInstance(fmi2Component i)
 {
+//%if plant
+    @_instance *const instance = (@_instance *)i;
+    if (instance != NULL) {
+        @_end(&instance->data);
+        free(instance->data.path);
+    }
+//%end
     free(i);
 }
 
@@ -141,7 +158,7 @@ EXPORTED fmi2Status fmi2ExitInitializationMode(fmi2Component i)
     INSTANCE
     CHECK(instance->data.phase == @@_INITIALIZING,
             "fmi2ExitInitializationMode: initialization was not entered");
-    @_sample(&instance->data, instance->data.time_s);
+    CHECK(@_sample(&instance->data, instance->data.time_s, 0.0), "fmi2ExitInitializationMode: //%here failure");
     instance->data.phase = @@_STEPPING;
     return fmi2OK;
 }
@@ -167,7 +184,7 @@ EXPORTED fmi2Status fmi2DoStep(fmi2Component i, double time_s, double step_s, fm
     CHECK(instance->data.phase == @@_STEPPING, "fmi2DoStep: only after initialization");
     CHECK(@_continues(&instance->data, time_s, step_s),
           "fmi2DoStep: expected the time of the last step, and a step above zero");
-    @_sample(&instance->data, time_s + step_s);
+    CHECK(@_sample(&instance->data, time_s + step_s, step_s), "fmi2DoStep: //%here failure");
     return fmi2OK;
 }
 
@@ -213,6 +230,7 @@ EXPORTED fmi2Status fmi2SetBoolean(fmi2Component i, const fmi2ValueReference r[]
     return fmi2OK;
 }
 
+//%if state
 EXPORTED fmi2Status fmi2GetFMUstate(fmi2Component i, fmi2FMUstate *state)
 {
     INSTANCE
@@ -263,6 +281,14 @@ EXPORTED fmi2Status fmi2DeSerializeFMUstate(fmi2Component i, const char bytes[],
     CHECK(@_copy(&read, state), "fmi2DeSerializeFMUstate: out of memory");
     return fmi2OK;
 }
+//%else
+UNUSED(fmi2GetFMUstate, (fmi2Component i, fmi2FMUstate *state))
+UNUSED(fmi2SetFMUstate, (fmi2Component i, fmi2FMUstate state))
+UNUSED(fmi2FreeFMUstate, (fmi2Component i, fmi2FMUstate *state))
+UNUSED(fmi2SerializedFMUstateSize, (fmi2Component i, fmi2FMUstate state, size_t *size))
+UNUSED(fmi2SerializeFMUstate, (fmi2Component i, fmi2FMUstate state, char bytes[], size_t size))
+UNUSED(fmi2DeSerializeFMUstate, (fmi2Component i, const char bytes[], size_t size, fmi2FMUstate *state))
+//%end
 
 NONE(Integer, int)
 NONE(String, fmi2String)

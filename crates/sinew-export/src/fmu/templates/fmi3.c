@@ -1,7 +1,11 @@
-/* The predictor behind FMI 3.0, for co-simulation; https://fmi-standard.org.
+/* FMI 3.0 for co-simulation; https://fmi-standard.org.
  *
+//%if plant
+ * A step from t to t + h takes the inputs that were set before it; outputs are those of the time t + h.
+//%else
  * A step from t to t + h takes the sample of the time t + h with the inputs that were set before it: an
  * importer that sets them for t sees one step of delay.
+//%end
  */
 #include "core.h"
 
@@ -103,6 +107,12 @@ EXPORTED fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String to
     if (instance != NULL) {
         instance->environment = environment;
         instance->log = log;
+//%if plant
+        if (!@_find(&instance->data, resources)) {
+            free(instance);
+            return NULL;
+        }
+//%end
         @_start(&instance->data);
     }
     return instance;
@@ -128,6 +138,13 @@ EXPORTED fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3Str
 
 EXPORTED void fmi3FreeInstance(fmi3Instance i)
 {
+//%if plant
+    @_instance *const instance = (@_instance *)i;
+    if (instance != NULL) {
+        @_end(&instance->data);
+        free(instance->data.path);
+    }
+//%end
     free(i);
 }
 
@@ -149,7 +166,7 @@ EXPORTED fmi3Status fmi3ExitInitializationMode(fmi3Instance i)
     INSTANCE
     CHECK(instance->data.phase == @@_INITIALIZING,
             "fmi3ExitInitializationMode: initialization was not entered");
-    @_sample(&instance->data, instance->data.time_s);
+    CHECK(@_sample(&instance->data, instance->data.time_s, 0.0), "fmi3ExitInitializationMode: //%here failure");
     instance->data.phase = @@_STEPPING;
     return fmi3OK;
 }
@@ -182,7 +199,7 @@ EXPORTED fmi3Status fmi3DoStep(fmi3Instance i, double time_s, double step_s, boo
     *last_s = instance->data.time_s;
     CHECK(@_continues(&instance->data, time_s, step_s),
           "fmi3DoStep: expected the time of the last step, and a step above zero");
-    @_sample(&instance->data, time_s + step_s);
+    CHECK(@_sample(&instance->data, time_s + step_s, step_s), "fmi3DoStep: //%here failure");
     *last_s = instance->data.time_s;
     return fmi3OK;
 }
@@ -233,6 +250,7 @@ EXPORTED fmi3Status fmi3SetBoolean(fmi3Instance i, const fmi3ValueReference r[],
     return fmi3OK;
 }
 
+//%if state
 EXPORTED fmi3Status fmi3GetFMUState(fmi3Instance i, fmi3FMUState *state)
 {
     INSTANCE
@@ -283,6 +301,14 @@ EXPORTED fmi3Status fmi3DeserializeFMUState(fmi3Instance i, const uint8_t bytes[
     CHECK(@_copy(&read, state), "fmi3DeserializeFMUState: out of memory");
     return fmi3OK;
 }
+//%else
+UNUSED(fmi3GetFMUState, (fmi3Instance i, fmi3FMUState *state))
+UNUSED(fmi3SetFMUState, (fmi3Instance i, fmi3FMUState state))
+UNUSED(fmi3FreeFMUState, (fmi3Instance i, fmi3FMUState *state))
+UNUSED(fmi3SerializedFMUStateSize, (fmi3Instance i, fmi3FMUState state, size_t *size))
+UNUSED(fmi3SerializeFMUState, (fmi3Instance i, fmi3FMUState state, uint8_t bytes[], size_t size))
+UNUSED(fmi3DeserializeFMUState, (fmi3Instance i, const uint8_t bytes[], size_t size, fmi3FMUState *state))
+//%end
 
 NONE(Float32, float)
 NONE(Int8, int8_t)
