@@ -27,8 +27,16 @@ pub(crate) fn compilers() -> Vec<&'static str> {
     found
 }
 
-/// Compiles sources in a folder to `program`; panics with what the compiler says.
+/// Compiles sources in a folder to `program`; panics with what the compiler says. Sanitizers that it cannot
+/// link are left out, with a message.
 pub(crate) fn compile(compiler: &str, folder: &Path, sources: &[&str], flags: &[&str]) {
+    let (sanitizers, others): (Vec<&str>, Vec<&str>) =
+        flags.iter().partition(|flag| flag.contains("sanitize"));
+    let linked = sanitizers.is_empty() || links(compiler, folder, &sanitizers);
+    if !linked {
+        println!("skipped: {compiler} cannot link its sanitizers on this machine");
+    }
+    let flags = if linked { flags } else { &others };
     let mut command = Command::new(compiler);
     command.current_dir(folder).args(STRICT).args(flags).args(sources).args(["-o", "program", "-lm"]);
     let output = command.output().unwrap();
@@ -37,6 +45,13 @@ pub(crate) fn compile(compiler: &str, folder: &Path, sources: &[&str], flags: &[
         "{compiler} {flags:?}: {}",
         String::from_utf8_lossy(&output.stderr).chars().take(3000).collect::<String>()
     );
+}
+
+fn links(compiler: &str, folder: &Path, flags: &[&str]) -> bool {
+    std::fs::write(folder.join("empty.c"), "int main(void) { return 0; }\n").unwrap();
+    let mut command = Command::new(compiler);
+    command.current_dir(folder).args(flags).args(["empty.c", "-o", "empty"]);
+    command.output().is_ok_and(|output| output.status.success())
 }
 
 /// Runs `program` with input; returns its output.
