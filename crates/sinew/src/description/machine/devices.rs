@@ -31,14 +31,14 @@ pub trait BusReader {
 }
 
 /// Keys of a bus.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Default)]
 pub struct BusKeys {
     /// In `[[device]]`.
-    pub device: &'static [&'static str],
+    pub device: Vec<&'static str>,
     /// In `[[device]]` of drives alone.
-    pub drive: &'static [&'static str],
+    pub drive: Vec<&'static str>,
     /// In `[[device.channel]]`.
-    pub channel: &'static [&'static str],
+    pub channel: Vec<&'static str>,
 }
 
 /// The reader of the bus, where there is one: without it, keys that are none of a role are left out.
@@ -100,10 +100,10 @@ struct Keys {
 
 impl Keys {
     fn with(bus: BusKeys) -> Self {
-        let drive = [&DRIVE, bus.drive].concat();
+        let drive = [&DRIVE, &bus.drive[..]].concat();
         Self {
-            device: [&["name"], bus.device, &["muscle"], &drive, &["channel"]].concat(),
-            channel: [&["name", "muscle", "joint"], bus.channel, &["scale", "offset"]].concat(),
+            device: [&["name"], &bus.device[..], &["muscle"], &drive, &["channel"]].concat(),
+            channel: [&["name", "muscle", "joint"], &bus.channel[..], &["scale", "offset"]].concat(),
             drive,
         }
     }
