@@ -1,11 +1,12 @@
 //! A node before it takes commands: found, compared, configured, and everything read back.
 
+use super::Link;
 use super::device::{CanDevice, MASTER};
 use super::error::CanError;
 use super::sdo::{SdoClient, SdoError};
-use super::{Frame, Link};
 use crate::cia402::{CONTROLWORD, MODE, POSITION, STATUSWORD, TARGET_VELOCITY, TORQUE, mode_of_operation};
 use sinew::machine::{DriveMode, Machine};
+use sinew_segment::CanFrame as Frame;
 use sinew_session::watchdog;
 
 /// What a PDO of a node carries: 6 octets to it, 8 from it, both with SYNC.

@@ -7,11 +7,12 @@ use super::bring_up::{
 use super::device::{CanDevice, MASTER};
 use super::error::CanError;
 use super::sdo::SdoClient;
-use super::{Frame, Link, SimulatedMachine};
+use super::{Link, SimulatedMachine};
 use crate::cia402::{DriveSlot, DriveState, Mapping};
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew::twin::arm::ArmTwin;
+use sinew_segment::CanFrame as Frame;
 use sinew_session::{BusFault, Exchange, Feedback, Plant, watchdog};
 
 /// Nodes that matched the machine, configured, their drives enabled. It owns them: dropped it brings them to

@@ -1,6 +1,7 @@
 //! What carries frames to the nodes and back.
 
-use super::{Frame, SimulatedMachine};
+use super::SimulatedMachine;
+use sinew_segment::CanFrame as Frame;
 use sinew_session::BusFault;
 use std::io;
 

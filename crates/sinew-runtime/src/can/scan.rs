@@ -1,7 +1,8 @@
 //! What answers on a bus.
 
+use super::Link;
 use super::sdo::{SdoClient, SdoError};
-use super::{Frame, Link};
+use sinew_segment::CanFrame as Frame;
 use std::io;
 
 /// A node that answers.

@@ -2,7 +2,8 @@
 //!
 //! Source: CiA 301.
 
-use super::{Frame, Link};
+use super::Link;
+use sinew_segment::CanFrame as Frame;
 use std::io;
 
 /// Time for an answer, ns: an adapter's latency, a loaded computer.

@@ -1,13 +1,12 @@
 //! Simulated nodes on a bus in virtual time, and the machine behind: their set-points move it, its sensors
 //! are what they show.
 
-use super::Frame;
 use super::device::CanDevice;
 use crate::cia402::Axis;
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew::twin::arm::ArmTwin;
-use sinew_segment::CanNode;
+use sinew_segment::{CanFrame as Frame, CanNode};
 use sinew_session::BusFault;
 use std::collections::VecDeque;
 

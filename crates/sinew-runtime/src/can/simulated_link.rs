@@ -1,7 +1,8 @@
 //! A simulated bus in the process: virtual time, the machine's twin behind the nodes.
 
+use super::Link;
 use super::simulated::SimulatedMachine;
-use super::{Frame, Link};
+use sinew_segment::CanFrame as Frame;
 use sinew_session::BusFault;
 use std::io;
 

@@ -4,7 +4,7 @@
 //! t1232aabb\r  frame with identifier 0x123 and the octets aa bb    S8\r  1 Mbit/s   O\r  open   C\r  closed
 //! ```
 
-use super::Frame;
+use sinew_segment::CanFrame as Frame;
 
 /// Bit rates by the digit of their command, bit/s.
 pub const RATES: [u32; 9] = [10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];
