@@ -203,7 +203,7 @@ def test_our_master_drives_local_nodes_of_canopen(tmp_path: Path) -> None:
             [str(PROGRAM), "can", "scan", os.ttyname(near)], capture_output=True, text=True, timeout=60, check=False
         )
         assert scanned.returncode == 0 and "0x123" in scanned.stdout, scanned.stdout + scanned.stderr
-        command = ["run", str(machine), "--bus", "can", "--interface", os.ttyname(near), "--duration", "2"]
+        command = ["run", str(machine), "--bus", "can", "--interface", os.ttyname(near), "--duration", "6"]
         ran = subprocess.run(
             [str(PROGRAM), *command, "--unverified"], capture_output=True, text=True, timeout=120, check=False
         )
