@@ -15,8 +15,7 @@ use sinew::twin::arm::ArmTwin;
 use sinew_segment::CanFrame as Frame;
 use sinew_session::{BusFault, Exchange, Feedback, Plant, watchdog};
 
-/// Nodes that matched the machine, configured, their drives enabled. It owns them: dropped it brings them to
-/// rest.
+/// Nodes that matched the machine and are configured. It owns them: dropped it brings them to rest.
 #[derive(Debug)]
 pub struct CanBus<L: Link> {
     link: L,
@@ -47,6 +46,9 @@ struct Node {
     /// Whether it has answered a SYNC, and has left operation since: it does not come back by itself.
     operational: bool,
     left: bool,
+    /// Whether its drive is to be enabled, and for how many cycles it has not been.
+    wanted: bool,
+    waiting: u64,
     /// Code of its emergency; 0 is none.
     emergency: u16,
     cable: f64,
@@ -67,9 +69,10 @@ pub(super) const RESTARTED: u16 = 2;
 const HEARTBEAT_PATIENCE: u64 = 4 * HEARTBEAT_MS as u64 * 1_000_000;
 /// State of an operational node in its heartbeat.
 const OPERATIONAL: u8 = 5;
-/// Time until all drives are enabled, in which drives come to rest, for which they stand then, and in which
-/// they lose their power, at most, ns.
-const START_TIME: u64 = 8_000_000_000;
+/// Time until all nodes answer without a fault, until a drive is enabled, in which drives come to rest, for
+/// which they stand then, and in which they lose their power, at most, ns.
+const START_TIME: u64 = 4_000_000_000;
+const ENABLE_TIME: u64 = 500_000_000;
 const BRAKE_TIME: u64 = 500_000_000;
 const STAND_TIME: u64 = 20_000_000;
 const DISABLE_TIME: u64 = 200_000_000;
@@ -77,8 +80,8 @@ const DISABLE_TIME: u64 = 200_000_000;
 const MIN_CYCLES: u64 = 8;
 
 impl<L: Link> CanBus<L> {
-    /// Finds the nodes of a machine, sets them up, reads everything back, and enables their drives, which
-    /// stand.
+    /// Finds the nodes of a machine, sets them up and reads everything back. None has power until the first
+    /// command.
     ///
     /// # Errors
     /// The first node that is missing, another one, faulty, or does not take what it is told.
@@ -110,6 +113,8 @@ impl<L: Link> CanBus<L> {
                 alive,
                 operational: false,
                 left: false,
+                wanted: false,
+                waiting: 0,
                 emergency: 0,
                 cable: f64::NAN,
                 fault: None,
@@ -128,39 +133,56 @@ impl<L: Link> CanBus<L> {
             in_operation: true,
             lost: false,
         };
-        bus.enable()?;
+        bus.probe()?;
         Ok(bus)
     }
 
-    /// Starts the nodes and exchanges process data until every drive is enabled and standing.
-    fn enable(&mut self) -> Result<(), CanError> {
+    /// Starts the nodes and exchanges process data until all answer and no drive has a fault. The master sends
+    /// no heartbeat yet, so that none watches for the next before the first command.
+    fn probe(&mut self) -> Result<(), CanError> {
         let start: Vec<Frame> = self.nodes.iter().map(|node| manage(START, node.device.node)).collect();
         let port = |source| CanError::Port { port: "the adapter".to_owned(), source };
         self.link.send(&start).map_err(port)?;
-        let hold = vec![DriveCommand::Velocity(0.0); self.muscles];
+        let off = vec![DriveCommand::Off; self.muscles];
         let mut feedback = Feedback::new(self.muscles, 0);
+        let ready = |node: &Node| node.silent == 0 && node.drive.state() == DriveState::SwitchOnDisabled;
         for _ in 0..self.cycles_of(START_TIME) {
-            self.write_and_wait(&hold);
+            self.exchange(&off);
+            self.link.rest_until(self.begin.saturating_add(self.period));
             self.read(&mut feedback);
-            let ready = |node: &Node| node.silent == 0 && node.drive.state() == DriveState::OperationEnabled;
             if self.nodes.iter().all(ready) {
                 // What was reported until here belongs to an earlier run.
                 self.nodes.iter_mut().for_each(|node| node.emergency = 0);
-                self.write_and_wait(&hold);
+                // The first cycle finds its readings as every other.
+                self.exchange(&off);
                 return Ok(());
             }
             if let Some(node) = self.nodes.iter().find(|node| node.left) {
-                return Err(node.device.wrong("starts anew while it is enabled"));
+                return Err(node.device.wrong("starts anew"));
             }
         }
-        let stuck = self.nodes.iter().find(|node| node.drive.state() != DriveState::OperationEnabled);
-        let node = stuck.or(self.nodes.first()).ok_or(CanError::OtherBus)?;
+        let node = self.nodes.iter().find(|node| !ready(node)).ok_or(CanError::OtherBus)?;
         let (state, code) = (node.drive.state(), node.emergency);
         Err(node.device.wrong(if node.silent > 0 {
             "does not answer to SYNC".to_owned()
         } else {
-            format!("is not enabled: {state:?}, emergency {code:#06x}")
+            format!("stays in state {state:?}, emergency {code:#06x}")
         }))
+    }
+
+    /// Sends commands and SYNC.
+    fn exchange(&mut self, commands: &[DriveCommand]) {
+        let h = self.period as f64 * 1e-9;
+        for node in &mut self.nodes {
+            let command = commands.get(node.device.drive.muscle).copied().unwrap_or(DriveCommand::Brake);
+            node.wanted = !matches!(command, DriveCommand::Off | DriveCommand::Brake);
+            let mut octets = [0; 6];
+            node.drive.write(&mut octets, command, h);
+            self.out.push(Frame::new(TO_NODE + u16::from(node.device.node), &octets));
+        }
+        self.out.push(Frame::new(0x80, &[]));
+        self.lost = self.link.send(&self.out).is_err();
+        self.out.clear();
     }
 
     /// The link.
@@ -189,6 +211,7 @@ impl<L: Link> CanBus<L> {
         let age = self.commanded.map_or(f64::NAN, |at| self.begin.saturating_sub(at) as f64 * 1e-3);
         feedback.setpoint_age.fill(age);
         let (mut fault, mut silent) = (None, None);
+        let patience = self.cycles_of(ENABLE_TIME);
         for node in &mut self.nodes {
             let (muscle, device) = (node.device.drive.muscle, node.device.device);
             let not_ready = |code, muscle| BusFault::NotReady { device, code, muscle };
@@ -206,7 +229,10 @@ impl<L: Link> CanBus<L> {
                 }
                 continue;
             }
-            if node.emergency != 0 || node.fault.is_some() {
+            let waits = node.wanted && node.drive.state() != DriveState::OperationEnabled;
+            node.waiting = if waits { node.waiting + 1 } else { 0 };
+            let refuses = node.waiting > patience;
+            if node.emergency != 0 || node.fault.is_some() || refuses {
                 let code = if node.emergency == 0 { node.fault.unwrap_or(0) } else { node.emergency };
                 fault = fault.or(Some(BusFault::Drive { muscle, code }));
             } else if self.begin.saturating_sub(node.alive) > HEARTBEAT_PATIENCE {
@@ -346,20 +372,12 @@ impl<L: Link> Plant for CanBus<L> {
     }
 
     fn write(&mut self, commands: &[DriveCommand]) {
-        let (now, h) = (self.link.now(), self.period as f64 * 1e-9);
-        self.out.clear();
-        for node in &mut self.nodes {
-            let command = commands.get(node.device.drive.muscle).copied().unwrap_or(DriveCommand::Brake);
-            let mut octets = [0; 6];
-            node.drive.write(&mut octets, command, h);
-            self.out.push(Frame::new(TO_NODE + u16::from(node.device.node), &octets));
-        }
+        let now = self.link.now();
         if now >= self.next_heartbeat {
             self.next_heartbeat = now + self.heartbeat;
             self.out.push(Frame::new(HEARTBEAT + u16::from(MASTER), &[OPERATIONAL]));
         }
-        self.out.push(Frame::new(0x80, &[]));
-        self.lost = self.link.send(&self.out).is_err();
+        self.exchange(commands);
         if !self.lost {
             self.commanded = Some(now);
         }

@@ -1,7 +1,7 @@
 //! A machine whose drives are nodes on CAN: CANopen (CiA 301), CiA 402.
 //!
 //! ```text
-//! Link (slcan, simulated bus) <-> CanBus: find, compare, configure, read back, enable -> cycle
+//! Link (slcan, simulated bus) <-> CanBus: find, compare, configure, read back -> cycle
 //! ```
 //!
 //! A cycle sends every node its command and then SYNC, on which all take them over and answer; the answers

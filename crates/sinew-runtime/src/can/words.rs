@@ -11,7 +11,7 @@ pub fn words(fault: BusFault) -> String {
             "is no longer operational: it has started anew".to_owned()
         }
         BusFault::NotReady { .. } => "does not answer to SYNC".to_owned(),
-        BusFault::Drive { code: 0, .. } => "is not enabled any more".to_owned(),
+        BusFault::Drive { code: 0, .. } => "is not enabled".to_owned(),
         BusFault::Drive { code, .. } => format!("reports emergency {code:#06x}"),
         BusFault::Lost | BusFault::Late { .. } | BusFault::Stale { .. } => String::new(),
     }

@@ -223,12 +223,22 @@ fn frames_that_are_lost_now_and_then_are_bridged() {
 fn a_computer_that_falls_silent_leaves_no_drive_with_power() {
     let (setup, nodes) = setup("finger");
     let watched = Watched::new(&setup, &nodes);
-    let bus = CanBus::start(watched.clone(), &setup.machine, &nodes).unwrap();
-    assert!(watched.nodes(|node| node.drive().brake_released()).iter().all(|powered| *powered));
+    let mut bus = CanBus::start(watched.clone(), &setup.machine, &nodes).unwrap();
+    let powered = |powered| watched.nodes(|node| node.drive().brake_released()) == vec![powered; nodes.len()];
+    let period = setup.machine.period_ns();
+    // None waits for a master that takes its time before the first command.
+    (0..200).for_each(|_| watched.0.borrow_mut().link.begin_cycle(period));
+    assert!(powered(false), "no power before the first command");
+    let mut feedback = Feedback::new(nodes.len(), 0);
+    for _ in 0..10 {
+        bus.read(&mut feedback);
+        bus.write(&vec![DriveCommand::Velocity(0.0); nodes.len()]);
+    }
+    assert!(powered(true));
     // As with a process that is killed: nobody brings the machine to rest.
     std::mem::forget(bus);
     let mut link = watched.0.borrow_mut();
-    (0..30).for_each(|_| link.link.begin_cycle(setup.machine.period_ns()));
+    (0..30).for_each(|_| link.link.begin_cycle(period));
     drop(link);
     let faults = watched.nodes(|node| (node.drive().brake_released(), node.drive().error_code()));
     assert_eq!(faults, vec![(false, 0x8130); nodes.len()]);
