@@ -137,8 +137,8 @@ impl<L: Link> CanBus<L> {
         Ok(bus)
     }
 
-    /// Starts the nodes and exchanges process data until all answer and no drive has a fault. The master sends
-    /// no heartbeat yet, so that none watches for the next before the first command.
+    /// Starts the nodes and exchanges process data until all answer and no drive has a fault. The master
+    /// sends no heartbeat yet, so that none watches for the next before the first command.
     fn probe(&mut self) -> Result<(), CanError> {
         let start: Vec<Frame> = self.nodes.iter().map(|node| manage(START, node.device.node)).collect();
         let port = |source| CanError::Port { port: "the adapter".to_owned(), source };
