@@ -9,8 +9,9 @@ const PACKAGES: [&str; 6] = ["hypothesis", "jsonschema", "maturin>=1.9,<2", "myp
 
 /// What parts of the package work with; tests of those that cannot be installed are skipped with a message.
 /// Not among them: stable-baselines3, which brings gigabytes of PyTorch; where it is installed, it is tested.
-const OPTIONAL: [&str; 17] = [
+const OPTIONAL: [&str; 20] = [
     "gymnasium>=1.1",
+    "canopen",
     "cmaes",
     "dynamixel-sdk",
     "ipykernel",
@@ -25,6 +26,8 @@ const OPTIONAL: [&str; 17] = [
     "optuna>=4",
     "pandas",
     "polars",
+    "pyserial",
+    "python-can",
     "ray>=2.40",
     "rustypot",
 ];

@@ -22,6 +22,7 @@ const BUS: Bus = Bus {
     needs_interface: true,
     open,
     words: |_| String::new(),
+    tables: None,
 };
 
 fn open(address: &str) -> Result<Box<dyn Wire>, BusError> {

@@ -47,6 +47,9 @@ pub(crate) enum Error {
     /// A machine with servos that does not start.
     #[error(transparent)]
     Servos(#[from] sinew_runtime::servos::ServoError),
+    /// A machine on CAN that does not start.
+    #[error(transparent)]
+    Can(#[from] sinew_runtime::can::CanError),
     /// A bus that does not start.
     #[error(transparent)]
     Bus(#[from] sinew_runtime::BusError),
@@ -371,7 +374,8 @@ impl Error {
             Self::Interface(sinew_segment::RawSocketError::NoInterface { .. }) => Self::BAD_INPUT,
             Self::Interface(_) => Self::SYSTEM,
             Self::Bus(sinew_runtime::BusError::System(_)) => Self::SYSTEM,
-            Self::Servos(sinew_runtime::servos::ServoError::Port { source, .. }) => reading_code(source),
+            Self::Servos(sinew_runtime::servos::ServoError::Port { source, .. })
+            | Self::Can(sinew_runtime::can::CanError::Port { source, .. }) => reading_code(source),
             Self::Link(error) => link_code(error),
             Self::Page(_) => Self::SYSTEM,
             _ => Self::BAD_INPUT,

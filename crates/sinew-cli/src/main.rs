@@ -58,6 +58,7 @@ fn run(verb: &Verb, general: &General) -> Result<Answer, Error> {
         Verb::Log(arguments) => verbs::log::run(arguments, general),
         Verb::Ethercat(arguments) => verbs::ethercat::run(arguments, general),
         Verb::Servos(arguments) => verbs::servos::run(arguments, general),
+        Verb::Can(arguments) => verbs::can::run(arguments, general),
         Verb::Link(arguments) => verbs::link::run(arguments, general),
         Verb::Live(arguments) => verbs::live::run(arguments, general),
         Verb::Reproduce(arguments) => verbs::reproduce::run(arguments, general),

@@ -1,26 +1,23 @@
-//! What identifies a machine's devices, on whatever bus they are.
+//! The buses, and what identifies a machine's devices on whichever they are.
 
-use crate::ethercat::{self, EthercatDevice};
-use crate::servos::{self, ServoDevice};
+use crate::bus::{Bus, DeviceReader, Devices, Tables};
+use crate::{can, ethercat, servos};
 use sinew::description::DescriptionError;
 use sinew::description::machine::{BusKeys, BusReader, Listing, Table};
 use sinew::machine::Machine;
 
-/// The devices of a machine on each bus that they can be on; none on a bus that its file does not speak of.
-#[derive(Debug, Clone, Default)]
-pub struct Devices {
-    /// On EtherCAT.
-    pub ethercat: Vec<EthercatDevice>,
-    /// Serial servos.
-    pub servos: Vec<ServoDevice>,
+/// The buses that a real machine can be on.
+pub const BUSES: &[Bus] = &[ethercat::BUS, servos::BUS, can::BUS];
+
+/// Reads what identifies the devices of a machine file: the first one tells by its mark on which bus all are.
+#[derive(Debug, Default)]
+pub struct DeviceTables {
+    chosen: Option<(&'static Bus, Box<dyn DeviceReader>)>,
 }
 
-/// Reads what identifies the devices of a machine file: those with an `id` are servos, others on EtherCAT.
-#[derive(Debug, Clone, Default)]
-pub struct DeviceTables {
-    ethercat: ethercat::DeviceTables,
-    servos: servos::DeviceTables,
-    count: usize,
+/// Buses whose devices have tables.
+fn tables() -> impl Iterator<Item = (&'static Bus, Tables)> {
+    BUSES.iter().filter_map(|bus| Some((bus, bus.tables?)))
 }
 
 impl DeviceTables {
@@ -29,35 +26,28 @@ impl DeviceTables {
     /// # Errors
     /// A value that contradicts the device's model.
     pub fn devices(&self, machine: &Machine) -> Result<Devices, DescriptionError> {
-        let any = self.count == 0;
-        Ok(match self.servos.is_empty() {
-            true if any => Devices {
-                ethercat: EthercatDevice::simulated(machine),
-                servos: ServoDevice::simulated(machine),
-            },
-            true => Devices { ethercat: self.ethercat.devices(machine), servos: Vec::new() },
-            false => Devices { ethercat: Vec::new(), servos: self.servos.devices(machine)? },
-        })
+        let devices = match &self.chosen {
+            Some((_, reader)) => vec![reader.devices(machine)?],
+            None => tables().map(|(_, of)| (of.reader)().devices(machine)).collect::<Result<_, _>>()?,
+        };
+        Ok(Devices(devices))
     }
 }
 
 impl BusReader for DeviceTables {
     fn keys(&self) -> BusKeys {
-        BusKeys {
-            device: &[
-                "id",
-                "model",
-                "port",
-                "baud",
-                "vendor",
-                "product",
-                "revision",
-                "revision_rule",
-                "alias",
-            ],
-            drive: &["operating_mode", "synchronization"],
-            channel: &["value", "status"],
+        let mut all = BusKeys::default();
+        for keys in tables().map(|(_, of)| (of.reader)().keys()) {
+            for (all, keys) in [
+                (&mut all.device, keys.device),
+                (&mut all.drive, keys.drive),
+                (&mut all.channel, keys.channel),
+            ] {
+                let new: Vec<_> = keys.into_iter().filter(|key| !all.contains(key)).collect();
+                all.extend(new);
+            }
         }
+        all
     }
 
     fn read(
@@ -66,18 +56,22 @@ impl BusReader for DeviceTables {
         channels: &[Table<'_>],
         listing: &mut Listing,
     ) -> Result<(), DescriptionError> {
-        let [servo, other] = ["id", "vendor"].map(|key| device.entry(key));
-        let (is_servo, first) = (servo.is_some(), self.count == 0);
-        let other_kind =
-            if self.servos.is_empty() { servo.as_ref().filter(|_| !first) } else { other.as_ref() };
-        if let Some(entry) = other_kind {
-            return Err(entry.refuse("devices of one bus: all servos, or all on EtherCAT"));
+        let marked = tables().filter(|(_, of)| device.entry(of.mark).is_some()).last();
+        let Some((bus, of)) = marked.or_else(|| tables().next()) else { return Ok(()) };
+        let (first, reader) = self.chosen.get_or_insert_with(|| (bus, (of.reader)()));
+        if let Some(entry) = device.entry(of.mark).filter(|_| bus.name != first.name) {
+            return Err(entry.refuse(&format!("devices of one bus, {}, as the first one", first.name)));
         }
-        self.count += 1;
-        if is_servo || !self.servos.is_empty() {
-            self.servos.read(device, channels, listing)
-        } else {
-            self.ethercat.read(device, channels, listing)
+        let own = reader.keys();
+        for (_, other) in tables() {
+            let keys = (other.reader)().keys();
+            let foreign = |key: &&&str| !own.device.contains(key) && !own.drive.contains(key);
+            let entry =
+                keys.device.iter().chain(&keys.drive).filter(foreign).find_map(|key| device.entry(key));
+            if let Some(entry) = entry {
+                return Err(entry.refuse(&format!("no such key of a device of {}", first.name)));
+            }
         }
+        reader.read(device, channels, listing)
     }
 }

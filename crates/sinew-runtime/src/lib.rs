@@ -8,7 +8,9 @@
 //! |---|---|
 //! | [`BUSES`] | the buses that a real machine can be on: a room and a line each |
 //! | [`ethercat`] | a machine on EtherCAT: link, master, drives after CiA 402; what identifies its devices |
+//! | [`cia402`] | drives after CiA 402, on EtherCAT and CAN alike |
 //! | [`servos`] | a machine whose drives are serial servos: lines, protocol, registers; simulated servos |
+//! | [`can`] | a machine whose drives are CANopen nodes: links, SDO, PDOs; simulated nodes |
 //! | [`link`] | requests and references from a client elsewhere |
 //! | [`cycle`] | a session in real time: its deadlines, and how well they are kept |
 //!
@@ -17,22 +19,20 @@
 //! results bit for bit.
 
 mod bus;
+pub mod can;
+pub mod cia402;
 pub mod cycle;
 mod devices;
 mod error;
 pub mod ethercat;
 pub mod link;
 pub mod servos;
+#[cfg(target_os = "linux")]
+mod tty;
 mod whole;
 
-pub use bus::{Bus, BusError, Wire};
-pub use devices::{DeviceTables, Devices};
+pub use bus::{AnyDevices, Bus, BusError, DeviceReader, Devices, Tables, Wire};
+pub use devices::{BUSES, DeviceTables};
 pub use error::Error;
-
-/// The buses that a real machine can be on.
-pub const BUSES: &[Bus] = &[
-    #[cfg(target_os = "linux")]
-    ethercat::BUS,
-    #[cfg(target_os = "linux")]
-    servos::BUS,
-];
+#[cfg(target_os = "linux")]
+pub use tty::{PseudoTerminal, Ttys};

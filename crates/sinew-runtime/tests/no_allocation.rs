@@ -16,10 +16,12 @@ use sinew::trajectory::online::JointLimits;
 use sinew_link::client::Client;
 use sinew_link::host::{Server, ServerSettings, SessionSettings};
 use sinew_link::{Command, Request as LinkRequest, SetpointKind, Setpoints};
+use sinew_runtime::can::{self, CanBus, CanDevice, SimulatedLink};
 use sinew_runtime::cycle::{Cycle, VirtualClock};
 use sinew_runtime::ethercat::FrameStorage;
 use sinew_runtime::link::{LinkedMotion, domain};
 use sinew_runtime::servos::{ServoBus, ServoDevice, SimulatedLines, SimulatedMachine};
+use sinew_session::Plant;
 use std::alloc::System;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -77,17 +79,17 @@ fn a_cycle_over_ethercat_allocates_nothing() {
     }
 }
 
-#[test]
-fn a_cycle_over_serial_servos_allocates_nothing() {
+/// A machine whose only sensors are those of its drives.
+fn bare_setup() -> Setup {
     let mut design = sinew::machine::Machine { period: 4e-3, ..machine("finger") };
     design.muscles.iter_mut().for_each(|muscle| muscle.drive.has_load_cell = false);
     design.encoders.fill(None);
     design.devices = Device::defaults(&design.robot, &design.muscles, &design.encoders);
-    let setup = Setup::new(design, 1, &[]);
-    let servos = ServoDevice::simulated(&setup.machine);
-    let ports = ServoDevice::ports(&servos);
-    let simulated = SimulatedMachine::new(setup.plant.clone(), &setup.machine, &servos, &ports, false);
-    let bus = ServoBus::start(SimulatedLines::new(simulated), &setup.machine, &servos).unwrap();
+    Setup::new(design, 1, &[])
+}
+
+/// Every cycle over such a bus allocates nothing and ends with the machine in motion.
+fn allocates_nothing<B: Plant>(setup: &Setup, bus: B) {
     let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), setup.machine.period);
     let mut clock = VirtualClock::default();
     let before = ALLOCATIONS.get();
@@ -96,6 +98,26 @@ fn a_cycle_over_serial_servos_allocates_nothing() {
     }
     assert_eq!(ALLOCATIONS.get() - before, 0);
     assert_eq!(cycle.supervisor().mode(), Mode::Run);
+}
+
+#[test]
+fn a_cycle_over_can_allocates_nothing() {
+    let setup = bare_setup();
+    let nodes = CanDevice::simulated(&setup.machine);
+    let simulated = can::SimulatedMachine::new(setup.plant.clone(), &setup.machine, &nodes, true);
+    allocates_nothing(&setup, CanBus::start(SimulatedLink::new(simulated), &setup.machine, &nodes).unwrap());
+}
+
+#[test]
+fn a_cycle_over_serial_servos_allocates_nothing() {
+    let setup = bare_setup();
+    let servos = ServoDevice::simulated(&setup.machine);
+    let ports = ServoDevice::ports(&servos);
+    let simulated = SimulatedMachine::new(setup.plant.clone(), &setup.machine, &servos, &ports, false);
+    allocates_nothing(
+        &setup,
+        ServoBus::start(SimulatedLines::new(simulated), &setup.machine, &servos).unwrap(),
+    );
 }
 
 #[test]

@@ -178,18 +178,29 @@ impl Dictionary {
     }
 }
 
-fn entry(subindex: u8, name: &str, data_type: DataType, access: Access, value: &[u8]) -> EntryDescription {
+pub(crate) fn entry(
+    subindex: u8,
+    name: &str,
+    data_type: DataType,
+    access: Access,
+    value: &[u8],
+) -> EntryDescription {
     let bits = data_type.bits().unwrap_or(8 * value.len().max(1) as u16);
     let (name, value) = (name.to_owned(), value.to_vec());
     EntryDescription { subindex, name, data_type, bits, access, pdo: PdoMappable::No, value, limits: None }
 }
 
-fn variable(index: u16, name: &str, data_type: DataType, value: &[u8]) -> ObjectDescription {
+pub(crate) fn variable(index: u16, name: &str, data_type: DataType, value: &[u8]) -> ObjectDescription {
     let entries = vec![entry(0, name, data_type, Access::Read, value)];
     ObjectDescription { index, name: name.to_owned(), code: ObjectCode::Variable, entries }
 }
 
-fn record(index: u16, name: &str, code: ObjectCode, mut entries: Vec<EntryDescription>) -> ObjectDescription {
+pub(crate) fn record(
+    index: u16,
+    name: &str,
+    code: ObjectCode,
+    mut entries: Vec<EntryDescription>,
+) -> ObjectDescription {
     entries.insert(0, EntryDescription::count(entries.last().map_or(0, |entry| entry.subindex)));
     ObjectDescription { index, name: name.to_owned(), code, entries }
 }

@@ -28,12 +28,22 @@ impl ProcessData {
         let mut data = Self::default();
         let assignment = 0x1c10 + channel as u16;
         for pdo in 1..=dictionary.number(assignment, 0) as u8 {
-            let pdo = dictionary.number(assignment, pdo) as u16;
-            for mapped in 1..=dictionary.number(pdo, 0) as u8 {
-                data.append(dictionary, Mapped::from_number(dictionary.number(pdo, mapped) as u32));
-            }
+            data.append_pdo(dictionary, dictionary.number(assignment, pdo) as u16);
         }
         data
+    }
+
+    /// Of one PDO by the index of its mapping.
+    pub(crate) fn of(dictionary: &Dictionary, pdo: u16) -> Self {
+        let mut data = Self::default();
+        data.append_pdo(dictionary, pdo);
+        data
+    }
+
+    fn append_pdo(&mut self, dictionary: &Dictionary, pdo: u16) {
+        for mapped in 1..=dictionary.number(pdo, 0) as u8 {
+            self.append(dictionary, Mapped::from_number(dictionary.number(pdo, mapped) as u32));
+        }
     }
 
     fn append(&mut self, dictionary: &Dictionary, mapped: Mapped) {

@@ -4,6 +4,7 @@
 //! The documentation comments of the structures and their fields are the text that `--help` prints.
 
 mod calibrate;
+mod can;
 mod design;
 mod ethercat;
 mod export;
@@ -28,6 +29,7 @@ pub(crate) use calibrate::{
     CalibrateArguments, CalibrateFitArguments, CalibrateFlyArguments, CalibratePlanArguments, CalibrateVerb,
     ScenarioArguments,
 };
+pub(crate) use can::{CanArguments, CanScanArguments, CanSimulateArguments, CanVerb};
 pub(crate) use design::{DesignArguments, DesignVerb, DriveArguments, StudyArguments, TensionArguments};
 pub(crate) use ethercat::{
     EthercatArguments, EthercatScanArguments, EthercatSimulateArguments, EthercatVerb,
@@ -132,6 +134,7 @@ pub(crate) enum Verb {
     Live(LiveArguments),
     Ethercat(EthercatArguments),
     Servos(ServosArguments),
+    Can(CanArguments),
     Link(LinkArguments),
     Log(LogArguments),
     Twin(TwinArguments),

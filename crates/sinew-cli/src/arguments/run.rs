@@ -4,15 +4,16 @@ use super::ethercat::DeviceFileArguments;
 use super::session::SessionArguments;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use sinew_runtime::{BUSES, Bus, ethercat, servos};
+use sinew_runtime::{BUSES, Bus, can, ethercat, servos};
 use sinew_session::BusFault;
 
 /// Run a machine: its control cycle once a period, on a simulated or a real bus.
 ///
 /// twin is the simulated machine without wires; segment adds an EtherCAT master and simulated EtherCAT
-/// devices in this process, chain a master of serial servos and simulated servos; ethercat drives the devices
-/// on a network interface, servos those on serial ports, which the machine file describes. Everything is
-/// planned and checked as by `sinew track` before the start. At the end the times of the cycle are shown.
+/// devices in this process, chain a master of serial servos and simulated servos, nodes a CANopen master and
+/// simulated drives; ethercat drives the devices on a network interface, servos those on serial ports, can
+/// those behind a serial adapter, which the machine file describes. Everything is planned and checked as by
+/// `sinew track` before the start. At the end the times of the cycle are shown.
 ///
 /// On --virtual-time the cycle does not wait for its deadlines: the results are bit-identical.
 ///
@@ -24,7 +25,8 @@ pub(crate) struct RunArguments {
     /// Drives and sensors
     #[arg(long, value_parser = buses(), default_value = TWIN.0)]
     pub(crate) bus: BusArgument,
-    /// Network interface of the devices, for --bus ethercat; serial port of servos whose table names none
+    /// Network interface of the devices, for --bus ethercat; serial port of servos or of a CAN adapter
+    /// whose table names none
     #[arg(long, value_name = "IF", required_if_eq_any(
         BUSES.iter().filter(|bus| bus.needs_interface).map(|bus| ("bus", bus.name))))]
     pub(crate) interface: Option<String>,
@@ -44,6 +46,8 @@ pub(crate) enum BusArgument {
     Segment,
     /// The same behind a master of serial servos and simulated servos.
     Chain,
+    /// The same behind a CANopen master and simulated drives.
+    Nodes,
     /// A real machine.
     Real(&'static Bus),
 }
@@ -54,16 +58,18 @@ const SEGMENT: (&str, &str) =
     ("segment", "The same behind an EtherCAT master and simulated EtherCAT devices");
 
 const CHAIN: (&str, &str) = ("chain", "The same behind a master of serial servos and simulated servos");
+const NODES: (&str, &str) = ("nodes", "The same behind a CANopen master and simulated drives on CAN");
 
 /// Those that are simulated, and every real one.
 fn buses() -> impl TypedValueParser<Value = BusArgument> {
     let real = BUSES.iter().map(|bus| (bus.name, bus.about));
-    let values = [TWIN, SEGMENT, CHAIN].into_iter().chain(real);
+    let values = [TWIN, SEGMENT, CHAIN, NODES].into_iter().chain(real);
     let values = values.map(|(name, about)| PossibleValue::new(name).help(about));
     PossibleValuesParser::new(values).map(|name| match BUSES.iter().find(|bus| bus.name == name) {
         Some(bus) => BusArgument::Real(bus),
         None if name == SEGMENT.0 => BusArgument::Segment,
         None if name == CHAIN.0 => BusArgument::Chain,
+        None if name == NODES.0 => BusArgument::Nodes,
         None => BusArgument::Twin,
     })
 }
@@ -75,6 +81,7 @@ impl BusArgument {
             Self::Twin => TWIN.0,
             Self::Segment => SEGMENT.0,
             Self::Chain => CHAIN.0,
+            Self::Nodes => NODES.0,
             Self::Real(bus) => bus.name,
         }
     }
@@ -84,6 +91,7 @@ impl BusArgument {
         match self {
             Self::Twin | Self::Segment => ethercat::words(fault),
             Self::Chain => servos::words(fault),
+            Self::Nodes => can::words(fault),
             Self::Real(bus) => (bus.words)(fault),
         }
     }

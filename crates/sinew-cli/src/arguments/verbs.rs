@@ -10,7 +10,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
         &["identify", "evaluate", "predict", "compensate", "adapt", "export", "demo"],
     ),
     ("Describe and design a machine", &["machine", "design", "calibrate"]),
-    ("Run it", &["track", "run", "live", "link", "ethercat", "servos"]),
+    ("Run it", &["track", "run", "live", "link", "ethercat", "servos", "can"]),
     ("Look at what happened", &["log"]),
     ("Simulate a cable, reproduce the paper", &["twin", "reproduce"]),
     ("This computer", &["doctor"]),

@@ -2,6 +2,7 @@
 
 pub(crate) mod adapt;
 pub(crate) mod calibrate;
+pub(crate) mod can;
 mod columns;
 pub(crate) mod compensate;
 pub(crate) mod completions;

@@ -1,11 +1,10 @@
 //! From a silent wire to configured devices in OP.
 
 use super::device::EthercatDevice;
-use super::drive::{MODE, desired_mapping, mode_of_operation};
 use super::error::EthercatError;
 use super::found::FoundDevice;
-use super::image::Mapping;
 use super::sii;
+use crate::cia402::{MODE, Mapping, desired_mapping, mode_of_operation};
 use ethercrab::error::Error;
 use ethercrab::subdevice_group::{Op, PreOp, PreOpPdi};
 use ethercrab::{Command, DefaultLock, MainDevice, SubDevice, SubDeviceGroup, SubDeviceRef};

@@ -1,5 +1,6 @@
 //! What identifies a machine's devices on EtherCAT, and where their numbers stand.
 
+use crate::cia402::ObjectAddress;
 use sinew::machine::{Device, DeviceRole, Machine, SensorChannel, Signal};
 
 /// A device of the machine on EtherCAT.
@@ -62,15 +63,6 @@ pub struct ChannelObjects {
     pub value: ObjectAddress,
     /// Of a status word, and the bits of it that mark a reading as invalid.
     pub status: Option<(ObjectAddress, u16)>,
-}
-
-/// Place of an entry in a device's object dictionary.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct ObjectAddress {
-    /// Index.
-    pub index: u16,
-    /// Subindex.
-    pub subindex: u8,
 }
 
 /// Vendor ID of the simulated devices.

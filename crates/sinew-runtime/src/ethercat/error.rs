@@ -1,4 +1,5 @@
-use super::device::{DeviceIdentity, ObjectAddress};
+use super::device::DeviceIdentity;
+use crate::cia402::{DriveState, NotMapped};
 
 /// Why a machine on EtherCAT does not start.
 #[derive(Debug, thiserror::Error)]
@@ -36,13 +37,8 @@ pub enum EthercatError {
     #[error("the devices on the wire are not those of the machine file: {}", listed(.0))]
     Mismatch(Vec<Mismatch>),
     /// An object that the cycle needs is not in the process data of its device.
-    #[error("{device}: object {:#06x}:{:02x} is not in its process data at a whole octet", object.index, object.subindex)]
-    NotMapped {
-        /// Name of the device.
-        device: String,
-        /// The object.
-        object: ObjectAddress,
-    },
+    #[error(transparent)]
+    NotMapped(#[from] NotMapped),
     /// The process data is longer than the memory for it.
     #[error("process data of {octets} octets: expected at most {most}")]
     TooLong {
@@ -67,7 +63,7 @@ pub enum EthercatError {
         /// Name of the device.
         device: String,
         /// State of the drive.
-        state: super::cia402::DriveState,
+        state: DriveState,
         /// Its error code, object 0x603F; 0 where it is not in the process data.
         code: u16,
     },

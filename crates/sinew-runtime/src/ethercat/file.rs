@@ -1,16 +1,22 @@
 //! What a machine file says of devices on EtherCAT: `vendor`, `product`, `revision`, `revision_rule`,
 //! `alias`, of drives `synchronization`, of channels `value` and `status`.
 
-use super::device::{ChannelObjects, DeviceIdentity, EthercatDevice, ObjectAddress, RevisionRule};
+use super::device::{ChannelObjects, DeviceIdentity, EthercatDevice, RevisionRule};
+use crate::bus::{AnyDevices, DeviceReader, Tables};
+use crate::cia402::ObjectAddress;
 use crate::whole::is_whole;
 use sinew::description::DescriptionError;
 use sinew::description::machine::{BusKeys, BusReader, Domain, Entry, Listing, Table, ValueSource};
 use sinew::machine::Machine;
+use std::sync::Arc;
 
 const UNSIGNED_32: Domain = Domain::new("a whole number in 0..=0xffffffff", |x| is_whole(x, 4_294_967_295.0));
 const UNSIGNED_16: Domain = Domain::new("a whole number in 0..=0xffff", |x| is_whole(x, 65_535.0));
 const STATION_ALIAS: Domain =
     Domain::new("a whole number in 1..=0xffff", |x| x > 0.0 && is_whole(x, 65_535.0));
+
+/// How they are told.
+pub(super) const TABLES: Tables = Tables { mark: "vendor", reader: || Box::new(DeviceTables::default()) };
 
 /// Reads what identifies the devices of a machine file on EtherCAT.
 #[derive(Debug, Clone, Default)]
@@ -28,8 +34,7 @@ struct Identified {
 
 impl DeviceTables {
     /// The devices of the machine that was read; the simulated ones where its file names none.
-    #[must_use]
-    pub fn devices(&self, machine: &Machine) -> Vec<EthercatDevice> {
+    fn identified(&self, machine: &Machine) -> Vec<EthercatDevice> {
         if self.read.is_empty() {
             return EthercatDevice::simulated(machine);
         }
@@ -42,12 +47,18 @@ impl DeviceTables {
     }
 }
 
+impl DeviceReader for DeviceTables {
+    fn devices(&self, machine: &Machine) -> Result<AnyDevices, DescriptionError> {
+        Ok(Arc::new(self.identified(machine)))
+    }
+}
+
 impl BusReader for DeviceTables {
     fn keys(&self) -> BusKeys {
         BusKeys {
-            device: &["vendor", "product", "revision", "revision_rule", "alias"],
-            drive: &["synchronization"],
-            channel: &["value", "status"],
+            device: vec!["vendor", "product", "revision", "revision_rule", "alias"],
+            drive: vec!["synchronization"],
+            channel: vec!["value", "status"],
         }
     }
 

@@ -10,15 +10,12 @@
 //! Frames are pumped in the calling thread, so that a cycle starts no other thread and allocates nothing.
 
 mod bring_up;
-mod cia402;
 mod clocks;
 mod device;
-mod drive;
 mod emergency;
 mod error;
 mod file;
 mod found;
-mod image;
 mod link;
 mod master;
 mod matched;
@@ -39,8 +36,7 @@ mod time;
 mod wire;
 mod words;
 
-pub use cia402::DriveState;
-pub use device::{ChannelObjects, DeviceIdentity, EthercatDevice, ObjectAddress, RevisionRule};
+pub use device::{ChannelObjects, DeviceIdentity, EthercatDevice, RevisionRule};
 pub use error::{EthercatError, Mismatch};
 pub use file::DeviceTables;
 pub use found::{FoundDevice, compare};
@@ -55,6 +51,18 @@ pub use segment_link::SegmentLink;
 #[cfg(target_os = "linux")]
 pub use serve::serve;
 pub use simulated_machine::SimulatedMachine;
-#[cfg(target_os = "linux")]
-pub use wire::BUS;
 pub use words::words;
+
+#[cfg(not(target_os = "linux"))]
+use crate::bus as wire;
+use crate::bus::Bus;
+
+/// Devices on a network interface.
+pub const BUS: Bus = Bus {
+    name: "ethercat",
+    about: "Devices on a network interface",
+    needs_interface: true,
+    open: wire::open,
+    words,
+    tables: Some(file::TABLES),
+};

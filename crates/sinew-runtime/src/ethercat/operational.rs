@@ -1,10 +1,8 @@
 //! The bus in operation: process data read at the beginning of a cycle and written at its end.
 
 use super::bring_up::{self, OP, OpGroup, PreOpGroup};
-use super::cia402::DriveState;
 use super::clocks::{self, Clocks};
 use super::device::EthercatDevice;
-use super::drive::DriveSlot;
 use super::error::EthercatError;
 use super::link::Link;
 use super::master::{Master, matching};
@@ -13,6 +11,7 @@ use super::pump::Pump;
 use super::recovery;
 use super::simulated_machine::SimulatedMachine;
 use super::slots::{Slot, SlotRole, slots};
+use crate::cia402::{DriveSlot, DriveState};
 use ethercrab::error::Error;
 use ethercrab::{MainDevice, SubDeviceState};
 use sinew::drive::DriveCommand;

@@ -1,6 +1,6 @@
 //! Process data of devices without a mailbox: the PDO categories of their EEPROM, ETG.2010.
 
-use super::image::Mapping;
+use crate::cia402::Mapping;
 
 /// First word of the categories.
 const CATEGORIES: u16 = 0x40;
@@ -55,8 +55,8 @@ fn push_entries(mapping: &mut Mapping, mut data: &[u8]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::device::ObjectAddress;
     use super::*;
+    use crate::cia402::ObjectAddress;
     use core::pin::pin;
     use core::task::{Context, Poll, Waker};
 

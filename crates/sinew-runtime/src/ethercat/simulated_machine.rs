@@ -1,12 +1,11 @@
 //! The simulated machine behind simulated devices: their set-points move it, its sensors fill their inputs.
 
-use super::device::{ChannelObjects, EthercatDevice, ObjectAddress};
+use super::device::{ChannelObjects, EthercatDevice};
+use crate::cia402::{Axis, ObjectAddress};
 use sinew::drive::{DriveCommand, DriveParameters};
 use sinew::machine::{DeviceRole, DriveDevice, Machine, SensorChannel, Signal};
 use sinew::twin::arm::ArmTwin;
-use sinew_segment::{
-    AxisCommand, DescriptionError, DescriptionFile, DeviceDescription, DeviceSettings, Segment, builtin,
-};
+use sinew_segment::{DescriptionError, DescriptionFile, DeviceDescription, DeviceSettings, Segment, builtin};
 
 /// A machine as built, with the devices of its fieldbus.
 #[derive(Debug, Clone)]
@@ -19,15 +18,6 @@ pub struct SimulatedMachine {
     started: bool,
     failed: bool,
 }
-
-/// Error code of a drive whose encoder gives no position, CiA 402: incremental sensor 1.
-const ENCODER_FAULT: u16 = 0x7305;
-/// Error code of a drive whose winding is too hot.
-const MOTOR_HOT: u16 = 0x4310;
-/// Error code of a drive whose winch is at the end of its drum: positive or negative limit switch.
-const DRUM_END: u16 = 0x8611;
-/// Speed with which a drive approaches a position, per s.
-const POSITION_GAIN: f64 = 20.0;
 
 impl SimulatedMachine {
     /// A machine as built; `machine` is its design, whose `devices` stand on the wire in their order.
@@ -82,8 +72,7 @@ impl SimulatedMachine {
             let DeviceRole::Drive(drive) = &device.device.role else { continue };
             let Some(axis) = segment.device(place).and_then(|device| device.drive()) else { continue };
             self.started |= axis.brake_released();
-            self.commands[drive.muscle] =
-                if axis.brake_released() { self.command(drive, axis.command()) } else { DriveCommand::Brake };
+            self.commands[drive.muscle] = self.axis(drive).command(&self.arm, axis);
         }
         if self.started && !self.failed {
             self.failed = self.arm.step(&self.commands, period as f64 * 1e-9).is_err();
@@ -91,64 +80,19 @@ impl SimulatedMachine {
         self.show(segment);
     }
 
-    /// The set-point of a drive in SI units.
-    fn command(&self, device: &DriveDevice, command: AxisCommand) -> DriveCommand {
-        let parameters = &self.drives[device.muscle];
-        let angle = self.motor_angle(device.muscle);
-        let [_, per_radian] = DriveDevice::cable(&parameters.winch, parameters.reducer.ratio, angle);
-        let per_count = core::f64::consts::TAU / device.counts_per_turn;
-        match command {
-            AxisCommand::Off => DriveCommand::Off,
-            AxisCommand::QuickStop => DriveCommand::Velocity(0.0),
-            AxisCommand::Velocity(counts) => {
-                DriveCommand::Velocity(f64::from(counts) * per_count * per_radian)
-            }
-            AxisCommand::Position(counts) => {
-                let ahead = device.angle(f64::from(counts)) - angle;
-                DriveCommand::Velocity(POSITION_GAIN * ahead * per_radian)
-            }
-            AxisCommand::Torque(per_mille) => {
-                let torque =
-                    1e-3 * f64::from(per_mille) * device.rated_torque * device.counts_per_turn.signum();
-                DriveCommand::Current(torque / parameters.motor.torque_constant)
-            }
-        }
-    }
-
-    /// Angle of a muscle's motor by its encoder, rad; NaN where the encoder gives none.
-    fn motor_angle(&self, muscle: usize) -> f64 {
-        let built = &self.arm.specimen().drives[muscle];
-        built.winch.angle(self.arm.reading().motor[muscle]) * built.reducer.ratio
+    /// The winch of a drive.
+    fn axis(&self, drive: &DriveDevice) -> Axis {
+        Axis { drive: *drive, parameters: self.drives[drive.muscle] }
     }
 
     /// All measurements as counts.
     fn show(&self, segment: &mut Segment) {
-        let truth = self.arm.truth();
         for (place, device) in self.devices.iter().enumerate() {
             let Some(simulated) = segment.device_mut(place) else { continue };
             match &device.device.role {
                 DeviceRole::Drive(drive) => {
                     let Some(axis) = simulated.drive_mut() else { continue };
-                    let parameters = &self.drives[drive.muscle];
-                    let angle = self.motor_angle(drive.muscle);
-                    if !angle.is_finite() {
-                        axis.raise_fault(ENCODER_FAULT);
-                        continue;
-                    }
-                    let step = &truth.drives[drive.muscle];
-                    if let Some(fault) = step.fault {
-                        axis.raise_fault(error_code(fault));
-                    }
-                    let [_, per_radian] =
-                        DriveDevice::cable(&parameters.winch, parameters.reducer.ratio, angle);
-                    let per_turn = drive.counts_per_turn / core::f64::consts::TAU;
-                    let torque = parameters.motor.torque_constant * self.arm.reading().current[drive.muscle];
-                    let per_mille = 1000.0 * torque / drive.rated_torque * drive.counts_per_turn.signum();
-                    axis.set_actual(
-                        drive.counts(angle).round() as i32,
-                        (step.speed / per_radian * per_turn).round() as i32,
-                        per_mille.round() as i16,
-                    );
+                    self.axis(drive).show(&self.arm, axis);
                 }
                 DeviceRole::Sensors(_) => {
                     for (channel, objects) in device.channels() {
@@ -183,13 +127,6 @@ fn show_channel(
     if reading.is_finite() {
         let count = ((reading - channel.offset) / channel.scale).round();
         set(objects.value, &(count as i32).to_le_bytes());
-    }
-}
-
-fn error_code(fault: sinew::drive::DriveFault) -> u16 {
-    match fault {
-        sinew::drive::DriveFault::Hot { .. } => MOTOR_HOT,
-        sinew::drive::DriveFault::DrumFull | sinew::drive::DriveFault::DrumEmpty => DRUM_END,
     }
 }
 

@@ -2,9 +2,8 @@
 
 use super::bring_up::Mappings;
 use super::device::{ChannelObjects, EthercatDevice};
-use super::drive::DriveSlot;
 use super::error::EthercatError;
-use super::image::Field;
+use crate::cia402::{DriveSlot, Field};
 use ethercrab::SubDeviceState;
 use sinew::machine::{DeviceRole, Machine, SensorChannel, Signal};
 use sinew_session::{BusFault, Feedback};

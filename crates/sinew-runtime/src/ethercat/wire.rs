@@ -1,23 +1,14 @@
 //! EtherCAT in the list of buses.
 
+use super::device::EthercatDevice;
 use super::error::EthercatError;
 use super::master::Master;
 use super::pump::FrameStorage;
 use super::raw_link::RawSocketLink;
-use crate::bus::{Bus, BusError, Wire};
-use crate::devices::Devices;
+use crate::bus::{BusError, Devices, Wire};
 use sinew::machine::Machine;
 use sinew_segment::RawSocketError;
 use sinew_session::Plant;
-
-/// Devices on a network interface.
-pub const BUS: Bus = Bus {
-    name: "ethercat",
-    about: "Devices on a network interface",
-    needs_interface: true,
-    open,
-    words: super::words,
-};
 
 /// An interface, until its master takes it, and the memory of that master.
 struct Interface {
@@ -26,7 +17,7 @@ struct Interface {
     name: String,
 }
 
-fn open(interface: &str) -> Result<Box<dyn Wire>, BusError> {
+pub(super) fn open(interface: &str) -> Result<Box<dyn Wire>, BusError> {
     let link = Some(RawSocketLink::open(interface)?);
     Ok(Box::new(Interface { storage: FrameStorage::new(), link, name: interface.to_owned() }))
 }
@@ -42,7 +33,7 @@ impl Wire for Interface {
             None => RawSocketLink::open(&self.name)?,
         };
         let matched = Master::new(&self.storage, link)?
-            .match_devices(&devices.ethercat)
+            .match_devices(devices.of::<EthercatDevice>())
             .map_err(EthercatError::from)?;
         Ok(Box::new(matched.operate(machine)?))
     }

@@ -3,10 +3,12 @@
 use super::device::{OperatingMode, ServoDevice};
 use super::model::{BAUD, Model, Registers};
 use super::protocol::MAX_ID;
+use crate::bus::{AnyDevices, DeviceReader, Tables};
 use crate::whole::is_whole;
 use sinew::description::DescriptionError;
 use sinew::description::machine::{BusKeys, BusReader, Domain, Entry, Listing, Table, ValueSource};
 use sinew::machine::{DeviceRole, DriveMode, Machine};
+use std::sync::Arc;
 
 const ID: Domain = Domain::new("a whole number in 0..=252", |x| is_whole(x, f64::from(MAX_ID)));
 const RATE: Domain = Domain::new("9600, 57600, 115200 or 1, 2, 3, 4, 4.5 million bit/s", |x| {
@@ -20,6 +22,9 @@ const NOT_NEGATIVE: Domain = Domain::new("a number >= 0", |x| x >= 0.0);
 
 /// Difference of counts in a turn that is a rounding, as a fraction.
 const ROUNDING: f64 = 1e-3;
+
+/// How they are told.
+pub(super) const TABLES: Tables = Tables { mark: "id", reader: || Box::new(DeviceTables::default()) };
 
 /// Reads what identifies the servos of a machine file.
 #[derive(Debug, Clone, Default)]
@@ -40,17 +45,11 @@ struct Identified {
 }
 
 impl DeviceTables {
-    /// Whether the file names any servo.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.read.is_empty()
-    }
-
     /// The servos of the machine that was read, all of whose devices are servos.
     ///
     /// # Errors
     /// Counts of a turn that are not those of the model, and a torque that it cannot be commanded.
-    pub fn devices(&self, machine: &Machine) -> Result<Vec<ServoDevice>, DescriptionError> {
+    fn identified(&self, machine: &Machine) -> Result<Vec<ServoDevice>, DescriptionError> {
         let mut servos = Vec::new();
         for (device, (of, identified)) in machine.devices.iter().zip(&self.read).enumerate() {
             let DeviceRole::Drive(drive) = of.role else { continue };
@@ -75,9 +74,20 @@ impl DeviceTables {
     }
 }
 
+impl DeviceReader for DeviceTables {
+    fn devices(&self, machine: &Machine) -> Result<AnyDevices, DescriptionError> {
+        let none = self.read.is_empty();
+        Ok(Arc::new(if none { ServoDevice::simulated(machine) } else { self.identified(machine)? }))
+    }
+}
+
 impl BusReader for DeviceTables {
     fn keys(&self) -> BusKeys {
-        BusKeys { device: &["id", "model", "port", "baud"], drive: &["operating_mode"], channel: &[] }
+        BusKeys {
+            device: vec!["id", "model", "port", "baud"],
+            drive: vec!["operating_mode"],
+            channel: vec![],
+        }
     }
 
     fn read(

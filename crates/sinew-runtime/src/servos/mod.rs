@@ -19,8 +19,6 @@ mod scan;
 mod simulated;
 mod slot;
 #[cfg(target_os = "linux")]
-mod tty;
-#[cfg(target_os = "linux")]
 mod wire;
 mod words;
 
@@ -31,14 +29,24 @@ pub use file::DeviceTables;
 pub use line::Lines;
 pub use model::{BAUD, Model, Registers, eeprom};
 pub use scan::{FoundServo, scan};
+#[cfg(target_os = "linux")]
+pub use simulated::serve;
 pub use simulated::{
     ENCODER, OVERHEATING, OVERLOAD, ServoFault, ServoGoal, SimulatedChain, SimulatedLines, SimulatedMachine,
     SimulatedServo,
 };
-#[cfg(target_os = "linux")]
-pub use simulated::{PseudoTerminal, serve};
-#[cfg(target_os = "linux")]
-pub use tty::Ttys;
-#[cfg(target_os = "linux")]
-pub use wire::BUS;
 pub use words::words;
+
+#[cfg(not(target_os = "linux"))]
+use crate::bus as wire;
+use crate::bus::Bus;
+
+/// Servos on serial ports.
+pub const BUS: Bus = Bus {
+    name: "servos",
+    about: "Serial servos: Dynamixel, on the ports of the machine file or of --interface",
+    needs_interface: false,
+    open: wire::open,
+    words,
+    tables: Some(file::TABLES),
+};

@@ -3,25 +3,17 @@
 use super::bus::ServoBus;
 use super::device::ServoDevice;
 use super::error::ServoError;
-use super::tty::Ttys;
-use crate::bus::{Bus, BusError, Wire};
-use crate::devices::Devices;
+use super::line::Lines;
+use crate::bus::{BusError, Devices, Wire};
+use crate::tty::Ttys;
 use sinew::machine::Machine;
 use sinew_session::Plant;
-
-/// Servos on serial ports.
-pub const BUS: Bus = Bus {
-    name: "servos",
-    about: "Serial servos: Dynamixel, on the ports of the machine file or of --interface",
-    needs_interface: false,
-    open,
-    words: super::words,
-};
+use std::io;
 
 /// The port of servos whose machine file names none.
 struct Ports(String);
 
-fn open(interface: &str) -> Result<Box<dyn Wire>, BusError> {
+pub(super) fn open(interface: &str) -> Result<Box<dyn Wire>, BusError> {
     Ok(Box::new(Ports(interface.to_owned())))
 }
 
@@ -31,7 +23,7 @@ impl Wire for Ports {
         machine: &Machine,
         devices: &Devices,
     ) -> Result<Box<dyn Plant + 'a>, BusError> {
-        let mut servos = devices.servos.clone();
+        let mut servos = devices.of::<ServoDevice>().to_vec();
         if servos.is_empty() {
             return Err(ServoError::OtherBus.into());
         }
@@ -58,4 +50,28 @@ impl From<ServoError> for BusError {
             _ => Self::Unexpected(Box::new(error)),
         }
     }
+}
+
+impl Lines for Ttys {
+    fn count(&self) -> usize {
+        Self::count(self)
+    }
+
+    fn now(&mut self) -> u64 {
+        Self::now(self)
+    }
+
+    fn send(&mut self, line: usize, octets: &[u8]) -> io::Result<()> {
+        Self::send(self, line, octets)
+    }
+
+    fn receive(&mut self, line: usize, buffer: &mut [u8], deadline: u64) -> io::Result<usize> {
+        Self::receive(self, line, buffer, deadline)
+    }
+
+    fn rest_until(&mut self, time: u64) {
+        Self::rest_until(self, time);
+    }
+
+    fn begin_cycle(&mut self, _period: u64) {}
 }

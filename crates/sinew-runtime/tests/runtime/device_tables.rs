@@ -1,11 +1,12 @@
-//! What identifies devices on EtherCAT in a machine file: read, or refused with line, key and what was
-//! expected.
+//! What identifies devices in a machine file: read, or refused with line, key and what was expected.
 
 use sinew::description::machine::machine_on_bus;
 use sinew::description::{DescriptionError, MachineDescription};
-use sinew_runtime::ethercat::{
-    ChannelObjects, DeviceIdentity, DeviceTables, EthercatDevice, ObjectAddress, RevisionRule,
-};
+use sinew_runtime::can::CanDevice;
+use sinew_runtime::cia402::ObjectAddress;
+use sinew_runtime::ethercat::{ChannelObjects, DeviceIdentity, EthercatDevice, RevisionRule};
+use sinew_runtime::servos::ServoDevice;
+use sinew_runtime::{DeviceTables, Devices};
 
 /// Devices of a machine with two muscles.
 const DEVICES: &str = r#"
@@ -53,10 +54,15 @@ const LEG: &str = r#"<mujoco><worldbody><body name="shank">
 </tendon></mujoco>"#;
 
 fn read(devices: &str) -> Result<(MachineDescription, Vec<EthercatDevice>), DescriptionError> {
+    let (described, devices) = read_all(devices)?;
+    Ok((described, devices.of().to_vec()))
+}
+
+fn read_all(devices: &str) -> Result<(MachineDescription, Devices), DescriptionError> {
     let mut tables = DeviceTables::default();
     let text = format!("body = \"leg.xml\"\n{devices}");
     let described = machine_on_bus("leg.toml", &text, &mut |_| Ok(LEG.to_owned()), &mut tables)?;
-    let devices = tables.devices(&described.machine);
+    let devices = tables.devices(&described.machine)?;
     Ok((described, devices))
 }
 
@@ -140,9 +146,43 @@ fn synchronization_is_of_drives_alone() {
     assert!(told.contains("the device is no drive"), "{told}");
 }
 
+/// The same two drives as nodes on CAN, between which `more` stands.
+fn nodes(more: &str) -> String {
+    let node =
+        |name: &str, more: &str| format!("[[device]]\nname = \"{name}\"\nmuscle = \"{name}\"\n{more}\n");
+    node("flexor", "node = 3\nvendor = 0x1d\nbitrate = 500000\nport = \"/dev/ttyACM0\"")
+        + &node("extensor", more)
+}
+
+#[test]
+fn nodes_on_can_are_read_and_what_is_none_of_theirs_is_refused() {
+    let (_, devices) = read_all(&nodes("node = 4")).unwrap();
+    assert!(devices.of::<EthercatDevice>().is_empty() && devices.of::<ServoDevice>().is_empty());
+    let [flexor, extensor] = devices.of::<CanDevice>() else { panic!("{devices:?}") };
+    assert_eq!((flexor.node, flexor.identity, flexor.bitrate), (3, [Some(0x1d), None], 500_000));
+    assert_eq!(flexor.port.as_deref(), Some("/dev/ttyACM0"));
+    assert_eq!((extensor.node, extensor.identity, extensor.bitrate), (4, [None; 2], 1_000_000));
+    for (more, parts) in [
+        ("node = 127", ["node", "1..=126"]),
+        ("node = 4\nbitrate = 9600", ["bitrate", "500"]),
+        ("node = 4\nproduct = -1", ["product", "0..=0xffffffff"]),
+        ("node = 4\nmode = \"torque\"", ["mode", "velocity"]),
+        ("node = 4\nbaud = 1000000", ["baud", "a device of can"]),
+        ("node = 4\nsynchronization = \"frame\"", ["synchronization", "a device of can"]),
+        ("id = 4\nmodel = \"XM430-W210\"", ["id", "devices of one bus, can"]),
+        ("vendor = 2\nproduct = 3", ["vendor", "devices of one bus, can"]),
+        ("port = \"/dev/ttyACM0\"", ["node", "is missing"]),
+    ] {
+        let told = read_all(&nodes(more)).err().unwrap_or_else(|| panic!("accepted: {more}")).to_string();
+        assert!(parts.iter().all(|part| told.contains(part)), "{told}: {parts:?}");
+    }
+}
+
 #[test]
 fn a_machine_without_tables_has_the_simulated_devices() {
     let (described, devices) = read("").unwrap();
     assert_eq!(devices, EthercatDevice::simulated(&described.machine));
     assert_eq!(devices.len(), 5);
+    let (_, devices) = read_all("").unwrap();
+    assert_eq!((devices.of::<ServoDevice>().len(), devices.of::<CanDevice>().len()), (2, 2));
 }

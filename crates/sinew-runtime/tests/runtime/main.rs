@@ -4,6 +4,7 @@
 
 mod bus_faults;
 mod bus_stops;
+mod can;
 mod clocks;
 mod common;
 mod device_tables;

@@ -8,15 +8,16 @@ use crate::verbs::machine_source::load_machine;
 use sinew_runtime::ethercat::{EthercatDevice, FoundDevice, FrameStorage, Master, RawSocketLink, compare};
 
 pub(super) fn run(arguments: &EthercatScanArguments, general: &General) -> Result<Answer, Error> {
-    let expected = load_machine(&arguments.machine, None)?.1.ethercat;
+    let (_, devices) = load_machine(&arguments.machine, None)?;
+    let expected = devices.of();
     let storage = FrameStorage::new();
     let mut master = Master::new(&storage, RawSocketLink::open(&arguments.interface)?)?;
     let found = master.scan()?;
-    let fits = compare(&expected, &found).is_empty();
+    let fits = compare(expected, &found).is_empty();
     let content = if general.json {
-        Content::json(&json(&expected, &found, fits))?
+        Content::json(&json(expected, &found, fits))?
     } else {
-        Content::Text(text(&expected, &found))
+        Content::Text(text(expected, &found))
     };
     Ok(Answer { outcome: Outcome::new(fits), content, written: Vec::new() })
 }

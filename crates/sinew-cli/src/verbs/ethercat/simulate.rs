@@ -13,11 +13,11 @@ use sinew_segment::RawSocket;
 
 pub(super) fn run(arguments: &EthercatSimulateArguments, general: &General) -> Result<Answer, Error> {
     let (described, devices) = load_machine(&arguments.machine, None)?;
-    let (machine, devices) = (described.machine, devices.ethercat);
-    let descriptions = device_files::read(&arguments.devices.files, &devices)?;
+    let (machine, devices) = (described.machine, devices.of());
+    let descriptions = device_files::read(&arguments.devices.files, devices)?;
     let socket = RawSocket::open(&arguments.interface)?;
     let arm = simulated_arm(&machine, arguments.seed)?;
-    let mut simulated = SimulatedMachine::new(arm, &machine, devices);
+    let mut simulated = SimulatedMachine::new(arm, &machine, devices.to_vec());
     let mut segment = simulated.segment(&descriptions)?;
     if !general.json {
         print(&format!(

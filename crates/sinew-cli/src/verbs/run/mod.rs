@@ -26,8 +26,11 @@ use sinew::trajectory::Schedule;
 use sinew_lab::arm::{INITIAL_REST_S, IdentifiedMachine, PreparedRun, TrackingNumbers};
 use sinew_lab::experiment::Evaluation;
 use sinew_runtime::Bus;
+use sinew_runtime::can::{self, CanBus, SimulatedLink};
 use sinew_runtime::cycle::{Cycle, MonotonicClock, RealTime, Timing, run as step_through};
-use sinew_runtime::ethercat::{EthercatError, FrameStorage, Master, SegmentLink, SimulatedMachine};
+use sinew_runtime::ethercat::{
+    EthercatDevice, EthercatError, FrameStorage, Master, SegmentLink, SimulatedMachine,
+};
 use sinew_runtime::link::{LinkedMotion, RunMotion};
 use sinew_runtime::servos::{self, ServoBus, ServoDevice, SimulatedLines};
 use sinew_segment::DescriptionFile;
@@ -50,7 +53,7 @@ fn start(door: &Door<'_>, general: &General) -> Result<Answer, Error> {
     let setup = door.setup();
     drop(progress);
     let setup = setup?;
-    let descriptions = device_files::read(door.devices, &setup.devices.ethercat)?;
+    let descriptions = device_files::read(door.devices, setup.devices.of())?;
     door.tell_duration(&setup);
     let timed = door.pace == Pace::RealTime;
     let shown =
@@ -115,15 +118,22 @@ impl Prepared<'_> {
         let (mut ended, judged, supervisor) = match door.bus {
             BusArgument::Twin => self.step(TwinPlant::new(plant), supervisor, watch)?,
             BusArgument::Chain => {
-                let (servos, ports) = (&setup.devices.servos, ServoDevice::ports(&setup.devices.servos));
+                let servos: &[ServoDevice] = setup.devices.of();
+                let ports = ServoDevice::ports(servos);
                 let machine = servos::SimulatedMachine::new(plant, &setup.machine, servos, &ports, false);
                 let bus = ServoBus::start(SimulatedLines::new(machine), &setup.machine, servos)?;
                 self.step(bus, supervisor, watch)?
             }
+            BusArgument::Nodes => {
+                let nodes = setup.devices.of();
+                let machine = can::SimulatedMachine::new(plant, &setup.machine, nodes, true);
+                let bus = CanBus::start(SimulatedLink::new(machine), &setup.machine, nodes)?;
+                self.step(bus, supervisor, watch)?
+            }
             // The latter is not simulated.
             BusArgument::Segment | BusArgument::Real(_) => {
-                let devices = &setup.devices.ethercat;
-                let simulated = SimulatedMachine::new(plant, &setup.machine, devices.clone());
+                let devices: &[EthercatDevice] = setup.devices.of();
+                let simulated = SimulatedMachine::new(plant, &setup.machine, devices.to_vec());
                 let segment = simulated.segment(descriptions)?;
                 let storage = FrameStorage::new();
                 let master = Master::new(&storage, SegmentLink::new(segment, simulated))?;

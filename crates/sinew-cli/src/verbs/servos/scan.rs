@@ -4,7 +4,8 @@ use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{General, ServosScanArguments};
 use crate::error::Error;
 use crate::table::table;
-use sinew_runtime::servos::{FoundServo, ServoError, Ttys, scan};
+use sinew_runtime::Ttys;
+use sinew_runtime::servos::{FoundServo, ServoError, scan};
 
 pub(super) fn run(arguments: &ServosScanArguments, general: &General) -> Result<Answer, Error> {
     let port = arguments.port.display().to_string();

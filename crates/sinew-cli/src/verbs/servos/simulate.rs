@@ -7,17 +7,18 @@ use crate::interrupt;
 use crate::output::print;
 use crate::verbs::machine_source::load_machine;
 use crate::verbs::simulated_arm::{end_after, simulated_arm};
-use sinew_runtime::servos::{PseudoTerminal, ServoDevice, ServoError, SimulatedMachine, serve};
+use sinew_runtime::PseudoTerminal;
+use sinew_runtime::servos::{ServoDevice, ServoError, SimulatedMachine, serve};
 
 pub(super) fn run(arguments: &ServosSimulateArguments, general: &General) -> Result<Answer, Error> {
     let (described, devices) = load_machine(&arguments.machine, None)?;
-    let (machine, servos) = (described.machine, devices.servos);
+    let (machine, servos) = (described.machine, devices.of::<ServoDevice>());
     if servos.is_empty() {
         return Err(ServoError::OtherBus.into());
     }
     let arm = simulated_arm(&machine, arguments.seed)?;
-    let ports = ServoDevice::ports(&servos);
-    let mut simulated = SimulatedMachine::new(arm, &machine, &servos, &ports, true);
+    let ports = ServoDevice::ports(servos);
+    let mut simulated = SimulatedMachine::new(arm, &machine, servos, &ports, true);
     let refused = |source| ServoError::Port { port: "a pseudo-terminal".to_owned(), source };
     let terminals = ports.iter().map(|_| PseudoTerminal::open()).collect::<Result<Vec<_>, _>>();
     let mut terminals = terminals.map_err(refused)?;

@@ -11,5 +11,5 @@ pub use chain::SimulatedChain;
 pub use lines::SimulatedLines;
 pub use machine::SimulatedMachine;
 #[cfg(target_os = "linux")]
-pub use serve::{PseudoTerminal, serve};
+pub use serve::serve;
 pub use servo::{ENCODER, OVERHEATING, OVERLOAD, ServoFault, ServoGoal, SimulatedServo};

@@ -31,14 +31,14 @@ pub trait BusReader {
 }
 
 /// Keys of a bus.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Default)]
 pub struct BusKeys {
     /// In `[[device]]`.
-    pub device: &'static [&'static str],
+    pub device: Vec<&'static str>,
     /// In `[[device]]` of drives alone.
-    pub drive: &'static [&'static str],
+    pub drive: Vec<&'static str>,
     /// In `[[device.channel]]`.
-    pub channel: &'static [&'static str],
+    pub channel: Vec<&'static str>,
 }
 
 /// The reader of the bus, where there is one: without it, keys that are none of a role are left out.
@@ -51,7 +51,7 @@ pub(super) fn read(
     bus: &mut Bus<'_>,
     listing: &mut Listing,
 ) -> Result<Vec<Device>, DescriptionError> {
-    let keys = bus.as_ref().map(|bus| Keys::with(bus.keys()));
+    let keys = bus.as_ref().map(|bus| Keys::with(&bus.keys()));
     let known = keys.as_ref();
     let tables = root.tables_with("device", "name", known.map(|keys| &keys.device[..]))?;
     if tables.is_empty() {
@@ -99,11 +99,11 @@ struct Keys {
 }
 
 impl Keys {
-    fn with(bus: BusKeys) -> Self {
-        let drive = [&DRIVE, bus.drive].concat();
+    fn with(bus: &BusKeys) -> Self {
+        let drive = [&DRIVE, &bus.drive[..]].concat();
         Self {
-            device: [&["name"], bus.device, &["muscle"], &drive, &["channel"]].concat(),
-            channel: [&["name", "muscle", "joint"], bus.channel, &["scale", "offset"]].concat(),
+            device: [&["name"], &bus.device[..], &["muscle"], &drive, &["channel"]].concat(),
+            channel: [&["name", "muscle", "joint"], &bus.channel[..], &["scale", "offset"]].concat(),
             drive,
         }
     }

@@ -23,7 +23,7 @@ struct RolesAlone;
 
 impl BusReader for RolesAlone {
     fn keys(&self) -> BusKeys {
-        BusKeys { device: &[], drive: &[], channel: &[] }
+        BusKeys::default()
     }
 
     fn read(&mut self, _: &Table<'_>, _: &[Table<'_>], _: &mut Listing) -> Result<(), DescriptionError> {

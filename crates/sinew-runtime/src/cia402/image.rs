@@ -1,37 +1,53 @@
 //! Where objects stand in the process data of a device.
 
-use super::device::ObjectAddress;
-use super::error::EthercatError;
+/// Place of an entry in a device's object dictionary.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ObjectAddress {
+    /// Index.
+    pub index: u16,
+    /// Subindex.
+    pub subindex: u8,
+}
+
+/// An object that the cycle needs is not in the process data of its device.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{device}: object {:#06x}:{:02x} is not in its process data at a whole octet", object.index, object.subindex)]
+pub struct NotMapped {
+    /// Name of the device.
+    pub device: String,
+    /// The object.
+    pub object: ObjectAddress,
+}
 
 /// Entries of a device's inputs or outputs, in the order of their mapping.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Mapping {
+pub(crate) struct Mapping {
     /// Object and length, bits; a gap has index 0.
     entries: Vec<(ObjectAddress, u8)>,
 }
 
 /// An object in the process data: its first octet and its length in octets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Field {
+pub(crate) struct Field {
     start: usize,
     length: usize,
 }
 
 impl Mapping {
     /// Adds an entry as in a PDO mapping object: index, subindex, length in bits.
-    pub(super) fn push(&mut self, entry: u32) {
+    pub(crate) fn push(&mut self, entry: u32) {
         let address = ObjectAddress { index: (entry >> 16) as u16, subindex: (entry >> 8) as u8 };
         self.entries.push((address, entry as u8));
     }
 
     /// Octets of all entries.
-    pub(super) fn length(&self) -> usize {
+    pub(crate) fn length(&self) -> usize {
         let bits: usize = self.entries.iter().map(|(_, bits)| usize::from(*bits)).sum();
         bits.div_ceil(8)
     }
 
     /// The place of an object, where it is mapped with one of these lengths, octets, at a whole octet.
-    pub(super) fn find(&self, desired: ObjectAddress, lengths: &[usize]) -> Option<Field> {
+    pub(crate) fn find(&self, desired: ObjectAddress, lengths: &[usize]) -> Option<Field> {
         let mut start = 0;
         for (address, bits) in &self.entries {
             let (bits, whole) = (usize::from(*bits), start % 8 == 0);
@@ -46,21 +62,21 @@ impl Mapping {
     /// As [`find`](Self::find).
     ///
     /// # Errors
-    /// [`EthercatError::NotMapped`] names device and object.
-    pub(super) fn require(
+    /// [`NotMapped`] names device and object.
+    pub(crate) fn require(
         &self,
         device: &str,
         desired: ObjectAddress,
         lengths: &[usize],
-    ) -> Result<Field, EthercatError> {
-        let missing = || EthercatError::NotMapped { device: device.to_owned(), object: desired };
+    ) -> Result<Field, NotMapped> {
+        let missing = || NotMapped { device: device.to_owned(), object: desired };
         self.find(desired, lengths).ok_or_else(missing)
     }
 }
 
 impl Field {
     /// The signed number at this place; none beyond the data.
-    pub(super) fn signed(self, data: &[u8]) -> Option<i32> {
+    pub(crate) fn signed(self, data: &[u8]) -> Option<i32> {
         let bytes = data.get(self.start..self.start + self.length)?;
         Some(match *bytes {
             [a] => i32::from(a.cast_signed()),
@@ -71,12 +87,12 @@ impl Field {
     }
 
     /// The 16 lower bits at this place; none beyond the data.
-    pub(super) fn word(self, data: &[u8]) -> Option<u16> {
+    pub(crate) fn word(self, data: &[u8]) -> Option<u16> {
         self.signed(data).map(|number| number as u16)
     }
 
     /// Writes a number, limited to the field.
-    pub(super) fn write(self, data: &mut [u8], number: i32) {
+    pub(crate) fn write(self, data: &mut [u8], number: i32) {
         let Some(bytes) = data.get_mut(self.start..self.start + self.length) else { return };
         let bits = 8 * self.length.min(4);
         let most = i32::MAX >> (32 - bits);
@@ -85,7 +101,7 @@ impl Field {
     }
 
     /// Writes bits.
-    pub(super) fn write_word(self, data: &mut [u8], word: u16) {
+    pub(crate) fn write_word(self, data: &mut [u8], word: u16) {
         let Some(bytes) = data.get_mut(self.start..self.start + self.length) else { return };
         bytes.iter_mut().zip(word.to_le_bytes()).for_each(|(byte, new)| *byte = new);
     }

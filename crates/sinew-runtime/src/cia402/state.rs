@@ -46,14 +46,14 @@ impl DriveState {
 
 impl DriveState {
     /// Whether the motor has torque.
-    pub(super) fn has_torque(self) -> bool {
+    pub(crate) fn has_torque(self) -> bool {
         matches!(self, Self::OperationEnabled | Self::QuickStopActive | Self::FaultReactionActive)
     }
 }
 
 /// Desired state of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Goal {
+pub(crate) enum Goal {
     /// The motor follows its set-points; a latched fault is reset on the way.
     Enabled,
     /// It brakes and stays there.
@@ -71,7 +71,7 @@ const FAULT_RESET: u16 = 0x80;
 
 /// The controlword that leads from a state towards a goal by one transition. A reset is an edge, so that the
 /// word must have been without it in the cycle before.
-pub(super) fn controlword(state: DriveState, goal: Goal, last: u16) -> u16 {
+pub(crate) fn controlword(state: DriveState, goal: Goal, last: u16) -> u16 {
     match (goal, state) {
         (_, DriveState::Fault) if last & FAULT_RESET == 0 => FAULT_RESET,
         (_, DriveState::Fault | DriveState::FaultReactionActive | DriveState::NotReadyToSwitchOn) => {

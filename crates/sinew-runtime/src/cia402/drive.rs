@@ -1,24 +1,22 @@
 //! A drive in the process data: commands in SI units to controlword and set-point, statusword and counts to
 //! the cable.
 
-use super::cia402::{DriveState, Goal, controlword};
-use super::device::ObjectAddress;
-use super::error::EthercatError;
-use super::image::{Field, Mapping};
+use super::image::{Field, Mapping, NotMapped, ObjectAddress};
+use super::state::{DriveState, Goal, controlword};
 use sinew::drive::{DriveCommand, DriveParameters, MeasuredShaft, SpeedControl, TensionLoop};
 use sinew::machine::{DriveDevice, DriveMode};
 
 /// Objects of CiA 402.
-pub(super) const CONTROLWORD: u16 = 0x6040;
-const STATUSWORD: u16 = 0x6041;
-pub(super) const MODE: u16 = 0x6060;
-const POSITION: u16 = 0x6064;
-const VELOCITY: u16 = 0x606c;
-const TORQUE: u16 = 0x6077;
+pub(crate) const CONTROLWORD: u16 = 0x6040;
+pub(crate) const STATUSWORD: u16 = 0x6041;
+pub(crate) const MODE: u16 = 0x6060;
+pub(crate) const POSITION: u16 = 0x6064;
+pub(crate) const VELOCITY: u16 = 0x606c;
+pub(crate) const TORQUE: u16 = 0x6077;
 const CURRENT: u16 = 0x6078;
 const ERROR_CODE: u16 = 0x603f;
 const TARGET_TORQUE: u16 = 0x6071;
-const TARGET_VELOCITY: u16 = 0x60ff;
+pub(crate) const TARGET_VELOCITY: u16 = 0x60ff;
 
 /// Modes of operation, object 0x6060.
 const CYCLIC_VELOCITY: i8 = 9;
@@ -26,8 +24,8 @@ const CYCLIC_TORQUE: i8 = 10;
 
 /// One drive of a running machine.
 #[derive(Debug, Clone)]
-pub(super) struct DriveSlot {
-    pub(super) device: DriveDevice,
+pub(crate) struct DriveSlot {
+    pub(crate) device: DriveDevice,
     parameters: DriveParameters,
     control: Field,
     target: Field,
@@ -39,7 +37,8 @@ pub(super) struct DriveSlot {
     error_code: Option<Field>,
     state: DriveState,
     last_control: u16,
-    /// Of the last reading: angle and speed of the motor, rad and rad/s; tension at the outlet, N.
+    /// Of the last reading: angle and speed of the motor, rad and rad/s; tension at the outlet, N, NaN as
+    /// long as none has been measured: without a load cell nothing limits the speed by it.
     angle: f64,
     speed: f64,
     tension: f64,
@@ -54,7 +53,7 @@ pub(super) struct DriveSlot {
 const BRAKING_FRACTION: f64 = 0.4;
 
 /// Mode of operation of a drive, as in object 0x6060.
-pub(super) fn mode_of_operation(mode: DriveMode) -> i8 {
+pub(crate) fn mode_of_operation(mode: DriveMode) -> i8 {
     match mode {
         DriveMode::Velocity => CYCLIC_VELOCITY,
         DriveMode::Torque => CYCLIC_TORQUE,
@@ -62,7 +61,7 @@ pub(super) fn mode_of_operation(mode: DriveMode) -> i8 {
 }
 
 /// Entries of a mapping that serves the cycle: outputs, inputs.
-pub(super) fn desired_mapping(mode: DriveMode) -> [Vec<u32>; 2] {
+pub(crate) fn desired_mapping(mode: DriveMode) -> [Vec<u32>; 2] {
     let target = match mode {
         DriveMode::Velocity => entry(TARGET_VELOCITY, 32),
         DriveMode::Torque => entry(TARGET_TORQUE, 16),
@@ -80,12 +79,12 @@ impl DriveSlot {
     ///
     /// # Errors
     /// As [`Mapping::require`].
-    pub(super) fn new(
+    pub(crate) fn new(
         name: &str,
         device: DriveDevice,
         parameters: DriveParameters,
         [outputs, inputs]: [&Mapping; 2],
-    ) -> Result<Self, EthercatError> {
+    ) -> Result<Self, NotMapped> {
         let object = |index| ObjectAddress { index, subindex: 0 };
         let (target, octets) = match device.mode {
             DriveMode::Velocity => (TARGET_VELOCITY, 4),
@@ -107,7 +106,7 @@ impl DriveSlot {
             last_control: 0,
             angle: 0.0,
             speed: 0.0,
-            tension: 0.0,
+            tension: f64::NAN,
             speed_control: SpeedControl::new(),
             tension_loop: TensionLoop::of_drive(),
             running: false,
@@ -117,19 +116,19 @@ impl DriveSlot {
         })
     }
 
-    pub(super) fn state(&self) -> DriveState {
+    pub(crate) fn state(&self) -> DriveState {
         self.state
     }
 
     /// The device left OP: until its drive is read again there is no set-point, and it is enabled from the
     /// beginning.
-    pub(super) fn forget_state(&mut self) {
+    pub(crate) fn forget_state(&mut self) {
         (self.state, self.running) = (DriveState::NotReadyToSwitchOn, false);
     }
 
     /// Writes the controlword that leads towards the command, and its set-point, 0 until the drive is
     /// enabled.
-    pub(super) fn write(&mut self, outputs: &mut [u8], command: DriveCommand, h: f64) {
+    pub(crate) fn write(&mut self, outputs: &mut [u8], command: DriveCommand, h: f64) {
         let goal = match command {
             DriveCommand::Off => Goal::Disabled,
             DriveCommand::Brake => Goal::Stopped,
@@ -153,7 +152,7 @@ impl DriveSlot {
 
     /// The speed, m/s, that follows the one that was commanded last on the way to rest, `h` s later: never a
     /// step.
-    pub(super) fn braked_speed(&self, h: f64) -> f64 {
+    pub(crate) fn braked_speed(&self, h: f64) -> f64 {
         let most = BRAKING_FRACTION * self.parameters.acceleration * h;
         self.commanded - self.commanded.clamp(-most, most)
     }
@@ -184,7 +183,8 @@ impl DriveSlot {
             }
             DriveMode::Torque => {
                 let arm = per_radian * parameters.reducer.ratio;
-                let measured = MeasuredShaft { tension: self.tension, speed: self.speed, arm };
+                let tension = if self.tension.is_finite() { self.tension } else { 0.0 };
+                let measured = MeasuredShaft { tension, speed: self.speed, arm };
                 let torque = self.speed_control.torque(&parameters, velocity, measured, h);
                 self.per_mille(torque)
             }
@@ -197,7 +197,7 @@ impl DriveSlot {
 
     /// Reads the inputs: position of the cable, m, and the error code where the drive reports a fault or has
     /// left operation without being told.
-    pub(super) fn read(&mut self, inputs: &[u8]) -> (f64, Option<u16>) {
+    pub(crate) fn read(&mut self, inputs: &[u8]) -> (f64, Option<u16>) {
         self.state = DriveState::from_statusword(self.status.word(inputs).unwrap_or(0));
         let counts = self.position.signed(inputs).map_or(f64::NAN, f64::from);
         self.angle = self.device.angle(counts);
@@ -211,19 +211,19 @@ impl DriveSlot {
     }
 
     /// Current of the motor, A, + winds in; NaN where the drive does not say.
-    pub(super) fn current(&self, inputs: &[u8]) -> f64 {
+    pub(crate) fn current(&self, inputs: &[u8]) -> f64 {
         let per_mille = self.current.and_then(|field| field.signed(inputs)).map_or(f64::NAN, f64::from);
         let rated = self.device.rated_torque / self.parameters.motor.torque_constant;
         1e-3 * per_mille * rated * self.device.counts_per_turn.signum()
     }
 
     /// Error code of the drive, 0 where it is not in the process data.
-    pub(super) fn error_code(&self, inputs: &[u8]) -> u16 {
+    pub(crate) fn error_code(&self, inputs: &[u8]) -> u16 {
         self.error_code.and_then(|field| field.word(inputs)).unwrap_or(0)
     }
 
     /// The tension that limits its speed and is fed forward, N: the last one that was measured.
-    pub(super) fn set_tension(&mut self, tension: f64) {
+    pub(crate) fn set_tension(&mut self, tension: f64) {
         if tension.is_finite() {
             self.tension = tension;
         }

@@ -1,0 +1,64 @@
+//! Arguments of `sinew can`.
+
+use super::values::number;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+/// CAN drives: what is on a bus, and simulated drives for other masters.
+#[derive(Debug, Args)]
+pub(crate) struct CanArguments {
+    #[command(subcommand)]
+    pub(crate) verb: CanVerb,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum CanVerb {
+    Scan(CanScanArguments),
+    Simulate(CanSimulateArguments),
+}
+
+/// List the CANopen nodes that answer behind a serial adapter (slcan): id, name, vendor, product, profile.
+///
+/// Nothing moves and nothing is written. Ends with exit code 3 where none answers.
+///
+/// Example: sinew can scan /dev/ttyACM0 --bitrate 500000
+#[derive(Debug, Args)]
+pub(crate) struct CanScanArguments {
+    /// Serial port of the adapter
+    #[arg(value_name = "PORT")]
+    pub(crate) port: PathBuf,
+    /// Rate of the bus, bit/s
+    #[arg(long, value_name = "RATE", default_value = "1000000", value_parser = rates())]
+    pub(crate) bitrate: u32,
+}
+
+fn rates() -> impl TypedValueParser<Value = u32> {
+    const NAMES: [&str; 9] =
+        ["10000", "20000", "50000", "100000", "125000", "250000", "500000", "800000", "1000000"];
+    PossibleValuesParser::new(NAMES).try_map(|name| name.parse::<u32>())
+}
+
+/// Answer another master with the simulated CAN drives of a machine, whose twin moves behind them.
+///
+/// The first line is the path of the pseudo-terminal, which speaks slcan. Without devices in the machine's
+/// file, node n drives its muscle n, from 1, at 1 Mbit/s. The machine is held in its start pose until a drive
+/// is enabled. Ctrl-C ends it.
+///
+/// Example: sinew can simulate finger --pty
+#[derive(Debug, Args)]
+pub(crate) struct CanSimulateArguments {
+    /// A machine's file, or the name of a built-in machine
+    #[arg(default_value = "finger")]
+    pub(crate) machine: PathBuf,
+    /// Answer on a pseudo-terminal, as without it
+    #[arg(long)]
+    pub(crate) pty: bool,
+    /// Seed of the machine's deviations from its design
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Seconds after which it ends, 0.1 to 86400 [default: never]
+    #[arg(long, value_name = "SECONDS",
+        value_parser = number("0.1 to 86400 s", |s| (0.1..=86_400.0).contains(&s)))]
+    pub(crate) duration: Option<f64>,
+}

@@ -1,0 +1,85 @@
+//! What a machine file says of nodes on CAN: `node`, `vendor`, `product`, `port`, `bitrate`.
+
+use super::device::{BITRATE, CanDevice, MASTER};
+use super::slcan::RATES;
+use crate::bus::{AnyDevices, DeviceReader, Tables};
+use crate::whole::is_whole;
+use sinew::description::DescriptionError;
+use sinew::description::machine::{BusKeys, BusReader, Domain, Entry, Listing, Table, ValueSource};
+use sinew::machine::{DeviceRole, Machine};
+use std::sync::Arc;
+
+const NODE: Domain =
+    Domain::new("a whole number in 1..=126", |x| x >= 1.0 && is_whole(x, f64::from(MASTER - 1)));
+const UNSIGNED_32: Domain = Domain::new("a whole number in 0..=0xffffffff", |x| is_whole(x, 4_294_967_295.0));
+const RATE: Domain = Domain::new("10, 20, 50, 100, 125, 250, 500, 800 thousand or 1 million bit/s", |x| {
+    RATES.iter().any(|rate| f64::from(*rate).to_bits() == x.to_bits())
+});
+
+/// How they are told.
+pub(super) const TABLES: Tables = Tables { mark: "node", reader: || Box::new(DeviceTables::default()) };
+
+/// Reads what identifies the nodes of a machine file.
+#[derive(Debug, Clone, Default)]
+pub struct DeviceTables {
+    read: Vec<Identified>,
+}
+
+#[derive(Debug, Clone)]
+struct Identified {
+    node: u8,
+    identity: [Option<u32>; 2],
+    port: Option<String>,
+    bitrate: u32,
+}
+
+impl DeviceReader for DeviceTables {
+    fn devices(&self, machine: &Machine) -> Result<AnyDevices, DescriptionError> {
+        if self.read.is_empty() {
+            return Ok(Arc::new(CanDevice::simulated(machine)));
+        }
+        let devices = machine.devices.iter().zip(&self.read).enumerate();
+        let node = |(device, (of, identified)): (usize, (&sinew::machine::Device, &Identified))| {
+            let DeviceRole::Drive(drive) = of.role else { return None };
+            let Identified { node, identity, port, bitrate } = identified.clone();
+            Some(CanDevice { device, name: of.name.clone(), drive, node, identity, port, bitrate })
+        };
+        Ok(Arc::new(devices.filter_map(node).collect::<Vec<_>>()))
+    }
+}
+
+impl BusReader for DeviceTables {
+    fn keys(&self) -> BusKeys {
+        BusKeys { device: vec!["node", "vendor", "product", "port", "bitrate"], ..BusKeys::default() }
+    }
+
+    fn read(
+        &mut self,
+        device: &Table<'_>,
+        _channels: &[Table<'_>],
+        listing: &mut Listing,
+    ) -> Result<(), DescriptionError> {
+        let entry = device.required("node")?;
+        let source = |entry: &Entry<'_>| ValueSource::File { line: entry.line() };
+        if device.entry("muscle").is_none() {
+            return Err(entry.refuse("no such key in a table without `muscle`: a node is the drive of one"));
+        }
+        if let Some(mode) = device.entry("mode").filter(|mode| mode.text("velocity") != Ok("velocity")) {
+            return Err(mode.refuse("velocity: on CAN, drives close the loop of the torque themselves"));
+        }
+        let node = entry.number(NODE)?;
+        listing.number("node", node, source(&entry));
+        let mut number = |key: &str, domain: Domain| -> Result<Option<u32>, DescriptionError> {
+            let Some(entry) = device.entry(key) else { return Ok(None) };
+            let number = entry.number(domain)?;
+            listing.number(key, number, source(&entry));
+            Ok(Some(number as u32))
+        };
+        let identity = [number("vendor", UNSIGNED_32)?, number("product", UNSIGNED_32)?];
+        let bitrate = number("bitrate", RATE)?.unwrap_or(BITRATE);
+        let port =
+            device.entry("port").map(|entry| entry.text("the path of a serial port").map(str::to_owned));
+        self.read.push(Identified { node: node as u8, identity, port: port.transpose()?, bitrate });
+        Ok(())
+    }
+}

@@ -1,0 +1,40 @@
+//! What carries frames to the nodes and back.
+
+use super::SimulatedMachine;
+use sinew_segment::CanFrame as Frame;
+use sinew_session::BusFault;
+use std::io;
+
+/// A bus with nodes.
+pub trait Link {
+    /// Time, ns: of the system's monotonic clock, or virtual.
+    fn now(&mut self) -> u64;
+
+    /// Sends frames, one after the other.
+    ///
+    /// # Errors
+    /// Of the operating system, where the adapter is gone.
+    fn send(&mut self, frames: &[Frame]) -> io::Result<()>;
+
+    /// The next frame that has come, after waiting for one until a deadline, ns; none where none came.
+    ///
+    /// # Errors
+    /// As [`send`](Self::send).
+    fn receive(&mut self, deadline: u64) -> io::Result<Option<Frame>>;
+
+    /// Outside of a control cycle: returns at a time, ns.
+    fn rest_until(&mut self, time: u64);
+
+    /// A cycle begins: where time is virtual, the rest of the last one's period, ns, passes.
+    fn begin_cycle(&mut self, period: u64);
+
+    /// Of a simulated machine: what is wrong by injection in the cycle that has begun.
+    fn injected(&self) -> Option<BusFault> {
+        None
+    }
+
+    /// The simulated machine behind the nodes; none behind real ones.
+    fn simulated(&self) -> Option<&SimulatedMachine> {
+        None
+    }
+}

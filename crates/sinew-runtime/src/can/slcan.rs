@@ -1,0 +1,80 @@
+//! Frames as text on a serial line, as Lawicel's adapters and their many followers have it.
+//!
+//! ```text
+//! t1232aabb\r  frame with identifier 0x123 and the octets aa bb    S8\r  1 Mbit/s   O\r  open   C\r  closed
+//! ```
+
+use sinew_segment::CanFrame as Frame;
+
+/// Bit rates by the digit of their command, bit/s.
+pub const RATES: [u32; 9] = [10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];
+/// The longest line: an extended frame of 8 octets with a time stamp.
+const LONGEST: usize = 32;
+const DIGITS: &[u8; 16] = b"0123456789ABCDEF";
+
+/// Appends a frame, within the capacity of `out` without an allocation.
+pub fn encode(out: &mut Vec<u8>, frame: &Frame) {
+    let digit = |number: u16| DIGITS[usize::from(number & 15)];
+    let (id, octets) = (frame.id(), frame.octets());
+    out.extend([b't', digit(id >> 8), digit(id >> 4), digit(id), digit(octets.len() as u16)]);
+    for octet in octets.iter().map(|octet| u16::from(*octet)) {
+        out.extend([digit(octet >> 4), digit(octet)]);
+    }
+    out.push(b'\r');
+}
+
+/// A line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Line {
+    /// A data frame.
+    Frame(Frame),
+    /// A command with its first argument, 0 for none.
+    Command(u8, u8),
+}
+
+/// Finds lines in a stream of octets; what is none is left out, as are frames that are no data frames with 11
+/// bits of identifier.
+#[derive(Debug, Clone, Default)]
+pub struct Decoder {
+    line: [u8; LONGEST],
+    length: usize,
+}
+
+impl Decoder {
+    /// Takes an octet; the line that it ends.
+    pub fn feed(&mut self, octet: u8) -> Option<Line> {
+        if !matches!(octet, b'\r' | 0x07) {
+            if let Some(place) = self.line.get_mut(self.length) {
+                *place = octet;
+            }
+            // A line that is too long stays so until it ends.
+            self.length = (self.length + 1).min(LONGEST + 1);
+            return None;
+        }
+        let length = core::mem::take(&mut self.length);
+        // The bell says that a command has failed: what stands before it is none.
+        let line = self.line.get(..length).filter(|_| octet == b'\r')?;
+        match *line {
+            [b't', ref rest @ ..] => frame(rest).map(Line::Frame),
+            [b'T' | b'r' | b'R', ..] | [] => None,
+            [command, ref rest @ ..] => Some(Line::Command(command, rest.first().copied().unwrap_or(0))),
+        }
+    }
+}
+
+/// Identifier, length, octets, and perhaps a time stamp of two octets.
+fn frame(digits: &[u8]) -> Option<Frame> {
+    let number = |digits: &[u8]| {
+        digits
+            .iter()
+            .try_fold(0_u16, |number, digit| Some(number << 4 | char::from(*digit).to_digit(16)? as u16))
+    };
+    let (head, octets) = digits.split_at_checked(4)?;
+    let (id, length) = (number(&head[..3])?, usize::from(number(&head[3..])?));
+    let fits = id <= 0x7ff && length <= 8 && [2 * length, 2 * length + 4].contains(&octets.len());
+    let mut data = [0; 8];
+    for (octet, digits) in data.iter_mut().zip(octets[..(2 * length).min(octets.len())].chunks_exact(2)) {
+        *octet = number(digits)? as u8;
+    }
+    fits.then(|| Frame::new(id, &data[..length.min(8)]))
+}

@@ -1,0 +1,18 @@
+use super::bus::{HEARTBEAT_LOST, RESTARTED};
+use sinew_session::BusFault;
+
+/// The code of a fault in words, which follow the name of the device where there is one.
+#[must_use]
+pub fn words(fault: BusFault) -> String {
+    match fault {
+        BusFault::Missing { expected, got } => format!("{got} of {expected} nodes answered"),
+        BusFault::NotReady { code: HEARTBEAT_LOST, .. } => "sends no heartbeat".to_owned(),
+        BusFault::NotReady { code: RESTARTED, .. } => {
+            "is no longer operational: it has started anew".to_owned()
+        }
+        BusFault::NotReady { .. } => "does not answer to SYNC".to_owned(),
+        BusFault::Drive { code: 0, .. } => "is not enabled".to_owned(),
+        BusFault::Drive { code, .. } => format!("reports emergency {code:#06x}"),
+        BusFault::Lost | BusFault::Late { .. } | BusFault::Stale { .. } => String::new(),
+    }
+}

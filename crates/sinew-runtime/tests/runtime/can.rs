@@ -1,0 +1,448 @@
+//! Machines behind simulated drives on CAN, in virtual time; decoders on whatever comes.
+
+use crate::common::{Errors, Setup, machine};
+use proptest::prelude::*;
+use sinew::control::arm::ArmStatus;
+use sinew::control::supervisor::Mode;
+use sinew::drive::DriveCommand;
+use sinew::machine::{Device, Machine};
+use sinew_runtime::can::slcan::{Decoder, Line, encode};
+use sinew_runtime::can::{
+    CanBus, CanDevice, CanFault, CanNode, Frame, Link, SdoClient, SdoError, SimulatedLink, SimulatedMachine,
+    scan, words,
+};
+use sinew_session::{BusFault, Exchange, Feedback, Plant};
+use std::cell::RefCell;
+use std::io;
+use std::rc::Rc;
+
+/// s.
+const PERIOD: f64 = 4e-3;
+/// A cycle in the middle of the motion.
+const MIDDLE: u64 = 1000;
+const NAMES: [&str; 3] = ["bench_joint", "planar_leg", "finger"];
+
+/// A machine whose only sensors are those of its drives.
+fn bare_machine(name: &str) -> Machine {
+    let mut machine = Machine { period: PERIOD, ..machine(name) };
+    machine.muscles.iter_mut().for_each(|muscle| muscle.drive.has_load_cell = false);
+    machine.encoders.fill(None);
+    machine.devices = Device::defaults(&machine.robot, &machine.muscles, &machine.encoders);
+    machine
+}
+
+/// What happens in the middle of a motion, to the node of this index.
+#[derive(Debug, Clone, Copy)]
+enum Act {
+    Fault(usize, CanFault),
+    Restart(usize),
+    Raise(usize, u16),
+    Cut,
+    Unplug,
+}
+
+/// A link that is there after its bus is gone, what is done before a cycle, and what has been.
+#[derive(Clone)]
+struct Watched(Rc<RefCell<Inner>>);
+
+struct Inner {
+    link: SimulatedLink,
+    acts: Vec<(u64, Act)>,
+    cycle: u64,
+    unplugged: bool,
+    /// Every frame that comes is changed by this.
+    damage: Option<fn(&Frame) -> Frame>,
+}
+
+impl Watched {
+    fn new(setup: &Setup, nodes: &[CanDevice]) -> Self {
+        let machine = SimulatedMachine::new(setup.plant.clone(), &setup.machine, nodes, true);
+        let link = SimulatedLink::new(machine);
+        Self(Rc::new(RefCell::new(Inner {
+            link,
+            acts: Vec::new(),
+            cycle: 0,
+            unplugged: false,
+            damage: None,
+        })))
+    }
+
+    fn with(self, cycle: u64, act: Act) -> Self {
+        self.0.borrow_mut().acts.push((cycle, act));
+        self
+    }
+
+    fn nodes<T>(&self, see: impl Fn(&CanNode) -> T) -> Vec<T> {
+        self.0.borrow_mut().link.machine_mut().nodes().map(see).collect()
+    }
+}
+
+impl Link for Watched {
+    fn now(&mut self) -> u64 {
+        self.0.borrow_mut().link.now()
+    }
+    fn send(&mut self, frames: &[Frame]) -> io::Result<()> {
+        let mut inner = self.0.borrow_mut();
+        if inner.unplugged { Err(io::ErrorKind::UnexpectedEof.into()) } else { inner.link.send(frames) }
+    }
+    fn receive(&mut self, deadline: u64) -> io::Result<Option<Frame>> {
+        let mut inner = self.0.borrow_mut();
+        if inner.unplugged {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        let frame = inner.link.receive(deadline)?;
+        Ok(frame.map(|frame| inner.damage.map_or(frame, |damage| damage(&frame))))
+    }
+    fn rest_until(&mut self, time: u64) {
+        self.0.borrow_mut().link.rest_until(time);
+    }
+    fn begin_cycle(&mut self, period: u64) {
+        let Inner { link, acts, cycle, unplugged, .. } = &mut *self.0.borrow_mut();
+        for (_, act) in acts.iter().filter(|(at, _)| at == cycle) {
+            let mut nodes = link.machine_mut().nodes_mut();
+            match *act {
+                Act::Fault(k, fault) => nodes.nth(k).unwrap().set_fault(Some(fault)),
+                Act::Restart(k) => nodes.nth(k).unwrap().restart(),
+                Act::Raise(k, code) => nodes.nth(k).unwrap().drive_mut().raise_fault(code),
+                Act::Cut => {
+                    drop(nodes);
+                    link.cut();
+                }
+                Act::Unplug => *unplugged = true,
+            }
+        }
+        *cycle += 1;
+        link.begin_cycle(period);
+    }
+}
+
+fn setup(name: &str) -> (Setup, Vec<CanDevice>) {
+    // The motion begins when the cables have their tensions.
+    let setup = Setup { before: 3.0, ..Setup::new(bare_machine(name), 3, &[]) };
+    let nodes = CanDevice::simulated(&setup.machine);
+    (setup, nodes)
+}
+
+fn bus(setup: &Setup, nodes: &[CanDevice]) -> CanBus<SimulatedLink> {
+    let machine = SimulatedMachine::new(setup.plant.clone(), &setup.machine, nodes, true);
+    CanBus::start(SimulatedLink::new(machine), &setup.machine, nodes).unwrap()
+}
+
+/// Errors of the joints and a digest of all estimates of a run without a fault.
+fn tracked<B: Plant>(setup: &Setup, bus: B) -> (Errors, u64) {
+    let (mut errors, mut digest) = (Errors::default(), 0xcbf2_9ce4_8422_2325_u64);
+    let cycle = setup.run(bus, |record| {
+        let status = record.command.arm.status;
+        assert!(
+            matches!(status, ArmStatus::Following | ArmStatus::Holding),
+            "{:?} {status:?} {:?}",
+            record.moment,
+            record.exchange
+        );
+        if record.command.mode == Mode::Run {
+            errors.record(&record.reference.q, record.plant.simulated().unwrap().truth().q);
+        }
+        for estimate in record.command.arm.q.iter().chain(record.command.arm.estimated_tension) {
+            digest = (digest ^ estimate.to_bits()).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    });
+    assert_eq!(cycle.statistics().first, None, "no fault of the bus");
+    (errors, digest)
+}
+
+#[test]
+fn a_machine_tracks_behind_drives_on_can_as_without_wires() {
+    for name in NAMES {
+        let (setup, nodes) = setup(name);
+        let (direct, _) = tracked(&setup, setup.twin_bus());
+        let (wired, digest) = tracked(&setup, bus(&setup, &nodes));
+        println!("{name}: twin {direct:?}, CAN {wired:?}");
+        assert!(wired.mean < 1.5 * direct.mean && wired.max < 1.6 * direct.max, "{name}");
+        assert_eq!(tracked(&setup, bus(&setup, &nodes)).1, digest, "{name}: bits of a second run");
+    }
+}
+
+/// The cycle in which a machine is stopped, the fault of the bus in it, and the fault as its supervisor names
+/// it; none for a run to its end.
+fn stopped(setup: &Setup, watched: &Watched, nodes: &[CanDevice]) -> Option<(u64, Exchange, String)> {
+    let bus = CanBus::start(watched.clone(), &setup.machine, nodes).unwrap();
+    // Cycles of the start are none of the run.
+    watched.0.borrow_mut().cycle = 0;
+    let (mut found, mut cycles, mut enabled) = (None, 0, 0);
+    setup.run(bus, |record| {
+        cycles += 1;
+        if let (None, ArmStatus::Stopped(fault)) = (&found, record.command.arm.status) {
+            found = Some((cycles, record.exchange, format!("{fault:?}")));
+        }
+        if found.as_ref().is_some_and(|(at, ..)| cycles > at + 400) {
+            let of_failed = watched.nodes(|node| node.drive().command());
+            enabled += usize::from(of_failed[1] != sinew_segment::AxisCommand::Off);
+        }
+    });
+    if found.is_some() {
+        assert_eq!(enabled, 0, "the second drive does not move again by itself");
+    }
+    // What hears no heartbeat is stopped by its own watchdog.
+    let left = watched.nodes(|node| node.drive().brake_released());
+    assert!(left.iter().all(|powered| !powered), "no power at the end");
+    found
+}
+
+#[test]
+fn what_fails_in_the_middle_of_a_motion_is_found_named_and_leads_to_a_safe_stop() {
+    let (setup, nodes) = setup("planar_leg");
+    let not_ready = |code| BusFault::NotReady { device: 1, code, muscle: Some(1) };
+    // The second node, in the middle of the motion.
+    let cases = [
+        (Act::Fault(1, CanFault::Silent), not_ready(0), "Drive(1)"),
+        (Act::Fault(1, CanFault::NoHeartbeat), not_ready(1), "Drive(1)"),
+        (Act::Restart(1), not_ready(2), "Drive(1)"),
+        (Act::Raise(1, 0x2310), BusFault::Drive { muscle: 1, code: 0x2310 }, "Drive(1)"),
+        (Act::Cut, BusFault::Lost, "Bus"),
+        (Act::Unplug, BusFault::Lost, "Bus"),
+    ];
+    for (act, expected, named) in cases {
+        let watched = Watched::new(&setup, &nodes).with(MIDDLE, act);
+        let (cycle, exchange, fault) = stopped(&setup, &watched, &nodes).unwrap();
+        // Heartbeats are missed after 0.2 s.
+        assert!((MIDDLE..MIDDLE + 65).contains(&cycle), "{act:?}: {cycle}");
+        assert!(fault.starts_with(named), "{act:?}: {fault}");
+        assert_eq!(exchange.fault, Some(expected), "{act:?}");
+        println!("{act:?}: after {} cycles, {}", cycle - MIDDLE, words(expected));
+    }
+}
+
+#[test]
+fn frames_that_are_lost_now_and_then_are_bridged() {
+    let (setup, nodes) = setup("planar_leg");
+    let watched = Watched::new(&setup, &nodes).with(10, Act::Fault(1, CanFault::Loses(50)));
+    assert_eq!(stopped(&setup, &watched, &nodes), None);
+}
+
+#[test]
+fn a_computer_that_falls_silent_leaves_no_drive_with_power() {
+    let (setup, nodes) = setup("finger");
+    let watched = Watched::new(&setup, &nodes);
+    let mut bus = CanBus::start(watched.clone(), &setup.machine, &nodes).unwrap();
+    let powered = |powered| watched.nodes(|node| node.drive().brake_released()) == vec![powered; nodes.len()];
+    let period = setup.machine.period_ns();
+    // None waits for a master that takes its time before the first command.
+    (0..200).for_each(|_| watched.0.borrow_mut().link.begin_cycle(period));
+    assert!(powered(false), "no power before the first command");
+    let mut feedback = Feedback::new(nodes.len(), 0);
+    for _ in 0..10 {
+        bus.read(&mut feedback);
+        bus.write(&vec![DriveCommand::Velocity(0.0); nodes.len()]);
+    }
+    assert!(powered(true));
+    // As with a process that is killed: nobody brings the machine to rest.
+    std::mem::forget(bus);
+    let mut link = watched.0.borrow_mut();
+    (0..30).for_each(|_| link.link.begin_cycle(period));
+    drop(link);
+    let faults = watched.nodes(|node| (node.drive().brake_released(), node.drive().error_code()));
+    assert_eq!(faults, vec![(false, 0x8130); nodes.len()]);
+}
+
+#[test]
+fn the_readings_of_the_others_count_while_a_node_is_silent() {
+    let (setup, nodes) = setup("finger");
+    for silent in 0..nodes.len() {
+        let watched = Watched::new(&setup, &nodes);
+        let mut bus = CanBus::start(watched.clone(), &setup.machine, &nodes).unwrap();
+        let mut feedback = Feedback::new(nodes.len(), setup.machine.encoders.len());
+        let begun = watched.0.borrow().cycle;
+        let _ = watched.clone().with(begun + 2, Act::Fault(silent, CanFault::Silent));
+        let mut missing = Vec::new();
+        for _ in 0..8 {
+            bus.read(&mut feedback);
+            missing.push(feedback.motor.iter().filter(|position| position.is_nan()).count());
+            bus.write(&vec![DriveCommand::Velocity(0.0); nodes.len()]);
+        }
+        assert_eq!((missing[0], missing[5], missing[7]), (0, 1, 1), "node {silent}: {missing:?}");
+    }
+}
+
+#[test]
+fn what_is_wrong_is_refused_before_anything_moves_with_device_and_value() {
+    let (setup, nodes) = setup("finger");
+    let start = |nodes: &[CanDevice], watched: &Watched| {
+        let refused = CanBus::start(watched.clone(), &setup.machine, nodes);
+        refused.err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    let name = nodes[2].name.as_str();
+    let with = |change: &dyn Fn(&mut CanDevice)| {
+        let mut changed = nodes.clone();
+        change(&mut changed[2]);
+        changed
+    };
+    let fine = || Watched::new(&setup, &nodes);
+    let slow: Vec<_> = nodes.iter().map(|node| CanDevice { bitrate: 125_000, ..node.clone() }).collect();
+    // Two nodes of one id on the wire, of which the machine file knows one.
+    let twice = Watched::new(&setup, &with(&|node| node.node = 1));
+    let damaged = |damage| {
+        let watched = fine();
+        watched.0.borrow_mut().damage = Some(damage);
+        watched
+    };
+    let other = |frame: &Frame| match frame.octets() {
+        [0x43, 0x18, rest @ ..] => Frame::new(frame.id(), &[&[0x43, 0x19], rest].concat()),
+        _ => *frame,
+    };
+    let short = |frame: &Frame| Frame::new(frame.id(), &frame.octets()[..frame.octets().len().min(3)]);
+    let known = [Some(0x0005_1e37), Some(0x0001_0402)];
+    let cases: [(Watched, Vec<CanDevice>, &[&str]); 8] = [
+        (fine(), with(&|node| node.node = 77), &[name, "id 77", "1000000", "no node answers"]),
+        (fine(), with(&|node| node.node = 1), &[name, "a node of its own"]),
+        (fine(), with(&|node| node.bitrate = 500_000), &[name, "the same bitrate"]),
+        (fine(), with(&|node| node.identity = [Some(0x1d), None]), &[name, "vendor 0x51e37", "0x1d"]),
+        (twice, nodes.clone(), &["id 1", "two nodes answer"]),
+        (damaged(short), nodes.clone(), &["no node answers"]),
+        (damaged(other), with(&|node| node.identity = known), &[name, "no node answers"]),
+        (fine(), slow, &["125000 bit/s", "4.000 ms"]),
+    ];
+    for (watched, nodes, parts) in cases {
+        let message = start(&nodes, &watched);
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}: {parts:?}");
+        assert!(watched.nodes(|node| node.drive().brake_released()).iter().all(|powered| !powered));
+    }
+    assert_eq!(start(&with(&|node| node.identity = known), &fine()), "");
+}
+
+#[test]
+fn a_machine_with_other_sensors_than_its_drives_is_refused_by_name() {
+    let setup = Setup::new(Machine { period: PERIOD, ..machine("finger") }, 3, &[]);
+    let nodes = CanDevice::simulated(&setup.machine);
+    let refused = CanBus::start(Watched::new(&setup, &nodes), &setup.machine, &nodes);
+    let message = refused.err().unwrap().to_string();
+    assert!(message.contains("load cell of flexor_profundus") && message.contains("none"), "{message}");
+}
+
+#[test]
+fn nodes_are_listed_and_their_objects_read_written_and_refused() {
+    let (setup, nodes) = setup("planar_leg");
+    let mut watched = Watched::new(&setup, &nodes);
+    let found = scan(&mut watched).unwrap();
+    assert_eq!(found.iter().map(|node| node.node).collect::<Vec<_>>(), [1, 2, 3, 4]);
+    assert!(found.iter().all(|node| node.profile == 402 && node.name.as_deref() == Some("SIM-DRV1")));
+    let mut client = SdoClient::new(&mut watched);
+    assert_eq!(client.read(2, (0x100a, 0)).unwrap(), env!("CARGO_PKG_VERSION").as_bytes(), "in segments");
+    client.write(2, (0x6060, 0), &[9]).unwrap();
+    assert_eq!(client.number(2, (0x6060, 0)).unwrap(), 9);
+    let code = |result: Result<(), SdoError>| match result {
+        Err(SdoError::Abort(code)) => code,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(code(client.write(2, (0x6041, 0), &[0, 0])), 0x0601_0002);
+    assert_eq!(code(client.write(2, (0x2000, 0), &[0, 0])), 0x0602_0000);
+    assert_eq!(code(client.write(2, (0x6060, 0), &[9; 20])), 0x0607_0012, "in segments");
+    assert!(matches!(client.number(9, (0x1000, 0)), Err(SdoError::Silent)));
+}
+
+fn frames() -> impl Strategy<Value = Frame> {
+    let id = prop_oneof![Just(0_u16), Just(0x80), 0x581_u16..0x585, 0x601_u16..0x605, 0_u16..0x800];
+    (id, proptest::collection::vec(any::<u8>(), 0..=8)).prop_map(|(id, octets)| Frame::new(id, &octets))
+}
+
+/// Octets in which lines of slcan are frequent.
+fn text() -> impl Strategy<Value = u8> {
+    prop_oneof![
+        Just(b'\r'),
+        Just(b't'),
+        Just(b'T'),
+        Just(7),
+        proptest::char::range('0', '9').prop_map(|c| c as u8),
+        any::<u8>()
+    ]
+}
+
+proptest! {
+    #[test]
+    fn any_frames_come_back_from_their_text(frames in proptest::collection::vec(frames(), 0..20),
+        noise in proptest::collection::vec(text(), 0..40)) {
+        let mut octets = noise;
+        // What was begun ends.
+        octets.push(b'\r');
+        let mut decoder = Decoder::default();
+        octets.iter().for_each(|octet| { decoder.feed(*octet); });
+        let mut text = Vec::new();
+        frames.iter().for_each(|frame| encode(&mut text, frame));
+        let found: Vec<_> = text.iter().filter_map(|octet| decoder.feed(*octet)).collect();
+        prop_assert_eq!(found, frames.into_iter().map(Line::Frame).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn no_text_is_more_than_frames_and_commands(text in proptest::collection::vec(text(), 0..400)) {
+        let mut decoder = Decoder::default();
+        for line in text.iter().filter_map(|octet| decoder.feed(*octet)) {
+            if let Line::Frame(frame) = line {
+                prop_assert!(frame.id() < 0x800 && frame.octets().len() <= 8);
+            }
+        }
+    }
+}
+
+/// Frames of every kind to nodes and from them to a master, in operation and before it; how many.
+fn play(count: u32, mut seed: u64) -> u32 {
+    let mut number = move |most: u64| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) % most
+    };
+    let ids = [0, 0x80, 0x81, 0x101, 0x181, 0x201, 0x301, 0x581, 0x601, 0x602, 0x701, 0x77f];
+    let mut node = CanNode::new(1, [None; 2]);
+    let (mut answers, mut decoder, mut played) = (Vec::new(), Decoder::default(), 0);
+    for now in 0..u64::from(count) {
+        let octets: [u8; 8] = std::array::from_fn(|_| number(256) as u8);
+        let id = if number(8) == 0 { number(0x800) as u16 } else { ids[number(12) as usize] };
+        let mut frame = Frame::new(id, &octets[..number(9) as usize]);
+        if id == 0 {
+            // A new start reads its description again, which takes long.
+            let command = if number(500) == 0 { 130 } else { [1, 1, 1, 128][number(4) as usize] };
+            frame = Frame::new(0, &[command, 1]);
+        }
+        node.process(&frame, now * 100_000, &mut answers);
+        node.advance(now * 100_000, 100_000, &mut answers);
+        answers.clear();
+        let _ = decoder.feed(octets[0]);
+        played += 1;
+    }
+    played
+}
+
+#[test]
+fn nodes_take_any_frame() {
+    assert_eq!(play(200_000, 5), 200_000);
+}
+
+#[test]
+fn long_nodes_take_ten_million_frames() {
+    if std::env::var_os("SINEW_LONG").is_some() {
+        assert_eq!(play(10_000_000, 7), 10_000_000);
+    }
+}
+
+#[test]
+fn a_master_takes_any_frame() {
+    let (setup, nodes) = setup("planar_leg");
+    thread_local!(static SEED: std::cell::Cell<u64> = const { std::cell::Cell::new(1) });
+    // One in fifty is another one.
+    fn noise(frame: &Frame) -> Frame {
+        let seed = SEED.get().wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        SEED.set(seed);
+        let octets = (seed.wrapping_mul(0x9e37_79b9_7f4a_7c15)).to_le_bytes();
+        if seed >> 58 == 0 {
+            Frame::new((seed >> 20) as u16, &octets[..(seed >> 40) as usize % 9])
+        } else {
+            *frame
+        }
+    }
+    let watched = Watched::new(&setup, &nodes);
+    let mut bus = CanBus::start(watched.clone(), &setup.machine, &nodes).unwrap();
+    watched.0.borrow_mut().damage = Some(noise);
+    let (mut feedback, mut faults) = (Feedback::new(nodes.len(), 0), 0);
+    for _ in 0..20_000 {
+        faults += usize::from(bus.read(&mut feedback).fault.is_some());
+        bus.write(&vec![DriveCommand::Velocity(0.0); nodes.len()]);
+    }
+    assert!(faults > 100, "{faults}");
+}
