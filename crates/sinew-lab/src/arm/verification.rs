@@ -416,7 +416,8 @@ mod tests {
 
     #[test]
     fn the_worst_of_several_runs_decides() {
-        let run = |quality| Simulated { quality, joint_errors: vec![], fraction_of_limits: 0.0 };
+        let run =
+            |quality| Simulated { quality, joint_errors: vec![], fraction_of_limits: 0.0, failed_at: None };
         let runs =
             [run(Quality::Accurate), run(Quality::Inaccurate("a".into())), run(Quality::Failed("b".into()))];
         assert!(matches!(Quality::of_all(&runs), Quality::Failed(reason) if reason == "b"));

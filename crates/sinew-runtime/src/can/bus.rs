@@ -104,7 +104,7 @@ impl<L: Link> CanBus<L> {
         let node = |device: &CanDevice| {
             let parameters = machine.muscles[device.drive.muscle].drive;
             let drive = DriveSlot::new(&device.name, device.drive, parameters, [&outputs, &inputs])
-                .map_err(|error| device.wrong(error))?;
+                .map_err(|error| device.wrong(error.to_string()))?;
             Ok(Node {
                 device: device.clone(),
                 drive,

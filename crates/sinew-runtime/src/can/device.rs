@@ -41,7 +41,7 @@ impl CanDevice {
     }
 
     /// That something is wrong with it.
-    pub(super) fn wrong(&self, problem: impl ToString) -> CanError {
-        CanError::Node { device: self.name.clone(), node: self.node, problem: problem.to_string() }
+    pub(super) fn wrong(&self, problem: impl Into<String>) -> CanError {
+        CanError::Node { device: self.name.clone(), node: self.node, problem: problem.into() }
     }
 }
