@@ -102,6 +102,8 @@ class Predictions:
     input_held: NDArray[np.bool_]
     #: Whether all states were reset.
     reset: NDArray[np.bool_]
+    #: Whether the loops of near effort over near motion are not those of the specimen in training.
+    other_specimen: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.mean)

@@ -153,6 +153,9 @@ class Prediction:
     @property
     def repeated(self) -> bool:
         """Whether the time stamp equals that of the sample before."""
+    @property
+    def other_specimen(self) -> bool:
+        """Whether the loops of near effort over near motion are not those of the specimen in training."""
     def __float__(self) -> float: ...
 
 @final

@@ -5,9 +5,10 @@ use crate::conditioning::ConditionedLogs;
 use crate::fit::run::Run;
 use crate::fit::statistics::quantiles;
 use crate::select::cross_validation::{ScoredCandidate, band_factor};
-use sinew::predictor::{Estimator, Model, Provenance};
+use sinew::predictor::{Estimator, Model, Provenance, SpecimenMonitor};
 
-/// The model of an estimator fitted to all logs, with the band that its cross-validation asks for.
+/// The model of an estimator fitted to all logs, with the band that its cross-validation asks for and what
+/// notices another specimen.
 ///
 /// # Errors
 /// [`Error::Physics`] where the model is not valid.
@@ -16,6 +17,7 @@ pub(crate) fn calibrate(
     chosen: &ScoredCandidate,
     rmse_unseen: f64,
     logs: &ConditionedLogs,
+    specimen: Option<&SpecimenMonitor>,
     seed: u64,
 ) -> Result<Model, Error> {
     let roles = &logs.data.roles;
@@ -29,6 +31,7 @@ pub(crate) fn calibrate(
         gap_s: logs.gap_s,
         estimator,
         band_factor: band_factor(folds, None),
+        specimen: specimen.cloned(),
         provenance: Provenance {
             member: chosen.name.clone(),
             description: chosen.description.clone(),

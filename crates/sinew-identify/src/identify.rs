@@ -14,6 +14,7 @@ use crate::select::folds::Folds;
 pub use crate::select::influence::Keep;
 use crate::select::influence::{check_keep, exclude_outlier_logs};
 use crate::select::trend::report_trend;
+use crate::specimen::monitor;
 use crate::training::{fit, mean_of};
 use rayon::prelude::*;
 use sinew::predictor::{Estimator, Model};
@@ -102,7 +103,8 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
     progress("fitting the chosen model to everything", 0.85);
     let estimator = fit_candidate(&candidates, chosen, &logs, options.seed) // 5. Fit and calibrate.
         .ok_or(Error::NothingFitted { what: "the chosen model" })?;
-    let model = calibrate(estimator, &scored[chosen], rmse, &logs, options.seed)?;
+    let specimen = monitor(&logs, &folds);
+    let model = calibrate(estimator, &scored[chosen], rmse, &logs, specimen.as_ref().ok(), options.seed)?;
 
     progress("writing the report", 0.95);
     let reason = choice.reason(chosen);
@@ -114,6 +116,7 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
         reason,
         model: &model,
         folds: &folds,
+        not_monitored: specimen.err(),
     };
     let report = report(&evidence, influence); // 6. Report.
     Ok(Identification { model, report })

@@ -156,7 +156,7 @@ impl Model {
         let (data, columns) = long_call::run(py, None, None, move |_| {
             let data = logs.read_for(&model, 0.0, false, options)?;
             let mut columns = Columns::default();
-            for prediction in predict(&model, &data)?.iter().flatten() {
+            for prediction in predict(&model, &data)?.rows.iter().flatten() {
                 columns.push(prediction);
             }
             Ok((data, columns))

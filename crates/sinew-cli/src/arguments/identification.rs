@@ -145,7 +145,7 @@ pub(crate) struct EvaluateArguments {
 /// Predict the far end of logs, sample by sample and causally, as a real-time predictor does.
 ///
 /// The output has one row per sample: log, trial, time_s, prediction, standard_deviation, gate (weight of the
-/// learned correction, 0 to 1) and flags: state_unknown, out_of_range, input_held, reset.
+/// learned correction, 0 to 1) and flags: state_unknown, out_of_range, input_held, reset, other_specimen.
 #[derive(Debug, Args)]
 pub(crate) struct PredictArguments {
     /// A model.json
@@ -211,8 +211,8 @@ pub(crate) struct CompensateArguments {
 
 /// Adapt a model to another specimen with a short log that contains the far-end signal.
 ///
-/// An exchanged cable or tool cannot be detected from near-side signals: after an exchange, record a few
-/// trials with the far end measured and adapt. The given model is the prior; parameters that the short log
+/// After an exchange of cable or tool, which `sinew evaluate` and `sinew predict` notice where near effort and
+/// motion show it, record a few trials with the far end measured and adapt. The given model is the prior; parameters that the short log
 /// does not determine keep their values.
 #[derive(Debug, Args)]
 pub(crate) struct AdaptArguments {

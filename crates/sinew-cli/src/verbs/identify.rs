@@ -111,6 +111,7 @@ fn summary(report: &IdentificationReport, model: &Path) -> serde_json::Value {
         "chosen": report.chosen,
         "expected": report.expected,
         "beyond": report.beyond,
+        "specimen": report.specimen,
         "grade": report.grade,
         "candidates": report.candidates,
         "influence": report.influence,

@@ -7,14 +7,14 @@ use super::excitation;
 use super::parameters::parameters;
 use super::recommendations::{recommendations, warnings};
 use super::traces::traces;
-use super::types::{Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport};
+use super::types::{Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport, Noticed};
 use crate::fit::classical::fit_classical;
 use crate::fit::run::Run;
 use crate::log::unit_of;
 use crate::select::cross_validation::{CrossValidation, ScoredCandidate};
 use crate::select::influence::InfluenceRow;
 use sinew::metrics::Comparison;
-use sinew::predictor::{Axis, Model};
+use sinew::predictor::{Axis, LoopCheck, Model};
 
 /// The report of an identification.
 pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> IdentificationReport {
@@ -36,6 +36,7 @@ pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> I
         far_range: range,
         expected: ExpectedError { rmse, percent_of_range: 100.0 * rmse / range },
         beyond: beyond(evidence),
+        specimen: model.specimen.iter().flat_map(|monitor| monitor.checks.iter().map(noticed)).collect(),
         candidates: candidates(evidence),
         influence,
         classical: fit_classical(&logs.data),
@@ -58,6 +59,11 @@ pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> I
     report.grade = assessment.grade;
     report.recommendations = recommendations(evidence, &report, &assessment);
     report
+}
+
+/// What a check notices, at the middle of the training logs.
+fn noticed(check: &LoopCheck) -> Noticed {
+    Noticed { quantity: check.quantity, mean: check.offset, change: check.limit * check.deviation }
 }
 
 /// One entry per candidate, in the order by which one is chosen.

@@ -21,4 +21,6 @@ pub(crate) struct Evidence<'a> {
     pub(crate) model: &'a Model,
     /// What was held out.
     pub(crate) folds: &'a Folds,
+    /// Why another specimen would not be noticed; completes "because".
+    pub(crate) not_monitored: Option<String>,
 }

@@ -15,4 +15,4 @@ pub use crate::fit::classical::{ClassicalFit, Parameter};
 pub use crate::select::influence::InfluenceRow;
 pub use beyond::Beyond;
 pub(crate) use evidence::Evidence;
-pub use types::{Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport, InputTrace, Trace};
+pub use types::{Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport, InputTrace, Noticed, Trace};

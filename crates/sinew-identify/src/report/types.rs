@@ -5,6 +5,7 @@ use crate::fit::classical::{ClassicalFit, Parameter};
 use crate::log::{ColumnUse, Condition, Input, LogInfo};
 use crate::select::influence::InfluenceRow;
 use serde::Serialize;
+use sinew::predictor::LoopQuantity;
 
 /// Logs, candidates, errors and recommendations of one identification.
 #[derive(Debug, Clone, Serialize)]
@@ -35,6 +36,8 @@ pub struct IdentificationReport {
     pub expected: ExpectedError,
     /// The error to expect beyond the conditions of the logs, side by side.
     pub beyond: Vec<Beyond>,
+    /// Changes by which another specimen is noticed; empty where it is not.
+    pub specimen: Vec<Noticed>,
     /// Every candidate, in the order of [`Candidate::score`], by which one is chosen.
     pub candidates: Vec<Candidate>,
     /// The influence check, one row per log; empty with fewer than four logs.
@@ -65,6 +68,17 @@ pub struct ExpectedError {
     pub rmse: f64,
     /// The same as % of [`IdentificationReport::far_range`].
     pub percent_of_range: f64,
+}
+
+/// A change of the loop of near effort over near motion by which another specimen is noticed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Noticed {
+    /// What changes.
+    pub quantity: LoopQuantity,
+    /// Its mean in training, effort over motion where it is the slope, else effort.
+    pub mean: f64,
+    /// The smallest change that is noticed, in the same unit.
+    pub change: f64,
 }
 
 /// Whether a model is recommended, from its errors on unseen data.

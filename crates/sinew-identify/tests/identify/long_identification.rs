@@ -111,7 +111,7 @@ fn judged(family: Family, seed: u64) -> Judged {
     let names = found.report.candidates.iter().filter(|c| c.failed.is_none()).map(|c| c.name.as_str());
     let errors = names.map(|name| score(&identified(&logs, &[name], seed)).0.rmse.unwrap());
     let best = errors.fold(f64::INFINITY, f64::min);
-    let predictions = predict(&found.model, &data).unwrap();
+    let predictions = predict(&found.model, &data).unwrap().rows;
     let pairs = data.sequences.iter().zip(&predictions).flat_map(|(s, p)| s.far.iter().zip(p));
     let mut needed: Vec<f64> = pairs.map(|(far, p)| (far - p.mean).abs() / p.half_width()).collect();
     needed.sort_by(f64::total_cmp);

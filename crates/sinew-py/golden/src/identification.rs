@@ -31,7 +31,7 @@ impl Identify {
         let choice = Options { seed: self.seed, models: self.models.clone(), keep: Keep::Judged };
         let found = identify(&data, &choice, &|_, _| {})?;
         let unseen = read_for(&found.model, &options(&self.unseen))?;
-        let predictions = predict(&found.model, &unseen)?;
+        let predictions = predict(&found.model, &unseen)?.rows;
         let means: Vec<f64> = predictions.iter().flatten().map(|prediction| prediction.mean).collect();
         let mut report = serde_json::to_value(&found.report)?;
         report["traces"] = json!([]);

@@ -159,6 +159,7 @@ fn report(names: &[&str], rows: usize, traces: Vec<Trace>) -> IdentificationRepo
         folds: 5,
         far_range: 9.4,
         beyond: Vec::new(),
+        specimen: Vec::new(),
         expected: ExpectedError { rmse: 0.118, percent_of_range: 1.26 },
         candidates: candidates(),
         influence: names.iter().enumerate().map(influence).collect(),

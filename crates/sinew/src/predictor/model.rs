@@ -5,6 +5,7 @@ use super::ensemble::{Ensemble, PerNetwork};
 use super::estimator::Estimator;
 use super::memory::{Feature, MemoryLaw};
 use super::model_file_error::{ModelFileError, require};
+use super::specimen::SpecimenMonitor;
 use crate::transmission::{BasisTerm, ClampCell};
 use alloc::format;
 use alloc::string::String;
@@ -79,6 +80,9 @@ pub struct Model {
     /// [`Estimate::variance`](super::Estimate::variance): by conformal calibration over the folds of the
     /// cross-validation.
     pub band_factor: f64,
+    /// What notices another specimen; none where the logs do not show what one looks like.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub specimen: Option<SpecimenMonitor>,
     /// Origin.
     pub provenance: Provenance,
 }
@@ -102,6 +106,7 @@ impl Model {
         let Provenance { rmse_unseen, far_range, .. } = self.provenance;
         require("provenance.rmse_unseen", "a finite number", rmse_unseen.is_finite(), rmse_unseen)?;
         require("provenance.far_range", "a finite number", far_range.is_finite(), far_range)?;
+        self.specimen.iter().try_for_each(|monitor| monitor.validate(n))?;
         self.estimator.validate(n, MAX_DEPTH)
     }
 }

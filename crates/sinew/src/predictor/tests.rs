@@ -96,6 +96,7 @@ fn model(law: MemoryLaw) -> Model {
         gap_s: 0.5,
         estimator: Estimator { sigma0: 0.3, ..Estimator::of(law) },
         band_factor: 2.0,
+        specimen: None,
         provenance: Provenance {
             member: "parts".into(),
             description: "built by hand".into(),

@@ -73,6 +73,7 @@ pub(crate) fn capstan() -> Model {
             sigma0: SIGMA_0,
         },
         band_factor: 1.96,
+        specimen: None,
         provenance: Provenance {
             member: "cell".into(),
             description: "built by hand".into(),
