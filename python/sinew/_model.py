@@ -309,6 +309,7 @@ def identify(
     skip_s: float = 0.0,
     models: Iterable[str] = (),
     keep: Iterable[str] | None = (),
+    loss_percent: float | None = None,
     seed: int = 1,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -328,7 +329,8 @@ def identify(
     index, and may be numbers, `datetime64`, `timedelta64` or text such as `2026-03-01 12:00:00.005`. `skip_s`: seconds
     at the start of every trial that are neither fitted nor scored.
     `models`: names of candidates, all by default. `keep`: names of logs that are kept although they do harm to the
-    prediction of the others, `None` for all. The same `seed` gives the same bits whatever the `threads`, by default all
+    prediction of the others, `None` for all. `loss_percent`: error, in % of the far end's range, that a model with fewer
+    numbers may cost; the one with the fewest is then chosen in place of the most accurate. The same `seed` gives the same bits whatever the `threads`, by default all
     that are there, shared by all calls. `progress(stage, fraction)` is called while it runs.
 
     Raises `FileNotFoundError`, and `ValueError` that names log, line and column.
@@ -347,7 +349,7 @@ def identify(
     kept = None if keep is None else names(keep, "keep")
     columns = column_keywords(rename, units, rate_hz)
     desired = names(models, "models")
-    found = _sinew.identify(native_logs(logs), roles, columns, skip_s, desired, kept, seed, threads, progress)
+    found = _sinew.identify(native_logs(logs), roles, columns, skip_s, desired, kept, loss_percent, seed, threads, progress)
     return Model(found)
 
 

@@ -53,6 +53,7 @@ def identify(
     skip_s: _Number,
     models: list[str],
     keep: list[str] | None,
+    loss_percent: float | None,
     seed: SupportsIndex,
     threads: SupportsIndex | None,
     progress: _Progress,

@@ -26,6 +26,7 @@ use crate::select::candidates::LOOP_RADII;
 use crate::select::choice::selection_rmse;
 use crate::select::cross_validation::{ScoredCandidate, cross_validate};
 use crate::select::folds::Folds;
+use crate::select::laws::cross_validate_laws;
 use crate::specimen::monitor;
 use crate::training::{features_of, fit_cell_of, fit_networks};
 use rayon::prelude::*;
@@ -91,6 +92,7 @@ pub fn adapt(
     let evidence = Evidence {
         logs: &logs,
         scored: &scored,
+        laws: &cross_validate_laws(&logs, &folds),
         chosen,
         not_compared: &[],
         reason,

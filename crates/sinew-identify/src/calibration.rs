@@ -48,7 +48,7 @@ pub(crate) fn calibrate(
 }
 
 /// Range of the far side over the samples that count, from its 0.05 % to its 99.95 % quantile.
-fn far_range(runs: &[Run]) -> f64 {
+pub(crate) fn far_range(runs: &[Run]) -> f64 {
     let counted = |run: &Run| -> Vec<f64> {
         run.far.iter().zip(&run.weight).filter(|(_, w)| **w > 0.0).map(|(y, _)| *y).collect()
     };

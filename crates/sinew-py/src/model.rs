@@ -12,7 +12,7 @@ use sinew::compensator::CompensatorSettings;
 use sinew_identify::adapt::adapt;
 use sinew_identify::compensate::input_named;
 use sinew_identify::evaluate::{evaluate, predict};
-use sinew_identify::identify::{Identification, Keep, Options, identify as identify_logs};
+use sinew_identify::identify::{Identification, Keep, Options, Preference, identify as identify_logs};
 use sinew_identify::log::{Dataset, RequestedRoles};
 use sinew_identify::report::IdentificationReport;
 use std::sync::Arc;
@@ -33,7 +33,7 @@ impl From<Identification> for Model {
 
 /// Identifies a model from logs.
 #[pyfunction]
-#[pyo3(signature = (logs, roles, columns, skip_s, models, keep, seed, threads, progress))]
+#[pyo3(signature = (logs, roles, columns, skip_s, models, keep, loss_percent, seed, threads, progress))]
 #[expect(clippy::too_many_arguments, reason = "positional here, keywords in the Python face")]
 pub(crate) fn identify(
     py: Python<'_>,
@@ -43,6 +43,7 @@ pub(crate) fn identify(
     skip_s: f64,
     models: Vec<String>,
     keep: Option<Vec<String>>,
+    loss_percent: Option<f64>,
     seed: u64,
     threads: Option<usize>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -55,7 +56,17 @@ pub(crate) fn identify(
     long_call::run(py, progress, threads, move |progress| {
         progress.tell("reading logs", 0.0);
         let data = logs.read(&roles.into(), skip_s, columns.into())?;
-        let options = Options { seed, models, keep };
+        let prefer = match loss_percent {
+            None => Preference::Accurate,
+            Some(loss_percent) if loss_percent >= 0.0 && loss_percent.is_finite() => {
+                Preference::Simple { loss_percent }
+            }
+            Some(other) => {
+                let expected = "loss_percent: expected a finite number >= 0";
+                return Err(Failure::refused(format!("{expected}, got {other}")));
+            }
+        };
+        let options = Options { seed, models, keep, prefer };
         Ok(identify_logs(&data, &options, &|stage, done| progress.tell(stage, done))?.into())
     })
 }
@@ -182,7 +193,7 @@ impl Model {
         let model = self.model.clone();
         long_call::run(py, progress, threads, move |progress: &Progress| {
             let data = logs.read_for(&model, skip_s, true, columns.into())?;
-            let options = Options { seed, models: Vec::new(), keep: Keep::Judged };
+            let options = Options { seed, ..Options::default() };
             Ok(adapt(&model, &data, &options, &|stage, done| progress.tell(stage, done))?.into())
         })
     }

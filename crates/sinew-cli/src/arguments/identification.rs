@@ -1,7 +1,7 @@
 //! Arguments of the verbs between logs and models.
 
 use super::values::number;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use sinew_identify::log::ColumnOptions;
 use std::path::PathBuf;
 
@@ -44,11 +44,26 @@ pub(crate) struct IdentifyArguments {
     /// Candidate models: auto, or names from the report's table, separated by commas
     #[arg(long, value_name = "NAME,..", default_value = "auto", value_delimiter = ',')]
     pub(crate) model: Vec<String>,
+    /// Which model is chosen: the least error on unseen data, or the fewest numbers within --loss of it
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = PreferArgument::Accurate)]
+    pub(crate) prefer: PreferArgument,
+    /// Error, in % of the far end's range, that --prefer simple may cost
+    #[arg(long, value_name = "PERCENT", default_value_t = 0.5, value_parser = number("a finite number >= 0", |x| x >= 0.0))]
+    pub(crate) loss: f64,
     /// Folder for model.json and report.html; created if missing
     #[arg(long, value_name = "DIR", required_unless_present = "dry_run")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) write: WriteArguments,
+}
+
+/// Which model is chosen.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum PreferArgument {
+    /// The least error
+    Accurate,
+    /// The fewest numbers
+    Simple,
 }
 
 /// What the files do not say of their columns.

@@ -35,7 +35,7 @@ pub(crate) use ethercat::{
 pub(crate) use export::{ExportArguments, ExportForm};
 pub(crate) use fault::{Component, FaultArgument, OFFERED};
 pub(crate) use identification::{
-    AdaptArguments, CompensateArguments, DemoArguments, EvaluateArguments, IdentifyArguments,
+    AdaptArguments, CompensateArguments, DemoArguments, EvaluateArguments, IdentifyArguments, PreferArgument,
     PredictArguments, RoleArguments, WriteArguments,
 };
 pub(crate) use link::{LinkArguments, LinkKeyArguments, LinkVerb, LinkWatchArguments};

@@ -1,6 +1,7 @@
 //! What a report shows, as plain data.
 
 use super::beyond::Beyond;
+use super::headline::Headline;
 use crate::fit::classical::{ClassicalFit, Parameter};
 use crate::log::{ColumnUse, Condition, Input, LogInfo};
 use crate::select::influence::InfluenceRow;
@@ -44,6 +45,8 @@ pub struct IdentificationReport {
     pub influence: Vec<InfluenceRow>,
     /// Classical laws fitted to the same data.
     pub classical: Vec<ClassicalFit>,
+    /// The parameters that the logs determine, of one law.
+    pub headline: Option<Headline>,
     /// Out-of-fold traces of the chosen model: no sample was predicted by a model that saw its fold.
     pub traces: Vec<Trace>,
     /// Limits of the identification, most important first.
@@ -119,6 +122,8 @@ pub struct Candidate {
     pub description: String,
     /// Whether it was chosen.
     pub chosen: bool,
+    /// Numbers that are fitted, in networks those of all.
+    pub size: usize,
     /// Geometric mean of [`fold_rmse`](Self::fold_rmse), far unit: what candidates are compared by.
     pub score: f64,
     /// Root mean square error over all folds, far unit.

@@ -28,7 +28,7 @@ impl Identify {
             ..ReadOptions::default()
         };
         let data = read_dataset(&roles, &options(&self.logs))?;
-        let choice = Options { seed: self.seed, models: self.models.clone(), keep: Keep::Judged };
+        let choice = Options { seed: self.seed, models: self.models.clone(), ..Options::default() };
         let found = identify(&data, &choice, &|_, _| {})?;
         let unseen = read_for(&found.model, &options(&self.unseen))?;
         let predictions = predict(&found.model, &unseen)?.rows;

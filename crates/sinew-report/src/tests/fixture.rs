@@ -164,6 +164,7 @@ fn report(names: &[&str], rows: usize, traces: Vec<Trace>) -> IdentificationRepo
         candidates: candidates(),
         influence: names.iter().enumerate().map(influence).collect(),
         classical: classical(),
+        headline: None,
         traces,
         warnings: vec![
             "simulated_outlier.csv was excluded: with it the error on the other logs is 4.4 times as large.".to_owned(),
@@ -218,6 +219,7 @@ fn candidates() -> Vec<Candidate> {
                 name: name.to_owned(),
                 description: description.to_owned(),
                 chosen: name == "clamp+net",
+                size: 12,
                 score: percent * 0.09,
                 rmse: percent * 0.094,
                 percent_of_range: percent,

@@ -1,13 +1,13 @@
 //! Play: the far side is held between two lines of the near side.
 
-use super::law::{Law, Scale, Spec, linear_fit};
+use super::law::{FRICTION_ANGLE, Law, PRETENSION, Scale, Spec, linear_fit};
 use super::samples::{Samples, Signals};
 use sinew::transmission::Band;
 
 /// `y <- clamp(y, a1 x + b1, a2 x + b2)`, started at the measured far side.
 pub(super) fn play(samples: &Samples, signals: &Signals) -> Law {
     let slope_unit = format!("{}/{}", signals.far_unit, signals.near_unit);
-    let slope_unit = if signals.far_unit == signals.near_unit { "1" } else { &slope_unit };
+    let slope_unit = if signals.near_is_like_far() { "1" } else { &slope_unit };
     let slope = Scale::Linear { typical: signals.far_range / signals.near_range.max(1e-300) };
     let offset = Scale::Linear { typical: signals.far_range };
     let near = if signals.near_is_effort { "T_in" } else { "x" };
@@ -30,14 +30,15 @@ pub(super) fn play(samples: &Samples, signals: &Signals) -> Law {
             if i < 2 { "the lower line is rarely active" } else { "the upper line is rarely active" }
         },
     };
-    if signals.near_is_effort && signals.far_unit == signals.near_unit {
+    if signals.near_is_like_far() {
         law.derived = vec![
-            (Spec::friction("friction angle (mu phi - ln eta)", "1", Scale::Linear { typical: 0.5 }), |p| {
+            (Spec::friction(FRICTION_ANGLE, "1", Scale::Linear { typical: 0.5 }), |p| {
                 if p[0] > 0.0 { 0.5 * (p[2] / p[0]).ln() } else { f64::NAN }
             }),
             (Spec::friction("gain between the two sensors", "1", Scale::Linear { typical: 0.5 }), |p| {
                 if p[0] > 0.0 { (p[0] * p[2]).sqrt() } else { f64::NAN }
             }),
+            (Spec::new(PRETENSION, &signals.far_unit, offset), |p| 0.5 * (p[1] + p[3])),
         ];
     }
     law
