@@ -25,9 +25,6 @@ const VARIED: f64 = 0.05;
 /// Deviation of a quantity over its size that no sensor is better than.
 const LEAST_DEVIATION: f64 = 2e-3;
 
-/// Limit over the quantile of Student's t that one of a thousand trials exceeds: for tails and unseen conditions.
-const MARGIN: f64 = 1.25;
-
 /// The loops of one trial: their means, each alone, and the inputs at the last.
 struct Trial {
     loops: Loops,
@@ -57,7 +54,9 @@ pub(crate) fn monitor(logs: &ConditionedLogs, folds: &Folds) -> Result<SpecimenM
     let needed = all.len() + 1 + FREEDOM;
     if trials.len() < needed {
         let (found, name) = (trials.len(), &inputs[motion].column);
-        return Err(format!("that takes {needed} trials with four reversals of `{name}`, and {found} have them"));
+        return Err(format!(
+            "that takes {needed} trials with four reversals of `{name}`, and {found} have them"
+        ));
     }
     let levels: Vec<f64> = trials.iter().map(|trial| trial.loops.level).collect();
     let held = mean_and_deviation(&levels).1 < VARIED * range(effort);
@@ -101,7 +100,12 @@ fn trials(logs: &ConditionedLogs, effort: usize, motion: usize, reversal: f64) -
 }
 
 /// The regression of a quantity over trials; none where it is singular.
-fn fit(quantity: LoopQuantity, terms: &[LoopTerm], trials: &[&Trial], effort_range: f64) -> Option<LoopCheck> {
+fn fit(
+    quantity: LoopQuantity,
+    terms: &[LoopTerm],
+    trials: &[&Trial],
+    effort_range: f64,
+) -> Option<LoopCheck> {
     let (n, width) = (trials.len(), terms.len());
     let value = |trial: &Trial, term: LoopTerm| trial.loops.term(term, &trial.inputs);
     let (mut mean, mut inverse_scale) = (Vec::new(), Vec::new());
@@ -155,12 +159,18 @@ fn fit(quantity: LoopQuantity, terms: &[LoopTerm], trials: &[&Trial], effort_ran
         trials: n,
         deviation: (squares / freedom as f64).sqrt().max(LEAST_DEVIATION * size).max(1e-12),
         scatter,
-        limit: MARGIN * student(freedom),
+        limit: student(freedom),
     })
 }
 
 /// Sizes of `z` of the trials that each fold of whole trials held out.
-fn unseen(quantity: LoopQuantity, terms: &[LoopTerm], trials: &[Trial], folds: &Folds, range: f64) -> Vec<f64> {
+fn unseen(
+    quantity: LoopQuantity,
+    terms: &[LoopTerm],
+    trials: &[Trial],
+    folds: &Folds,
+    range: f64,
+) -> Vec<f64> {
     let mut found = Vec::new();
     for held_out in folds.held_out.iter().filter(|_| folds.grouped) {
         let (out, kept): (Vec<&Trial>, Vec<&Trial>) =
@@ -169,9 +179,11 @@ fn unseen(quantity: LoopQuantity, terms: &[LoopTerm], trials: &[Trial], folds: &
             continue;
         }
         let check = fit(quantity, terms, &kept, range);
-        found.extend(check.iter().flat_map(|check| {
-            out.iter().map(|trial| check.deviation(&trial.loops, &trial.inputs).1.abs())
-        }));
+        found.extend(
+            check.iter().flat_map(|check| {
+                out.iter().map(|trial| check.deviation(&trial.loops, &trial.inputs).1.abs())
+            }),
+        );
     }
     found
 }

@@ -39,11 +39,11 @@ fn error(validation: &CrossValidation) -> f64 {
 pub(super) fn headline(evidence: &Evidence<'_>, fits: &[ClassicalFit]) -> Option<Headline> {
     let has_angle = |fit: &ClassicalFit| fit.parameters.iter().any(|p| p.name == FRICTION_ANGLE);
     let any_angle = fits.iter().any(has_angle);
-    let scored = |fit| {
-        let law = evidence.laws.iter().find(|law| law.scored.name == fit.law)?;
-        Some((fit, law, law.scored.validation()?))
-    };
-    let rows: Vec<_> = fits.iter().filter(|fit| has_angle(fit) == any_angle).filter_map(scored).collect();
+    let mut rows = Vec::new();
+    for fit in fits.iter().filter(|fit| has_angle(fit) == any_angle) {
+        let law = evidence.laws.iter().find(|law| law.scored.name == fit.law);
+        rows.extend(law.and_then(|law| Some((fit, law, law.scored.validation()?))));
+    }
     let least = rows.iter().map(|(.., validation)| error(validation)).fold(f64::INFINITY, f64::min);
     let good = rows.iter().filter(|(.., validation)| error(validation) <= AS_GOOD * least);
     let (fit, law, validation) = good.min_by_key(|(.., validation)| validation.size)?;
@@ -53,9 +53,12 @@ pub(super) fn headline(evidence: &Evidence<'_>, fits: &[ClassicalFit]) -> Option
         format!("of the {kind} it has the least error on unseen data, {:.1} % of the range", percent(least))
     } else {
         let (more, size) = (100.0 * (error(validation) / least - 1.0), validation.size);
-        format!("with {size} numbers its error on unseen data is only {more:.0} % above the least of the {kind}")
+        format!(
+            "with {size} numbers its error on unseen data is only {more:.0} % above the least of the {kind}"
+        )
     };
-    let named = |p: &&Parameter| !any_angle || [FRICTION_ANGLE, PRETENSION, STIFFNESS].contains(&p.name.as_str());
+    let named =
+        |p: &&Parameter| !any_angle || [FRICTION_ANGLE, PRETENSION, STIFFNESS].contains(&p.name.as_str());
     let parameters: Vec<Parameter> =
         fit.parameters.iter().filter(named).map(|parameter| widened(parameter, law)).collect();
     let withdrawn = contradiction(evidence, fit, validation, &parameters);
@@ -135,7 +138,9 @@ impl Headline {
         let (law, reason) = (&self.law, &self.reason);
         match &self.withdrawn {
             Some(withdrawn) => {
-                format!("No law's parameters are reported, because {withdrawn}. It would be {law}, because {reason}.")
+                format!(
+                    "No law's parameters are reported, because {withdrawn}. It would be {law}, because {reason}."
+                )
             }
             None => format!("{}. The law is {law}, because {reason}.", numbers.join(", ")),
         }
@@ -176,6 +181,9 @@ mod tests {
         );
         headline.withdrawn = Some("the log contradicts it".into());
         let words = headline.in_words();
-        assert!(!words.contains("0.545") && words.starts_with("No law's parameters are reported, because the log"));
+        assert!(
+            !words.contains("0.545")
+                && words.starts_with("No law's parameters are reported, because the log")
+        );
     }
 }

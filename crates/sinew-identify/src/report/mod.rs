@@ -17,4 +17,6 @@ pub use crate::select::influence::InfluenceRow;
 pub use beyond::Beyond;
 pub(crate) use evidence::Evidence;
 pub use headline::Headline;
-pub use types::{Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport, InputTrace, Noticed, Trace};
+pub use types::{
+    Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport, InputTrace, Noticed, Trace,
+};

@@ -1,9 +1,7 @@
-//! Capstan laws: without memory, where the sign of sliding decides between two branches, and with presliding
-//! between them.
+//! Capstan laws without memory: the sign of sliding decides between two branches.
 
-use super::law::{FRICTION_ANGLE, Law, PRETENSION, STIFFNESS, Scale, Spec};
+use super::law::{FRICTION_ANGLE, Law, PRETENSION, Scale, Spec};
 use super::samples::{Samples, Signals};
-use sinew::transmission::Band;
 
 /// `T_out = T_in exp(-s lambda) + T_0`: (7) with `lambda = mu phi - ln eta`.
 pub(super) fn fixed(samples: &Samples, signals: &Signals) -> Law {
@@ -37,60 +35,7 @@ pub(super) fn fixed(samples: &Samples, signals: &Signals) -> Law {
     }
 }
 
-/// The far tension moves with the drive as on a spring until it slides: a capstan with elastic presliding, started
-/// at the measured far side.
-pub(super) fn presliding(samples: &Samples, signals: &Signals) -> Law {
-    let typical = signals.far_range / signals.drive_range.max(1e-300);
-    let (mut product, mut last) = (0.0, None);
-    for &row in &samples.fitted {
-        if let Some(before) = last.replace(row).filter(|before| before + 1 == row) {
-            product += (samples.drive[row] - samples.drive[before]) * (samples.far[row] - samples.far[before]);
-        }
-    }
-    let sense = if product < 0.0 { -1.0 } else { 1.0 };
-    let starts = [0.05, 0.3, 1.0].into_iter().flat_map(|angle| [0.0, 2.0].map(|k| vec![angle, 0.0, k * sense * typical]));
-    let stiffness_unit = format!("{}/{}", signals.far_unit, signals.drive_unit);
-    Law {
-        name: "capstan with presliding".to_owned(),
-        equation: format!(
-            "T_out <- clamp(T_out + k d{}, T_in exp(-lambda) + T_0, T_in exp(lambda) + T_0)",
-            signals.drive_name
-        ),
-        specs: vec![
-            Spec::friction(FRICTION_ANGLE, "1", Scale::POSITIVE),
-            Spec::new(PRETENSION, &signals.far_unit, Scale::Linear { typical: signals.far_range }),
-            Spec::new(
-                STIFFNESS,
-                if signals.has_motion { &stiffness_unit } else { "1" },
-                Scale::Linear { typical },
-            ),
-        ],
-        starts: starts.collect(),
-        predict: Box::new(|samples, p, out| {
-            let factor = [(-p[0]).exp(), p[0].exp()];
-            for run in &samples.runs {
-                let first = samples.far[run.start];
-                let mut state = if first.is_finite() { first } else { samples.effort[run.start] + p[1] };
-                let mut before = samples.drive[run.start];
-                for row in run.clone() {
-                    let [one, other] = factor.map(|factor| samples.effort[row] * factor + p[1]);
-                    state += p[2] * (samples.drive[row] - before);
-                    before = samples.drive[row];
-                    (state, _) = Band::new(one.min(other), one.max(other)).project(state, 1.0);
-                    out[row] = state;
-                }
-            }
-            out.iter().all(|y| y.is_finite())
-        }),
-        derived: vec![],
-        undetermined: vec![],
-        note: "two tensions determine only the sum mu phi - ln(eta), not its parts".to_owned(),
-        sliding_only: false,
-        reason: |i| if i == 2 { "reversals are too sharp or too few for it" } else { "" },
-    }
-}
-
-/// The static one with a coefficient that depends on speed, and a drag that does not depend on tension: (5).
+/// The same with a coefficient that depends on speed, and a drag that does not depend on tension: (5).
 pub(super) fn speed_dependent(samples: &Samples, signals: &Signals) -> Law {
     let towards = orientation(samples);
     let speeds = speed_quantiles(samples);

@@ -41,7 +41,7 @@ use samples::{Samples, Signals};
 /// beyond rounding.
 #[must_use]
 pub fn fit_classical(data: &Dataset) -> Vec<ClassicalFit> {
-    match fit(data, None, samples::BUDGET) {
+    match fit(data, None) {
         Ok((fits, _)) => fits.into_iter().map(|fitted| fitted.fit).collect(),
         Err(why) => vec![law::not_fitted(&why)],
     }
@@ -51,7 +51,7 @@ pub fn fit_classical(data: &Dataset) -> Vec<ClassicalFit> {
 ///
 /// | near side | laws |
 /// |---|---|
-/// | tension | `capstan play`, `static capstan`, `capstan with presliding`; with a motion `capstan with Stribeck, viscous growth and drag` |
+/// | tension | `capstan play`, `static capstan`, `capstan play with presliding`; with a motion `capstan with Stribeck, viscous growth and drag` |
 /// | displacement | `backlash play` |
 /// | either | `Dahl`, `Bouc-Wen`, `LuGre` (`LuGre under the near load`), `generalised Maxwell slip` |
 ///
@@ -59,11 +59,8 @@ pub fn fit_classical(data: &Dataset) -> Vec<ClassicalFit> {
 /// Why nothing can be fitted to the dataset; a name that is none of these, or whose law needs other signals.
 pub fn fit_classical_law(data: &Dataset, name: &str) -> Result<ClassicalFit, String> {
     let none = || format!("no law `{name}` is fitted to these signals");
-    fit(data, Some(name), samples::BUDGET)?.0.pop().map(|fitted| fitted.fit).ok_or_else(none)
+    fit(data, Some(name))?.0.pop().map(|fitted| fitted.fit).ok_or_else(none)
 }
-
-/// Rows that are fitted in a fold.
-const FOLD_BUDGET: usize = 2_000;
 
 /// A law fitted to a part of a dataset, and what it predicts for all of it.
 pub(crate) struct LawPrediction {
@@ -76,7 +73,7 @@ pub(crate) struct LawPrediction {
 
 /// Fits every law to the rows of a dataset whose far side is there and counts, and predicts all rows.
 pub(crate) fn predict_classical(data: &Dataset) -> Vec<LawPrediction> {
-    let Ok((fits, all)) = fit(data, None, FOLD_BUDGET) else { return Vec::new() };
+    let Ok((fits, all)) = fit(data, None) else { return Vec::new() };
     let rows = |predictions: &[f64]| {
         let mut rows = vec![Vec::new(); data.sequences.len()];
         for (run, &sequence) in all.runs.iter().zip(&all.sequences) {
@@ -90,8 +87,8 @@ pub(crate) fn predict_classical(data: &Dataset) -> Vec<LawPrediction> {
 
 /// Fits the laws, or the one of the name `only`, and the samples that they predict; a reason where nothing can be
 /// fitted.
-fn fit(data: &Dataset, only: Option<&str>, budget: usize) -> Result<(Vec<Fitted>, Samples), String> {
-    let (all, thinned, signals) = samples::gather(data, budget)?;
+fn fit(data: &Dataset, only: Option<&str>) -> Result<(Vec<Fitted>, Samples), String> {
+    let (all, thinned, signals) = samples::gather(data)?;
     let mut fits = Vec::new();
     if !signals.near_is_effort && signals.effort_is_like_far {
         // A position follows the far side better; the capstan still makes one tension of the other.
@@ -102,7 +99,7 @@ fn fit(data: &Dataset, only: Option<&str>, budget: usize) -> Result<(Vec<Fitted>
     let mut laws = if signals.near_is_effort {
         capstan_laws(&thinned, &signals)
     } else {
-        vec![play::play(&thinned, &signals)]
+        vec![play::play(&thinned, &signals, false)]
     };
     laws.extend(memory::laws(&thinned, &signals, only));
     fits.extend(fit_all(&laws, only, &thinned, &all, &signals));
@@ -112,9 +109,9 @@ fn fit(data: &Dataset, only: Option<&str>, budget: usize) -> Result<(Vec<Fitted>
 /// Laws that make the far tension of the near one.
 fn capstan_laws(thinned: &Samples, signals: &Signals) -> Vec<Law> {
     let mut laws = vec![
-        play::play(thinned, signals),
+        play::play(thinned, signals, false),
+        play::play(thinned, signals, true),
         capstan::fixed(thinned, signals),
-        capstan::presliding(thinned, signals),
     ];
     if signals.has_motion {
         laws.push(capstan::speed_dependent(thinned, signals));

@@ -4,7 +4,7 @@ use crate::log::{Dataset, Role, Sequence};
 use std::ops::Range;
 
 /// Rows that are fitted; the rest of a long log is only used for the score.
-pub(super) const BUDGET: usize = 6_000;
+const BUDGET: usize = 6_000;
 /// Rows kept between two reversals when a log is thinned.
 const ROWS_PER_SWING: usize = 50;
 /// Fraction of its range by which a signal must turn back to count as reversed.
@@ -71,7 +71,7 @@ struct Chosen {
 }
 
 /// All samples, the thinned ones for the fit, and their names; a reason where nothing can be fitted.
-pub(super) fn gather(data: &Dataset, budget: usize) -> Result<(Samples, Samples, Signals), String> {
+pub(super) fn gather(data: &Dataset) -> Result<(Samples, Samples, Signals), String> {
     let chosen = choose(data)?;
     let name = |i: usize| data.roles.inputs[i].column.clone();
     let is = |i: usize, role: Role| data.roles.inputs[i].role == role;
@@ -114,7 +114,7 @@ pub(super) fn gather(data: &Dataset, budget: usize) -> Result<(Samples, Samples,
     if signals.far_range <= 0.0 {
         return Err("the far side is constant".to_owned());
     }
-    let thinned = all.thinned(signals.reversals, budget);
+    let thinned = all.thinned(signals.reversals);
     Ok((all, thinned, signals))
 }
 
@@ -299,17 +299,17 @@ impl Samples {
         self.runs.iter().map(turns).sum()
     }
 
-    /// At most about `budget` rows: first every k-th row while a swing keeps [`ROWS_PER_SWING`], then
+    /// At most about [`BUDGET`] rows: first every k-th row while a swing keeps [`ROWS_PER_SWING`], then
     /// stretches spread evenly over the rest, each with a tenth of warm-up that is not fitted.
-    fn thinned(&self, reversals: usize, budget: usize) -> Self {
+    fn thinned(&self, reversals: usize) -> Self {
         let rows = self.far.len();
-        let requested = rows.div_ceil(budget);
+        let requested = rows.div_ceil(BUDGET);
         let affordable = rows / ((reversals + self.runs.len()) * ROWS_PER_SWING).max(1);
         let stride = requested.min(affordable).max(1);
         let piece = 1000 * stride;
         let mut pieces: Vec<(Range<usize>, usize)> = vec![];
         for run in &self.runs {
-            let parts = if rows / stride > budget { run.len().div_ceil(piece).max(1) } else { 1 };
+            let parts = if rows / stride > BUDGET { run.len().div_ceil(piece).max(1) } else { 1 };
             for part in 0..parts {
                 let (from, to) = (run.len() * part / parts, run.len() * (part + 1) / parts);
                 let warm_up = if part > 0 { (to - from) / 10 } else { 0 };
@@ -317,7 +317,7 @@ impl Samples {
             }
         }
         let total: usize = pieces.iter().map(|(rows, _)| rows.len() / stride).sum();
-        let every = total.div_ceil(budget + 1000).max(1);
+        let every = total.div_ceil(BUDGET + 1000).max(1);
         let mut counts = vec![false; rows];
         for &row in &self.fitted {
             counts[row] = true;
