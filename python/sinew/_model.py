@@ -41,6 +41,8 @@ class Scores:
     rmse_in_range: float | None
     #: RMSE of the samples outside of them.
     rmse_out_of_range: float | None
+    #: Trials that were `judged`, those of an `other` specimen, and the one that deviates `most`.
+    specimen: dict[str, Any] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,13 +199,14 @@ class Model:
         rename: Mapping[str, str] | None = None,
         units: Mapping[str, str] | None = None,
         rate_hz: float | None = None,
+        anchor_reading_s: float | None = None,
     ) -> Evaluation:
         """Scores on logs that hold the far end; `skip_s` seconds at the start of every trial are not scored.
 
-        `rename`, `units`, `rate_hz`: as of :func:`identify`.
+        `rename`, `units`, `rate_hz`: as of :func:`identify`. `anchor_reading_s`: as of :meth:`predict`.
         """
         columns = column_keywords(rename, units, rate_hz)
-        found = _object(self._native.evaluate(native_logs(logs), columns, skip_s))
+        found = _object(self._native.evaluate(native_logs(logs), columns, skip_s, anchor_reading_s))
         seen = frozenset(log["log"] for log in found["logs"] if log.pop("in_training"))
         scores = {log.pop("log"): Scores(**log) for log in found["logs"]}
         return Evaluation(Scores(**found["overall"]), scores, seen, found["far"], found["far_unit"])
@@ -215,12 +218,15 @@ class Model:
         rename: Mapping[str, str] | None = None,
         units: Mapping[str, str] | None = None,
         rate_hz: float | None = None,
+        anchor_reading_s: float | None = None,
     ) -> Predictions:
         """Predicts every sample of logs, causally, as a predictor in real time does; the far end need not be there.
 
-        `rename`, `units`, `rate_hz`: as of :func:`identify`.
+        `rename`, `units`, `rate_hz`: as of :func:`identify`. `anchor_reading_s`: seconds after the start of every trial at which
+        the far end is read once, as a homing or a stop gives it; later predictions are moved by its shrunken error.
         """
-        found: dict[str, Any] = self._native.predict(native_logs(logs), column_keywords(rename, units, rate_hz))
+        columns = column_keywords(rename, units, rate_hz)
+        found: dict[str, Any] = self._native.predict(native_logs(logs), columns, anchor_reading_s)
         names = {name: np.asarray(found.pop(f"{name}_names"), dtype=np.str_) for name in ("log", "trial")}
         labels = {name: names[name][found.pop(f"{name}_index")] for name in names}
         return Predictions(**labels, **found)

@@ -144,34 +144,45 @@ pub struct Predictions {
 }
 
 /// Predicts every sample of a dataset exactly as a stream would: states are reset where the trial changes, and
-/// gaps are the model's to find.
+/// gaps are the model's to find. With `reading_s`, seconds since the start of a trial, the far end is read once in every
+/// trial, at the first sample from then on that has it ([`Predictor::read_far_end`]).
 ///
 /// # Errors
 /// As [`Model::validate`].
-pub fn predict(model: &Model, data: &Dataset) -> Result<Predictions, Error> {
+pub fn predict(model: &Model, data: &Dataset, reading_s: Option<f64>) -> Result<Predictions, Error> {
     let mut predictor = Predictor::new(model.clone())?;
     let width = model.inputs.len();
-    let mut trial: Option<(usize, &str)> = None;
+    let (mut trial, mut due): (Option<(usize, &str)>, Option<f64>) = (None, None);
     let mut all = Predictions { rows: Vec::new(), specimen: Vec::new() };
     for sequence in &data.sequences {
         let this = (sequence.log, sequence.trial.as_str());
         if trial != Some(this) {
             predictor.reset();
             trial = Some(this);
+            let start = sequence.time_s.first().copied().unwrap_or_default();
+            due = reading_s.map(|seconds| start + seconds);
         }
-        let rows = sequence.time_s.iter().zip(sequence.inputs.chunks_exact(width));
-        all.rows.push(rows.map(|(&time_s, inputs)| predictor.step(&Sample { time_s, inputs })).collect());
+        let rows = sequence.time_s.iter().zip(sequence.inputs.chunks_exact(width)).zip(&sequence.far);
+        let step = |((&time_s, inputs), &far): ((&f64, &[f64]), &f64)| {
+            let prediction = predictor.step(&Sample { time_s, inputs });
+            if due.is_some_and(|due| time_s >= due) && far.is_finite() {
+                let _ = predictor.read_far_end(far);
+                due = None;
+            }
+            prediction
+        };
+        all.rows.push(rows.map(step).collect());
         all.specimen.push(predictor.specimen());
     }
     Ok(all)
 }
 
-/// Scores a model on a dataset that has the far side.
+/// Scores a model on a dataset that has the far side; `reading_s` as of [`predict`].
 ///
 /// # Errors
 /// As [`predict`].
-pub fn evaluate(model: &Model, data: &Dataset) -> Result<Evaluation, Error> {
-    let predictions = predict(model, data)?;
+pub fn evaluate(model: &Model, data: &Dataset, reading_s: Option<f64>) -> Result<Evaluation, Error> {
+    let predictions = predict(model, data, reading_s)?;
     let mut logs = vec![Compared::default(); data.logs.len()];
     for (sequence, predictions) in data.sequences.iter().zip(&predictions.rows) {
         for (row, prediction) in predictions.iter().enumerate() {

@@ -53,19 +53,11 @@ pub(crate) fn identify(
         Some(names) if names.is_empty() => Keep::Judged,
         Some(names) => Keep::Logs(names),
     };
+    let prefer = not_negative("loss_percent", loss_percent)?
+        .map_or(Preference::Accurate, |loss_percent| Preference::Simple { loss_percent });
     long_call::run(py, progress, threads, move |progress| {
         progress.tell("reading logs", 0.0);
         let data = logs.read(&roles.into(), skip_s, columns.into())?;
-        let prefer = match loss_percent {
-            None => Preference::Accurate,
-            Some(loss_percent) if loss_percent >= 0.0 && loss_percent.is_finite() => {
-                Preference::Simple { loss_percent }
-            }
-            Some(other) => {
-                let expected = "loss_percent: expected a finite number >= 0";
-                return Err(Failure::refused(format!("{expected}, got {other}")));
-            }
-        };
         let options = Options { seed, models, keep, prefer };
         Ok(identify_logs(&data, &options, &|stage, done| progress.tell(stage, done))?.into())
     })
@@ -147,27 +139,39 @@ impl Model {
     }
 
     /// Scores on logs that hold the far end, as JSON.
-    fn evaluate(&self, py: Python<'_>, logs: Logs, columns: ColumnKeywords, skip_s: f64) -> PyResult<String> {
+    #[pyo3(signature = (logs, columns, skip_s, anchor_reading_s))]
+    fn evaluate(
+        &self,
+        py: Python<'_>,
+        logs: Logs,
+        columns: ColumnKeywords,
+        skip_s: f64,
+        anchor_reading_s: Option<f64>,
+    ) -> PyResult<String> {
+        let reading = not_negative("anchor_reading_s", anchor_reading_s)?;
         let model = self.model.clone();
         long_call::run(py, None, None, move |_| {
             let data = logs.read_for(&model, skip_s, true, columns.into())?;
-            Ok(serde_json::to_string(&evaluate(&model, &data)?)?)
+            Ok(serde_json::to_string(&evaluate(&model, &data, reading)?)?)
         })
     }
 
     /// Predictions of every sample of logs, as columns.
+    #[pyo3(signature = (logs, columns, anchor_reading_s))]
     fn predict<'py>(
         &self,
         py: Python<'py>,
         logs: Logs,
         columns: ColumnKeywords,
+        anchor_reading_s: Option<f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
+        let reading = not_negative("anchor_reading_s", anchor_reading_s)?;
         let options = columns.into();
         let model = self.model.clone();
         let (data, columns) = long_call::run(py, None, None, move |_| {
             let data = logs.read_for(&model, 0.0, false, options)?;
             let mut columns = Columns::default();
-            for prediction in predict(&model, &data)?.rows.iter().flatten() {
+            for prediction in predict(&model, &data, reading)?.rows.iter().flatten() {
                 columns.push(prediction);
             }
             Ok((data, columns))
@@ -220,6 +224,16 @@ impl Model {
     /// A predictor before its first sample.
     fn predictor(&self) -> PyResult<Predictor> {
         Predictor::new(&self.model)
+    }
+}
+
+/// A keyword that is a finite number of at least 0, or absent.
+fn not_negative(name: &str, value: Option<f64>) -> Result<Option<f64>, Failure> {
+    match value {
+        Some(value) if !(value >= 0.0 && value.is_finite()) => {
+            Err(Failure::refused(format!("{name}: expected a finite number >= 0, got {value}")))
+        }
+        sound => Ok(sound),
     }
 }
 

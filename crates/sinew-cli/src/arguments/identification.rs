@@ -98,6 +98,16 @@ fn pair(text: &str) -> Result<(String, String), String> {
     }
 }
 
+/// A reading of the far end.
+#[derive(Debug, Args)]
+pub(crate) struct ReadingArguments {
+    /// Seconds after the start of every trial at which its far end is read once, as a homing or a stop gives it:
+    /// the far column holds the reading, and later predictions are moved by its error, shrunken by what the
+    /// model's folds say of offsets
+    #[arg(long, value_name = "SECONDS", value_parser = number(SKIP, |s| s >= 0.0))]
+    pub(crate) anchor_reading: Option<f64>,
+}
+
 /// Columns by role.
 #[derive(Debug, Args)]
 pub(crate) struct RoleArguments {
@@ -152,6 +162,8 @@ pub(crate) struct EvaluateArguments {
     pub(crate) logs: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) columns: ColumnArguments,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArguments,
     /// Seconds at the start of every trial that are not scored
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = number(SKIP, |s| s >= 0.0))]
     pub(crate) skip: f64,
@@ -170,6 +182,8 @@ pub(crate) struct PredictArguments {
     pub(crate) logs: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) columns: ColumnArguments,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArguments,
     /// File to write
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) out: PathBuf,

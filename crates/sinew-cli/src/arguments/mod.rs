@@ -35,8 +35,8 @@ pub(crate) use ethercat::{
 pub(crate) use export::{ExportArguments, ExportForm};
 pub(crate) use fault::{Component, FaultArgument, OFFERED};
 pub(crate) use identification::{
-    AdaptArguments, CompensateArguments, DemoArguments, EvaluateArguments, IdentifyArguments, PreferArgument,
-    PredictArguments, RoleArguments, WriteArguments,
+    AdaptArguments, CompensateArguments, DemoArguments, EvaluateArguments, IdentifyArguments,
+    PredictArguments, PreferArgument, RoleArguments, WriteArguments,
 };
 pub(crate) use link::{LinkArguments, LinkKeyArguments, LinkVerb, LinkWatchArguments};
 pub(crate) use live::LiveArguments;

@@ -19,7 +19,7 @@ pub(crate) fn run(arguments: &EvaluateArguments, general: &General) -> Result<An
         columns: arguments.columns.options(),
     };
     let data = read_for(&model, &options)?;
-    let evaluation = evaluate(&model, &data)?;
+    let evaluation = evaluate(&model, &data, arguments.reading.anchor_reading)?;
     if general.json {
         return Ok(Answer::done(Content::json(&evaluation)?, Vec::new()));
     }

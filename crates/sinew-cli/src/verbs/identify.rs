@@ -177,7 +177,11 @@ fn summary_text(report: &IdentificationReport) -> String {
             ]
         })
         .collect();
-    text += &table(&["", "model", "mean of folds", "RMSE", "of range", "Pearson", "in 95 % band", "numbers"], &rows, 2);
+    text += &table(
+        &["", "model", "mean of folds", "RMSE", "of range", "Pearson", "in 95 % band", "numbers"],
+        &rows,
+        2,
+    );
     for candidate in &report.candidates {
         if let Some(reason) = &candidate.failed {
             let _ = writeln!(text, "   {}: not compared, because {reason}", candidate.name);

@@ -23,7 +23,7 @@ pub(crate) fn run(arguments: &PredictArguments, general: &General) -> Result<Ans
         columns: arguments.columns.options(),
     };
     let data = read_for(&model, &options)?;
-    let predictions = predict(&model, &data)?;
+    let predictions = predict(&model, &data, arguments.reading.anchor_reading)?;
     let text = csv_text(&data, &predictions.rows)?;
     let written = write_all(&[(arguments.out.clone(), text.as_bytes())])?;
     let (mut rows, mut unknown, mut outside) = (0_usize, 0_usize, 0_usize);

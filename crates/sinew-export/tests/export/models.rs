@@ -107,6 +107,7 @@ pub(crate) fn model(kind: Kind, random: &mut ChaCha8Rng) -> Model {
         gap_s: 0.5,
         estimator,
         specimen: None,
+        offset: None,
         band_factor: between(random, 0.5, 4.0),
         provenance: Provenance {
             member: format!("{kind:?}"),

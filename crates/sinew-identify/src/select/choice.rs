@@ -100,7 +100,8 @@ impl Choice<'_> {
         let least = small.min_by(|a, b| size(a).cmp(&size(b)).then(cost(a).total_cmp(&cost(b))));
         least.map_or_else(String::new, |least| {
             let (numbers, of, cost) = (size(least), size(chosen), cost(least));
-            let cost = if cost > 0.0 { format!("cost {cost:.1} % of the range") } else { "cost nothing".into() };
+            let cost =
+                if cost > 0.0 { format!("cost {cost:.1} % of the range") } else { "cost nothing".into() };
             format!(" The {numbers} numbers of {} in place of {of} {cost}.", least.name)
         })
     }
@@ -270,7 +271,8 @@ mod tests {
         let candidates = [candidate(Matched), candidate(Mean)];
         let chosen = |single: [f64; 5]| {
             let scored = [scored(&single), scored(&[4.0, 4.2, 4.1, 4.0, 4.3])];
-            Choice { candidates: &candidates, scored: &scored, grouped: true, extrapolates: &[], loss: None }.choose(None)
+            Choice { candidates: &candidates, scored: &scored, grouped: true, extrapolates: &[], loss: None }
+                .choose(None)
         };
         assert_eq!(chosen([3.95, 4.1, 4.05, 3.9, 4.2]), Some(1), "better by two per cent");
         assert_eq!(chosen([1.0, 6.0, 4.0, 4.5, 4.2]), Some(1), "better on one fold");
@@ -288,7 +290,8 @@ mod tests {
                 scored(&[4.1, 4.0, 4.2, 4.1, 4.1].map(|e: f64| e * learned)),
                 scored(&[0.1; 5]),
             ];
-            let choice = Choice { candidates: &candidates, scored: &scored, grouped, extrapolates: &[], loss: None };
+            let choice =
+                Choice { candidates: &candidates, scored: &scored, grouped, extrapolates: &[], loss: None };
             let chosen = choice.choose(None).unwrap();
             assert!(choice.reason(chosen).contains("was chosen"));
             chosen
@@ -304,8 +307,13 @@ mod tests {
         let candidates = [candidate(Matched), candidate(Learned)];
         // Better by a third everywhere but on the first fold.
         let scored = [scored(&[4.0, 4.2, 4.1, 4.0, 4.3]), scored(&[4.1, 2.8, 2.7, 2.7, 2.9])];
-        let choice =
-            |extrapolates| Choice { candidates: &candidates, scored: &scored, grouped: true, extrapolates, loss: None };
+        let choice = |extrapolates| Choice {
+            candidates: &candidates,
+            scored: &scored,
+            grouped: true,
+            extrapolates,
+            loss: None,
+        };
         assert_eq!(choice(&[false; 5]).choose(None), Some(1));
         let beyond = choice(&[true, false, false, false, false]);
         assert_eq!(beyond.choose(None), Some(0));
@@ -331,7 +339,10 @@ mod tests {
         };
         let chosen = |loss| choice(loss).choose(None);
         assert_eq!([None, Some(0.1), Some(0.3), Some(1.1)].map(chosen), [0, 0, 1, 2].map(Some));
-        assert_eq!(choice(None).least(0, &[], 100.0), " The 2 numbers of with 2 in place of 900 cost 1.0 % of the range.");
+        assert_eq!(
+            choice(None).least(0, &[], 100.0),
+            " The 2 numbers of with 2 in place of 900 cost 1.0 % of the range."
+        );
         assert!(choice(Some(0.3)).reason(1).contains("fewest numbers, 9"));
     }
 

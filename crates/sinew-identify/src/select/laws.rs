@@ -21,8 +21,12 @@ pub(crate) fn cross_validate_laws(logs: &ConditionedLogs, folds: &Folds) -> Vec<
     let of_fold = |fold: usize| predict_classical(&without(&logs.data, &folds.held_out[fold]));
     let mut fitted: Vec<Vec<LawPrediction>> =
         (0..folds.held_out.len()).into_par_iter().map(of_fold).collect();
-    let names: Vec<(String, String)> =
-        fitted.first().iter().flat_map(|laws| laws.iter()).map(|law| (law.fit.law.clone(), law.fit.equation.clone())).collect();
+    let names: Vec<(String, String)> = fitted
+        .first()
+        .iter()
+        .flat_map(|laws| laws.iter())
+        .map(|law| (law.fit.law.clone(), law.fit.equation.clone()))
+        .collect();
     let one = |(name, description): (String, String)| {
         let take = |laws: &mut Vec<LawPrediction>| {
             let place = laws.iter().position(|law| law.fit.law == name)?;

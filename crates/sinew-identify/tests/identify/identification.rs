@@ -162,7 +162,7 @@ fn a_short_calibration_reaches_another_specimen() {
     };
     let test = other(1500, 2.0);
     let test = read(&[&test]);
-    let error = |model| evaluate(model, &test).unwrap().overall.percent_of_range.unwrap();
+    let error = |model| evaluate(model, &test, None).unwrap().overall.percent_of_range.unwrap();
     let calibration: Vec<String> = [0.3, 1.3, 2.3].map(|phase| other(500, phase)).to_vec();
     let calibration: Vec<&str> = calibration.iter().map(String::as_str).collect();
     let options = Options { seed: 1, ..Options::default() };
@@ -183,6 +183,6 @@ fn the_same_specimen_needs_no_adaptation() {
     let options = ReadOptions { far_required: true, ..ReadOptions::default() };
     let calibration = read_bytes_with_roles(&logs, &roles_of(&old), &options).unwrap();
     let new = adapt(&old, &calibration, &Options { seed: 1, ..Options::default() }, &|_, _| {}).unwrap();
-    let error = |model| evaluate(model, &calibration).unwrap().overall.rmse.unwrap();
+    let error = |model| evaluate(model, &calibration, None).unwrap().overall.rmse.unwrap();
     assert!(error(&new.model) < 1.05 * error(&old), "{} {}", error(&new.model), error(&old));
 }

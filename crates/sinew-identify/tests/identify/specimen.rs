@@ -19,6 +19,8 @@ struct Cable {
     pretension: f64,
     /// Of the far end, N/mm.
     spring: f64,
+    /// mm.
+    stroke: f64,
 }
 
 /// How a trial is run.
@@ -26,19 +28,18 @@ struct Cable {
 struct Trial {
     load: f64,
     hertz: f64,
-    /// mm.
-    stroke: f64,
 }
+
+const LARGEST_LOAD: f64 = 28.0;
 
 impl Cable {
     fn sampled(random: &mut ChaCha8Rng) -> Self {
         let mut between = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
-        Self {
-            friction: between(0.15, 0.8),
-            stiffness: between(2.0, 8.0),
-            pretension: between(4.0, 10.0),
-            spring: between(0.5, 2.0),
-        }
+        let (friction, stiffness) = (between(0.15, 0.8), between(2.0, 8.0));
+        let (pretension, spring) = (between(4.0, 10.0), between(0.5, 2.0));
+        // The cable slides in every trial, for 40 % of the stroke and more.
+        let stuck = 2.0 * friction.sinh() * (pretension + LARGEST_LOAD) / stiffness;
+        Self { friction, stiffness, pretension, spring, stroke: (stuck / 0.6).max(12.0) }
     }
 
     /// Ten seconds at 50 Hz: the far end slides where the ratio of the tensions reaches that of the friction. From
@@ -51,12 +52,12 @@ impl Cable {
         for i in 0..500 {
             let t = f64::from(i) * 0.02;
             let phase = std::f64::consts::TAU * trial.hertz * t;
-            let drive = 0.5 * trial.stroke * (1.0 - phase.cos());
+            let drive = 0.5 * self.stroke * (1.0 - phase.cos());
             let slides = |ratio: f64| {
                 (tension * (1.0 - ratio) + stiffness * drive) / (stiffness + self.spring * ratio)
             };
             far = far.max(slides(friction.exp())).min(slides((-friction).exp()));
-            let drag = 0.02 * trial.stroke * trial.hertz * phase.sin();
+            let drag = 0.02 * self.stroke * trial.hertz * phase.sin();
             let motor = (tension + stiffness * (drive - far) + drag) * near(0.004);
             let end = tension + self.spring * far;
             writeln!(text, "{name},{},{t},{drive},{motor},{end}", trial.load).unwrap();
@@ -88,31 +89,34 @@ fn identified(log: &str) -> Identification {
 
 fn judged(found: &Identification, log: &str) -> Option<SpecimenScore> {
     let options = ReadOptions { far_required: true, ..ReadOptions::default() };
-    let data = read_bytes_with_roles(&[("test.csv", log.as_bytes())], &roles_of(&found.model), &options).unwrap();
-    evaluate(&found.model, &data).unwrap().overall.specimen
+    let data =
+        read_bytes_with_roles(&[("test.csv", log.as_bytes())], &roles_of(&found.model), &options).unwrap();
+    evaluate(&found.model, &data, None).unwrap().overall.specimen
 }
 
 /// Every load at every frequency.
 fn trials(loads: &[f64], frequencies: &[f64]) -> Vec<Trial> {
-    let at = |&load: &f64| frequencies.iter().map(move |&hertz| Trial { load, hertz, stroke: 12.0 });
+    let at = |&load: &f64| frequencies.iter().map(move |&hertz| Trial { load, hertz });
     loads.iter().flat_map(at).collect()
 }
 
-/// Trials judged and called another specimen, summed over pairs of specimens.
-fn tally(pairs: u64, loads: [&[f64]; 2], change: fn(Cable) -> Cable) -> [u64; 2] {
-    let mut sums = [0; 2];
-    for seed in 0..pairs {
+/// `[change]`: trials judged and called another specimen, summed over specimens and their changed copies.
+fn tally(specimens: u64, loads: [&[f64]; 2]) -> [[u64; 2]; CHANGES.len()] {
+    let mut sums = [[0; 2]; CHANGES.len()];
+    for seed in 0..specimens {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let cable = Cable::sampled(&mut random);
         let found = identified(&cable.log(&trials(loads[0], &[0.3, 0.4, 0.6, 0.8, 1.0]), &mut random));
-        let unseen = change(cable).log(&trials(loads[1], &[0.5, 0.7, 0.9]), &mut random);
-        let score = judged(&found, &unseen).unwrap();
-        sums = [sums[0] + score.judged, sums[1] + score.other];
+        for ((_, change), [trials_judged, other]) in CHANGES.iter().zip(&mut sums) {
+            let unseen = change(cable).log(&trials(loads[1], &[0.5, 0.7, 0.9]), &mut random);
+            let score = judged(&found, &unseen).unwrap();
+            (*trials_judged, *other) = (*trials_judged + score.judged, *other + score.other);
+        }
     }
     sums
 }
 
-const LOADS: [&[f64]; 2] = [&[0.0, 5.0, 10.0, 20.0, 25.0], &[2.0, 15.0, 22.0, 28.0]];
+const LOADS: [&[f64]; 2] = [&[0.0, 5.0, 10.0, 20.0, 25.0], &[2.0, 15.0, 22.0, LARGEST_LOAD]];
 const ONE_LOAD: [&[f64]; 2] = [&[5.0, 5.0, 5.0], &[5.0]];
 
 /// Changes of a specimen by which it becomes another.
@@ -130,10 +134,9 @@ const CHANGES: [(&str, fn(Cable) -> Cable); 5] = [
 
 #[test]
 fn more_friction_is_another_specimen_and_unseen_loads_and_speeds_are_not() {
-    let [judged, other] = tally(4, LOADS, CHANGES[0].1);
-    assert!(judged == 48 && other <= 1, "{other} of {judged} at unseen loads and speeds");
-    let [judged, other] = tally(4, LOADS, CHANGES[1].1);
-    assert!(other * 100 >= 95 * judged, "{other} of {judged} with more friction");
+    let [[judged, none], [_, friction], ..] = tally(4, LOADS);
+    assert!(judged == 48 && none <= 1, "{none} of {judged} at unseen loads and speeds");
+    assert!(friction * 100 >= 95 * judged, "{friction} of {judged} with more friction");
 }
 
 #[test]
@@ -155,7 +158,11 @@ fn few_trials_do_not_show_what_a_specimen_looks_like() {
     let found = identified(&cable.log(&trials(&[0.0, 5.0], &[0.4, 0.6]), &mut random));
     assert!(found.model.specimen.is_none() && found.report.specimen.is_empty());
     let reason = "A change of specimen is not noticed, because that takes 11 trials";
-    assert!(found.report.warnings.iter().any(|warning| warning.starts_with(reason)), "{:?}", found.report.warnings);
+    assert!(
+        found.report.warnings.iter().any(|warning| warning.starts_with(reason)),
+        "{:?}",
+        found.report.warnings
+    );
 }
 
 /// The table of docs/specimen.md; with `SINEW_LONG` set.
@@ -166,15 +173,12 @@ fn changes_of_fifty_specimens() {
         eprintln!("skipped: SINEW_LONG is not set");
         return;
     }
-    for (name, change) in CHANGES {
-        let share = |loads| {
-            let [judged, other] = tally(50, loads, change);
-            100.0 * other as f64 / judged as f64
-        };
-        let (varied, held) = (share(LOADS), share(ONE_LOAD));
+    let [varied, held] = [LOADS, ONE_LOAD].map(|loads| tally(50, loads));
+    for ((name, _), sums) in CHANGES.iter().zip(varied.iter().zip(&held)) {
+        let [varied, held] = [sums.0, sums.1].map(|[judged, other]| 100.0 * *other as f64 / *judged as f64);
         eprintln!("{name}: {varied:.1} % of trials with varied loads, {held:.1} % with one load");
-        if name == "none" {
-            assert!(varied < 2.0 && held < 2.0);
-        }
+    }
+    for [judged, other] in [varied[0], held[0]] {
+        assert!(other * 50 <= judged, "{other} of {judged} trials of the same specimen");
     }
 }

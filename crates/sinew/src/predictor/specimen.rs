@@ -190,7 +190,12 @@ impl SpecimenMonitor {
         let one = |check: &LoopCheck| {
             let (expected, z) = check.deviation(loops, inputs);
             let quantity = check.quantity;
-            SpecimenDeviation { quantity, value: loops.quantity(quantity), expected, excess: z.abs() / check.limit }
+            SpecimenDeviation {
+                quantity,
+                value: loops.quantity(quantity),
+                expected,
+                excess: z.abs() / check.limit,
+            }
         };
         let all = self.checks.iter().filter(|_| loops.count > 0.0).map(one);
         all.max_by(|a, b| a.excess.total_cmp(&b.excess))
@@ -428,7 +433,10 @@ mod tests {
         let monitor = SpecimenMonitor { effort: 1, motion: 0, reversal: 0.2, checks: alloc::vec![check] };
         let at = |level: f64, height: f64| Loops { count: 1.0, level, height, ..Loops::default() };
         let near = monitor.deviation(&at(7.0, 2.0), &[]).unwrap();
-        assert!((near.excess - 10.0 / 1.25_f64.sqrt() / 4.0).abs() < 1e-12 && near.quantity == LoopQuantity::Height);
+        assert!(
+            (near.excess - 10.0 / 1.25_f64.sqrt() / 4.0).abs() < 1e-12
+                && near.quantity == LoopQuantity::Height
+        );
         // Four standard deviations of the level away: 1.4 expected, variance 0.01 (1.25 + 0.25 4^2).
         let far = monitor.deviation(&at(15.0, 2.8), &[]).unwrap();
         assert!((far.expected - 1.8).abs() < 1e-12, "{far:?}");

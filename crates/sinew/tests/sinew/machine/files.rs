@@ -117,6 +117,7 @@ fn cable_model() -> Model {
         estimator: Estimator { sigma0: 1.0, ..Estimator::of(law) },
         band_factor: 1.0,
         specimen: None,
+        offset: None,
         provenance: Provenance {
             member: "cable".into(),
             description: "a test".into(),
