@@ -15,6 +15,7 @@ use crate::fit::run::Run;
 use crate::log::unit_of;
 use crate::select::cross_validation::{CrossValidation, ScoredCandidate};
 use crate::select::influence::InfluenceRow;
+use crate::select::laws::ScoredLaw;
 use sinew::metrics::Comparison;
 use sinew::predictor::LoopCheck;
 
@@ -79,7 +80,8 @@ fn candidates(evidence: &Evidence<'_>) -> Vec<Candidate> {
     let scored = evidence.scored.iter().enumerate();
     let mut candidates: Vec<Candidate> =
         scored.map(|(k, scored)| candidate(scored, range, k == evidence.chosen, runs)).collect();
-    candidates.extend(evidence.laws.iter().map(|law| candidate(&law.scored, range, false, runs)));
+    let law = |law: &ScoredLaw| Candidate { law: true, ..candidate(&law.scored, range, false, runs) };
+    candidates.extend(evidence.laws.iter().map(law));
     candidates.extend(evidence.not_compared.iter().map(not_compared));
     candidates.sort_by(|a, b| a.score.total_cmp(&b.score));
     candidates
@@ -93,6 +95,7 @@ fn candidate(scored: &ScoredCandidate, range: f64, chosen: bool, runs: &[Run]) -
         name: scored.name.clone(),
         description: scored.description.clone(),
         chosen,
+        law: false,
         size: validation.map_or(0, |v| v.size),
         score: validation.map_or(f64::NAN, |v| v.score(None)),
         rmse,

@@ -1,9 +1,11 @@
 //! The parameters of one classical law: one number for one quantity.
 
+use super::assessment::DOUBTFUL;
 use super::evidence::Evidence;
 use super::parameters::jackknife;
 use crate::fit::classical::{ClassicalFit, FRICTION_ANGLE, PRETENSION, Parameter, STIFFNESS};
-use crate::select::cross_validation::CrossValidation;
+use crate::select::candidates::CONSTANT;
+use crate::select::cross_validation::{CrossValidation, ScoredCandidate};
 use crate::select::laws::ScoredLaw;
 use serde::Serialize;
 use sinew::metrics::Comparison;
@@ -92,6 +94,12 @@ fn contradiction(
             chosen.name,
             100.0 * best / range
         ));
+    }
+    let constant = evidence.scored.iter().find(|scored| scored.name == CONSTANT);
+    let constant = constant.and_then(ScoredCandidate::validation).map_or(f64::INFINITY, error);
+    if found > DOUBTFUL * constant {
+        let percent = 100.0 * found / constant;
+        return Some(format!("its error on unseen data is {percent:.0} % of that of a constant"));
     }
     let open = parameters.iter().find(|p| p.name == FRICTION_ANGLE && !p.identified);
     if let Some(angle) = open {

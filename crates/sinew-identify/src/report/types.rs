@@ -122,6 +122,8 @@ pub struct Candidate {
     pub description: String,
     /// Whether it was chosen.
     pub chosen: bool,
+    /// Whether it is a classical law, which stands beside the models and is never chosen.
+    pub law: bool,
     /// Numbers that are fitted, in networks those of all.
     pub size: usize,
     /// Geometric mean of [`fold_rmse`](Self::fold_rmse), far unit: what candidates are compared by.

@@ -108,7 +108,8 @@ fn judged(family: Family, seed: u64) -> Judged {
     };
     let found = identified(&logs, &[], seed);
     let (scores, data) = score(&found);
-    let names = found.report.candidates.iter().filter(|c| c.failed.is_none()).map(|c| c.name.as_str());
+    let names =
+        found.report.candidates.iter().filter(|c| c.failed.is_none() && !c.law).map(|c| c.name.as_str());
     let errors = names.map(|name| score(&identified(&logs, &[name], seed)).0.rmse.unwrap());
     let best = errors.fold(f64::INFINITY, f64::min);
     let predictions = predict(&found.model, &data, None).unwrap().rows;

@@ -219,6 +219,7 @@ fn candidates() -> Vec<Candidate> {
                 name: name.to_owned(),
                 description: description.to_owned(),
                 chosen: name == "clamp+net",
+                law: false,
                 size: 12,
                 score: percent * 0.09,
                 rmse: percent * 0.094,

@@ -46,7 +46,7 @@ pub(super) fn play(samples: &Samples, signals: &Signals, presliding: bool) -> La
         let unit = format!("{}/{}", signals.far_unit, signals.drive_unit);
         let unit = if signals.has_motion { unit.as_str() } else { slope_unit };
         let typical = signals.far_range / signals.drive_range.max(1e-300);
-        law.specs.push(Spec::new(STIFFNESS, unit, Scale::Linear { typical }));
+        law.specs.push(Spec::friction(STIFFNESS, unit, Scale::Linear { typical }));
         let stiff = 2.0 * typical * sense(samples);
         let with = |start: &Vec<f64>| [0.0, stiff].map(|k| [start.as_slice(), &[k]].concat());
         law.starts = law.starts.iter().flat_map(with).collect();
