@@ -3,6 +3,7 @@
 use super::assessment::DOUBTFUL;
 use super::evidence::Evidence;
 use super::parameters::jackknife;
+use super::types::IdentificationReport;
 use crate::fit::classical::{ClassicalFit, FRICTION_ANGLE, PRETENSION, Parameter, STIFFNESS};
 use crate::select::candidates::CONSTANT;
 use crate::select::cross_validation::{CrossValidation, ScoredCandidate};
@@ -36,9 +37,21 @@ fn error(validation: &CrossValidation) -> f64 {
     validation.comparison.rmse().unwrap_or(f64::INFINITY)
 }
 
-/// Of the laws with a friction angle, or where there is none of all, the one with the fewest numbers among those with
-/// about the least error on held-out data.
-pub(super) fn headline(evidence: &Evidence<'_>, fits: &[ClassicalFit]) -> Option<Headline> {
+/// The chosen model where it is the cable's own law. Else of the laws with a friction angle, or where there is none of
+/// all, the one with the fewest numbers among those with about the least error on held-out data.
+pub(super) fn headline(evidence: &Evidence<'_>, report: &IdentificationReport) -> Option<Headline> {
+    let (fits, chosen) = (&report.classical, &report.chosen);
+    if evidence.model.estimator.law.cable.is_some() {
+        return Some(Headline {
+            law: chosen.name.clone(),
+            reason: format!(
+                "it is the chosen model, with an error of {:.1} % of the range on unseen data",
+                report.expected.percent_of_range
+            ),
+            parameters: chosen.parameters.clone(),
+            withdrawn: None,
+        });
+    }
     let has_angle = |fit: &ClassicalFit| fit.parameters.iter().any(|p| p.name == FRICTION_ANGLE);
     let any_angle = fits.iter().any(has_angle);
     let mut rows = Vec::new();
@@ -115,7 +128,8 @@ pub(super) fn withdraw_others(headline: &Headline, evidence: &Evidence<'_>, fits
         let law = evidence.laws.iter().find(|law| law.scored.name == name)?;
         law.scored.validation().map(error)
     };
-    let Some(least) = error_of(&headline.law) else { return };
+    let chosen = evidence.scored[evidence.chosen].validation().map(error);
+    let Some(least) = error_of(&headline.law).or(chosen) else { return };
     for fit in fits.iter_mut().filter(|fit| fit.law != headline.law) {
         let ratio = error_of(&fit.law).map_or(f64::INFINITY, |error| error / least);
         for parameter in fit.parameters.iter_mut().filter(|p| ratio > AS_GOOD && p.name == FRICTION_ANGLE) {
