@@ -143,9 +143,9 @@ pub struct Predictions {
     pub specimen: Vec<Option<SpecimenDeviation>>,
 }
 
-/// Predicts every sample of a dataset exactly as a stream would: states are reset where the trial changes, and
-/// gaps are the model's to find. With `reading_s`, seconds since the start of a trial, the far end is read once in every
-/// trial, at the first sample from then on that has it ([`Predictor::read_far_end`]).
+/// Predicts every sample of a dataset exactly as a stream would: states are reset where the trial changes,
+/// and gaps are the model's to find. With `reading_s`, seconds since the start of a trial, the far end is
+/// read once in every trial, at the first sample from then on that has it ([`Predictor::read_far_end`]).
 ///
 /// # Errors
 /// As [`Model::validate`].

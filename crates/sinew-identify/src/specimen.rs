@@ -19,7 +19,8 @@ const RIDGE: f64 = 1e-3;
 /// Deviation of a term over its size below which it was held constant: what it does is not known.
 const CONSTANT: f64 = 0.02;
 
-/// Deviation of the level between trials, over the range of the effort, above which it is a load that is varied.
+/// Deviation of the level between trials, over the range of the effort, above which it is a load that is
+/// varied.
 const VARIED: f64 = 0.05;
 
 /// Deviation of a quantity over its size that no sensor is better than.
@@ -33,8 +34,8 @@ struct Trial {
     run: usize,
 }
 
-/// The monitor of the specimen of these logs; a reason in words where they do not show what it looks like, which
-/// completes "because".
+/// The monitor of the specimen of these logs; a reason in words where they do not show what it looks like,
+/// which completes "because".
 pub(crate) fn monitor(logs: &ConditionedLogs, folds: &Folds) -> Result<SpecimenMonitor, String> {
     let inputs = &logs.data.roles.inputs;
     let first = |role: Role| inputs.iter().position(|input| input.role == role);

@@ -193,9 +193,9 @@ impl Predictor {
 
     /// Takes a reading of the far end at the last sample, as a homing or a stop gives it.
     ///
-    /// Later predictions are moved by its error, shrunken by what the folds of the identification say of offsets.
-    /// Returns that offset; None, and nothing changes, before the first sample, for a number that is not finite,
-    /// and where the folds say nothing.
+    /// Later predictions are moved by its error, shrunken by what the folds of the identification say of
+    /// offsets. Returns that offset; None, and nothing changes, before the first sample, for a number that is
+    /// not finite, and where the folds say nothing.
     fn read_far_end(&mut self, far: f64) -> Option<f64> {
         self.inner.read_far_end(far)
     }

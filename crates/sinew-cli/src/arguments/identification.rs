@@ -101,9 +101,9 @@ fn pair(text: &str) -> Result<(String, String), String> {
 /// A reading of the far end.
 #[derive(Debug, Args)]
 pub(crate) struct ReadingArguments {
-    /// Seconds after the start of every trial at which its far end is read once, as a homing or a stop gives it:
-    /// the far column holds the reading, and later predictions are moved by its error, shrunken by what the
-    /// model's folds say of offsets
+    /// Seconds after the start of every trial at which its far end is read once, as a homing or a stop gives
+    /// it: the far column holds the reading, and later predictions are moved by its error, shrunken by what
+    /// the model's folds say of offsets
     #[arg(long, value_name = "SECONDS", value_parser = number(SKIP, |s| s >= 0.0))]
     pub(crate) anchor_reading: Option<f64>,
 }
@@ -240,9 +240,9 @@ pub(crate) struct CompensateArguments {
 
 /// Adapt a model to another specimen with a short log that contains the far-end signal.
 ///
-/// After an exchange of cable or tool, which `sinew evaluate` and `sinew predict` notice where near effort and
-/// motion show it, record a few trials with the far end measured and adapt. The given model is the prior; parameters that the short log
-/// does not determine keep their values.
+/// After an exchange of cable or tool, which `sinew evaluate` and `sinew predict` notice where near effort
+/// and motion show it, record a few trials with the far end measured and adapt. The given model is the prior;
+/// parameters that the short log does not determine keep their values.
 #[derive(Debug, Args)]
 pub(crate) struct AdaptArguments {
     /// The model.json of the previous specimen

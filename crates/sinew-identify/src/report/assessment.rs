@@ -11,7 +11,7 @@ use sinew::metrics::Comparison;
 const USELESS: f64 = 0.5;
 
 /// The same above which it is to be used with care.
-pub(super) const DOUBTFUL: f64 = 0.33;
+const DOUBTFUL: f64 = 0.33;
 
 /// Error over that of linear regression above which the regression does as well.
 const NO_BETTER_THAN_LINEAR: f64 = 0.9;

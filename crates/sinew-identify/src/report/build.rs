@@ -57,7 +57,7 @@ pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> I
             size: size(&model.estimator),
         },
     };
-    report.headline = headline(evidence, &report);
+    report.headline = headline(evidence, &report.classical, &report.chosen.parameters);
     if let Some(headline) = &report.headline {
         withdraw_others(headline, evidence, &mut report.classical);
     }

@@ -1,9 +1,7 @@
 //! The parameters of one classical law: one number for one quantity.
 
-use super::assessment::DOUBTFUL;
 use super::evidence::Evidence;
 use super::parameters::jackknife;
-use super::types::IdentificationReport;
 use crate::fit::classical::{ClassicalFit, FRICTION_ANGLE, PRETENSION, Parameter, STIFFNESS};
 use crate::select::candidates::CONSTANT;
 use crate::select::cross_validation::{CrossValidation, ScoredCandidate};
@@ -18,6 +16,9 @@ const AS_GOOD: f64 = 1.05;
 /// [`NEGLIGIBLE`] of the range.
 const CONTRADICTED: f64 = 1.5;
 const NEGLIGIBLE: f64 = 0.01;
+
+/// Error of a law over that of a constant above which it explains too little for its numbers to mean anything.
+const DOUBTFUL: f64 = 0.33;
 
 /// The parameters that a log determines, of the law that describes it best.
 #[derive(Debug, Clone, Serialize)]
@@ -37,18 +38,22 @@ fn error(validation: &CrossValidation) -> f64 {
     validation.comparison.rmse().unwrap_or(f64::INFINITY)
 }
 
-/// The chosen model where it is the cable's own law. Else of the laws with a friction angle, or where there is none of
-/// all, the one with the fewest numbers among those with about the least error on held-out data.
-pub(super) fn headline(evidence: &Evidence<'_>, report: &IdentificationReport) -> Option<Headline> {
-    let (fits, chosen) = (&report.classical, &report.chosen);
+/// The chosen model where it is the cable's own law. Else of the laws with a friction angle, or where there
+/// is none of all, the one with the fewest numbers among those with about the least error on held-out data.
+pub(super) fn headline(
+    evidence: &Evidence<'_>,
+    fits: &[ClassicalFit],
+    of_chosen: &[Parameter],
+) -> Option<Headline> {
+    let origin = &evidence.model.provenance;
     if evidence.model.estimator.law.cable.is_some() {
         return Some(Headline {
-            law: chosen.name.clone(),
+            law: origin.member.clone(),
             reason: format!(
                 "it is the chosen model, with an error of {:.1} % of the range on unseen data",
-                report.expected.percent_of_range
+                100.0 * origin.rmse_unseen / origin.far_range
             ),
-            parameters: chosen.parameters.clone(),
+            parameters: of_chosen.to_vec(),
             withdrawn: None,
         });
     }
@@ -121,8 +126,8 @@ fn contradiction(
     parameters.is_empty().then(|| format!("{} has no parameters here", fit.law))
 }
 
-/// Takes the friction angle of every law that is worse than the headline's for not determined: it is not a second
-/// number for the same quantity.
+/// Takes the friction angle of every law that is worse than the headline's for not determined: it is not a
+/// second number for the same quantity.
 pub(super) fn withdraw_others(headline: &Headline, evidence: &Evidence<'_>, fits: &mut [ClassicalFit]) {
     let error_of = |name: &str| {
         let law = evidence.laws.iter().find(|law| law.scored.name == name)?;

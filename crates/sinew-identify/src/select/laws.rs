@@ -15,8 +15,8 @@ pub(crate) struct ScoredLaw {
     pub(crate) fits: Vec<ClassicalFit>,
 }
 
-/// Cross-validates every classical law as the candidates are, but for the direction of sliding, which the laws take
-/// from the whole log.
+/// Cross-validates every classical law as the candidates are, but for the direction of sliding, which the
+/// laws take from the whole log.
 pub(crate) fn cross_validate_laws(logs: &ConditionedLogs, folds: &Folds) -> Vec<ScoredLaw> {
     let of_fold = |fold: usize| predict_classical(&without(&logs.data, &folds.held_out[fold]));
     let mut fitted: Vec<Vec<LawPrediction>> =

@@ -42,8 +42,9 @@ impl Cable {
         Self { friction, stiffness, pretension, spring, stroke: (stuck / 0.6).max(12.0) }
     }
 
-    /// Ten seconds at 50 Hz: the far end slides where the ratio of the tensions reaches that of the friction. From
-    /// trial to trial friction, stiffness and pretension differ by a few per cent, as temperature and fit do.
+    /// Ten seconds at 50 Hz: the far end slides where the ratio of the tensions reaches that of the friction.
+    /// From trial to trial friction, stiffness and pretension differ by a few per cent, as temperature and
+    /// fit do.
     fn rows(&self, name: usize, trial: Trial, random: &mut ChaCha8Rng, text: &mut String) {
         let mut near = |size: f64| 1.0 + size * (2.0 * random.random::<f64>() - 1.0);
         let (friction, stiffness) = (self.friction * near(0.03), self.stiffness * near(0.02));

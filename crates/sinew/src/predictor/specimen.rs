@@ -25,7 +25,8 @@ use serde::{Deserialize, Serialize};
 /// | P      | `covariance`  | of the regression: what was not seen in training is uncertain  |
 /// | v      | `scatter`     | variance of a loop within its trial                            |
 ///
-/// The height of a loop is the friction, its slope the stiffness, its level the load: the far side takes no part.
+/// The height of a loop is the friction, its slope the stiffness, its level the load: the far side takes no
+/// part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SpecimenMonitor {
@@ -167,7 +168,8 @@ impl Loops {
 }
 
 impl LoopCheck {
-    /// The value expected of the specimen of the training logs, and `z`; `inputs`: those of the present sample.
+    /// The value expected of the specimen of the training logs, and `z`; `inputs`: those of the present
+    /// sample.
     #[must_use]
     pub fn deviation(&self, loops: &Loops, inputs: &[f64]) -> (f64, f64) {
         let term = |i: usize| (loops.term(self.terms[i], inputs) - self.mean[i]) * self.inverse_scale[i];

@@ -154,17 +154,17 @@ impl Predictor {
         self.readings = Readings::default();
     }
 
-    /// Takes a reading of the far end at the last sample, as a homing or a stop gives it: later predictions are
-    /// moved by its shrunken error.
+    /// Takes a reading of the far end at the last sample, as a homing or a stop gives it: later predictions
+    /// are moved by its shrunken error.
     ///
     /// ```text
     /// b = t sum_k e_k / (n t + s)
     /// ```
     ///
-    /// `e_k` are the errors at the `n` readings since the last [`reset`](Self::reset), `t` and `s` the variances of
-    /// [`Model::offset`]: where errors of a recording are mostly its offset a reading is believed, where they change
-    /// within it hardly. Returns `b`, far unit; `None`, and nothing changes, without a sample before, for a number
-    /// that is not finite, or where the model has no [`Model::offset`].
+    /// `e_k` are the errors at the `n` readings since the last [`reset`](Self::reset), `t` and `s` the
+    /// variances of [`Model::offset`]: where errors of a recording are mostly its offset a reading is
+    /// believed, where they change within it hardly. Returns `b`, far unit; `None`, and nothing changes,
+    /// without a sample before, for a number that is not finite, or where the model has no [`Model::offset`].
     pub fn read_far_end(&mut self, far: f64) -> Option<f64> {
         let variance = self.model.offset?;
         if !(far.is_finite() && self.readings.sampled) {
@@ -177,8 +177,8 @@ impl Predictor {
         Some(*offset)
     }
 
-    /// How unlike the specimen in training this sequence is; `None` before its first loop, and where the model
-    /// has no monitor.
+    /// How unlike the specimen in training this sequence is; `None` before its first loop, and where the
+    /// model has no monitor.
     #[must_use]
     pub fn specimen(&self) -> Option<SpecimenDeviation> {
         self.specimen

@@ -8,9 +8,9 @@
 //! * Directions and speeds are not causal (a reversal counts from the extreme on), which favours the laws
 //!   without memory. These are fitted only where the cable slides for certain: near a reversal and at rest
 //!   the direction is not known, and they are wrong by the whole friction where it is.
-//! * States are reset at every sequence, starting from the measured far side, or where that is held out in the
-//!   middle of their band. Rows that are not scored are
-//!   stepped and not fitted; a missing near-side value is the one before it.
+//! * States are reset at every sequence, starting from the measured far side, or where that is held out in
+//!   the middle of their band. Rows that are not scored are stepped and not fitted; a missing near-side value
+//!   is the one before it.
 //! * Long logs are thinned to about 6000 rows for the fit, keeping 50 rows between reversals where they
 //!   have them; the RMSE is over all scored rows.
 //! * Positive parameters are fitted as logarithms, from several starts, by Levenberg-Marquardt.
@@ -85,8 +85,8 @@ pub(crate) fn predict_classical(data: &Dataset) -> Vec<LawPrediction> {
     fits.into_iter().map(one).collect()
 }
 
-/// Fits the laws, or the one of the name `only`, and the samples that they predict; a reason where nothing can be
-/// fitted.
+/// Fits the laws, or the one of the name `only`, and the samples that they predict; a reason where nothing
+/// can be fitted.
 fn fit(data: &Dataset, only: Option<&str>) -> Result<(Vec<Fitted>, Samples), String> {
     let (all, thinned, signals) = samples::gather(data)?;
     let mut fits = Vec::new();

@@ -4,8 +4,8 @@ use super::law::{FRICTION_ANGLE, Law, PRETENSION, STIFFNESS, Scale, Spec, linear
 use super::samples::{Samples, Signals};
 use sinew::transmission::Band;
 
-/// `y <- clamp(y, a1 x + b1, a2 x + b2)`, started at the measured far side; with presliding `y + k dx` in the place of
-/// `y`.
+/// `y <- clamp(y, a1 x + b1, a2 x + b2)`, started at the measured far side; with presliding `y + k dx` in the
+/// place of `y`.
 pub(super) fn play(samples: &Samples, signals: &Signals, presliding: bool) -> Law {
     let slope_unit = format!("{}/{}", signals.far_unit, signals.near_unit);
     let slope_unit = if signals.near_is_like_far() { "1" } else { &slope_unit };
