@@ -56,7 +56,7 @@ pub(crate) fn monitor(logs: &ConditionedLogs, folds: &Folds) -> Result<SpecimenM
     if trials.len() < needed {
         let (found, name) = (trials.len(), &inputs[motion].column);
         return Err(format!(
-            "that takes {needed} trials with four reversals of `{name}`, and {found} have them"
+            "that takes {needed} trials with three reversals of `{name}`, and {found} have them"
         ));
     }
     let levels: Vec<f64> = trials.iter().map(|trial| trial.loops.level).collect();
