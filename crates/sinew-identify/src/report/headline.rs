@@ -17,7 +17,8 @@ const AS_GOOD: f64 = 1.05;
 const CONTRADICTED: f64 = 1.5;
 const NEGLIGIBLE: f64 = 0.01;
 
-/// Error of a law over that of a constant above which it explains too little for its numbers to mean anything.
+/// Error of a law over that of a constant above which it explains too little for its numbers to mean
+/// anything.
 const DOUBTFUL: f64 = 0.33;
 
 /// The parameters that a log determines, of the law that describes it best.
