@@ -120,8 +120,11 @@ fn tally(specimens: u64, loads: [&[f64]; 2]) -> [[u64; 2]; CHANGES.len()] {
 const LOADS: [&[f64]; 2] = [&[0.0, 5.0, 10.0, 20.0, 25.0], &[2.0, 15.0, 22.0, LARGEST_LOAD]];
 const ONE_LOAD: [&[f64]; 2] = [&[5.0, 5.0, 5.0], &[5.0]];
 
+/// Another specimen in the place of one.
+type Change = fn(Cable) -> Cable;
+
 /// Changes of a specimen by which it becomes another.
-const CHANGES: [(&str, fn(Cable) -> Cable); 5] = [
+const CHANGES: [(&str, Change); 5] = [
     ("none", |cable| cable),
     ("friction +30 %", |cable| Cable { friction: 1.3 * cable.friction, ..cable }),
     ("stiffness -30 %", |cable| Cable { stiffness: 0.7 * cable.stiffness, ..cable }),
