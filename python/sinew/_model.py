@@ -41,6 +41,8 @@ class Scores:
     rmse_in_range: float | None
     #: RMSE of the samples outside of them.
     rmse_out_of_range: float | None
+    #: Trials that were `judged`, those of an `other` specimen, and the one that deviates `most`.
+    specimen: dict[str, Any] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +104,8 @@ class Predictions:
     input_held: NDArray[np.bool_]
     #: Whether all states were reset.
     reset: NDArray[np.bool_]
+    #: Whether the loops of near effort over near motion are not those of the specimen in training.
+    other_specimen: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.mean)
@@ -195,13 +199,14 @@ class Model:
         rename: Mapping[str, str] | None = None,
         units: Mapping[str, str] | None = None,
         rate_hz: float | None = None,
+        anchor_reading_s: float | None = None,
     ) -> Evaluation:
         """Scores on logs that hold the far end; `skip_s` seconds at the start of every trial are not scored.
 
-        `rename`, `units`, `rate_hz`: as of :func:`identify`.
+        `rename`, `units`, `rate_hz`: as of :func:`identify`. `anchor_reading_s`: as of :meth:`predict`.
         """
         columns = column_keywords(rename, units, rate_hz)
-        found = _object(self._native.evaluate(native_logs(logs), columns, skip_s))
+        found = _object(self._native.evaluate(native_logs(logs), columns, skip_s, anchor_reading_s))
         seen = frozenset(log["log"] for log in found["logs"] if log.pop("in_training"))
         scores = {log.pop("log"): Scores(**log) for log in found["logs"]}
         return Evaluation(Scores(**found["overall"]), scores, seen, found["far"], found["far_unit"])
@@ -213,12 +218,15 @@ class Model:
         rename: Mapping[str, str] | None = None,
         units: Mapping[str, str] | None = None,
         rate_hz: float | None = None,
+        anchor_reading_s: float | None = None,
     ) -> Predictions:
         """Predicts every sample of logs, causally, as a predictor in real time does; the far end need not be there.
 
-        `rename`, `units`, `rate_hz`: as of :func:`identify`.
+        `rename`, `units`, `rate_hz`: as of :func:`identify`. `anchor_reading_s`: seconds after the start of every trial at which
+        the far end is read once, as a homing or a stop gives it; later predictions are moved by its shrunken error.
         """
-        found: dict[str, Any] = self._native.predict(native_logs(logs), column_keywords(rename, units, rate_hz))
+        columns = column_keywords(rename, units, rate_hz)
+        found: dict[str, Any] = self._native.predict(native_logs(logs), columns, anchor_reading_s)
         names = {name: np.asarray(found.pop(f"{name}_names"), dtype=np.str_) for name in ("log", "trial")}
         labels = {name: names[name][found.pop(f"{name}_index")] for name in names}
         return Predictions(**labels, **found)
@@ -307,6 +315,7 @@ def identify(
     skip_s: float = 0.0,
     models: Iterable[str] = (),
     keep: Iterable[str] | None = (),
+    loss_percent: float | None = None,
     seed: int = 1,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -326,7 +335,8 @@ def identify(
     index, and may be numbers, `datetime64`, `timedelta64` or text such as `2026-03-01 12:00:00.005`. `skip_s`: seconds
     at the start of every trial that are neither fitted nor scored.
     `models`: names of candidates, all by default. `keep`: names of logs that are kept although they do harm to the
-    prediction of the others, `None` for all. The same `seed` gives the same bits whatever the `threads`, by default all
+    prediction of the others, `None` for all. `loss_percent`: error, in % of the far end's range, that a model with fewer
+    numbers may cost; the one with the fewest is then chosen in place of the most accurate. The same `seed` gives the same bits whatever the `threads`, by default all
     that are there, shared by all calls. `progress(stage, fraction)` is called while it runs.
 
     Raises `FileNotFoundError`, and `ValueError` that names log, line and column.
@@ -345,7 +355,7 @@ def identify(
     kept = None if keep is None else names(keep, "keep")
     columns = column_keywords(rename, units, rate_hz)
     desired = names(models, "models")
-    found = _sinew.identify(native_logs(logs), roles, columns, skip_s, desired, kept, seed, threads, progress)
+    found = _sinew.identify(native_logs(logs), roles, columns, skip_s, desired, kept, loss_percent, seed, threads, progress)
     return Model(found)
 
 

@@ -53,6 +53,7 @@ def identify(
     skip_s: _Number,
     models: list[str],
     keep: list[str] | None,
+    loss_percent: float | None,
     seed: SupportsIndex,
     threads: SupportsIndex | None,
     progress: _Progress,
@@ -101,8 +102,12 @@ class Model:
     def provenance_json(self) -> str: ...
     def report_json(self) -> str | None: ...
     def report_html(self) -> str | None: ...
-    def evaluate(self, logs: _Logs, columns: dict[str, Any], skip_s: _Number) -> str: ...
-    def predict(self, logs: _Logs, columns: dict[str, Any]) -> dict[str, Any]: ...
+    def evaluate(
+        self, logs: _Logs, columns: dict[str, Any], skip_s: _Number, anchor_reading_s: _Number | None
+    ) -> str: ...
+    def predict(
+        self, logs: _Logs, columns: dict[str, Any], anchor_reading_s: _Number | None
+    ) -> dict[str, Any]: ...
     def adapt(
         self,
         logs: _Logs,
@@ -153,6 +158,9 @@ class Prediction:
     @property
     def repeated(self) -> bool:
         """Whether the time stamp equals that of the sample before."""
+    @property
+    def other_specimen(self) -> bool:
+        """Whether the loops of near effort over near motion are not those of the specimen in training."""
     def __float__(self) -> float: ...
 
 @final
@@ -166,6 +174,13 @@ class Predictor:
         """Predicts the far end at one sample; `time_s`: s, `inputs`: shape `(inputs,)`, NaN for missing."""
     def run(self, time_s: ArrayLike, inputs: ArrayLike) -> dict[str, NDArray[Any]]:
         """Predicts the far end at many samples; `time_s`: shape `(n,)`, `inputs`: shape `(n, inputs)`."""
+    def read_far_end(self, far: _Number) -> float | None:
+        """Takes a reading of the far end at the last sample, as a homing or a stop gives it.
+
+        Later predictions are moved by its error, shrunken by what the folds of the identification say of offsets. Returns that
+        offset; None, and nothing changes, before the first sample, for a number that is not finite, and where the folds say
+        nothing.
+        """
     def reset(self) -> None:
         """Resets all states: the next sample starts a new sequence."""
 

@@ -26,6 +26,8 @@ use crate::select::candidates::LOOP_RADII;
 use crate::select::choice::selection_rmse;
 use crate::select::cross_validation::{ScoredCandidate, cross_validate};
 use crate::select::folds::Folds;
+use crate::select::laws::cross_validate_laws;
+use crate::specimen::monitor;
 use crate::training::{features_of, fit_cell_of, fit_networks};
 use rayon::prelude::*;
 use sinew::predictor::{Estimator, Feature, InputLimits, MEMBERS, Member, MemoryLaw, Model, Role, Signal};
@@ -79,7 +81,8 @@ pub fn adapt(
     let rmse = selection_rmse(&scored, chosen, &choose);
     let estimator =
         variants[chosen].2(&logs.counted()).ok_or(Error::NothingFitted { what: "the chosen adaptation" })?;
-    let model = calibrate(estimator, &scored[chosen], rmse, &logs, options.seed)?;
+    let specimen = monitor(&logs, &folds);
+    let model = calibrate(estimator, &scored[chosen], rmse, &logs, specimen.as_ref().ok(), options.seed)?;
     let reason = format!(
         "{} was chosen: the smallest root mean square error over all folds, or the transfer where no \
             other is {:.0} % better.",
@@ -89,11 +92,13 @@ pub fn adapt(
     let evidence = Evidence {
         logs: &logs,
         scored: &scored,
+        laws: &cross_validate_laws(&logs, &folds),
         chosen,
         not_compared: &[],
         reason,
         model: &model,
         folds: &folds,
+        not_monitored: specimen.err(),
     };
     let report = report(&evidence, Vec::new());
     Ok(Identification { model, report })

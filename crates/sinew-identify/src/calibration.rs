@@ -3,11 +3,12 @@
 use crate::Error;
 use crate::conditioning::ConditionedLogs;
 use crate::fit::run::Run;
-use crate::fit::statistics::quantiles;
-use crate::select::cross_validation::{ScoredCandidate, band_factor};
-use sinew::predictor::{Estimator, Model, Provenance};
+use crate::fit::statistics::{mean_and_deviation, quantiles};
+use crate::select::cross_validation::{CrossValidation, ScoredCandidate, Stretch, band_factor};
+use sinew::predictor::{Estimator, Model, OffsetVariance, Provenance, SpecimenMonitor};
 
-/// The model of an estimator fitted to all logs, with the band that its cross-validation asks for.
+/// The model of an estimator fitted to all logs, with the band that its cross-validation asks for and what
+/// notices another specimen.
 ///
 /// # Errors
 /// [`Error::Physics`] where the model is not valid.
@@ -16,6 +17,7 @@ pub(crate) fn calibrate(
     chosen: &ScoredCandidate,
     rmse_unseen: f64,
     logs: &ConditionedLogs,
+    specimen: Option<&SpecimenMonitor>,
     seed: u64,
 ) -> Result<Model, Error> {
     let roles = &logs.data.roles;
@@ -29,6 +31,8 @@ pub(crate) fn calibrate(
         gap_s: logs.gap_s,
         estimator,
         band_factor: band_factor(folds, None),
+        specimen: specimen.cloned(),
+        offset: chosen.validation().and_then(|validation| offset_variance(validation, &logs.runs)),
         provenance: Provenance {
             member: chosen.name.clone(),
             description: chosen.description.clone(),
@@ -44,8 +48,25 @@ pub(crate) fn calibrate(
     Ok(model)
 }
 
+/// Fewest recordings that show how much of an error is an offset.
+const RECORDINGS: usize = 3;
+
+/// Errors of what the folds held out, between its stretches and within them.
+fn offset_variance(validation: &CrossValidation, runs: &[Run]) -> Option<OffsetVariance> {
+    let moments = |stretch: &Stretch| {
+        let run = &runs[stretch.sequence];
+        let rows = (stretch.from..).zip(&stretch.estimates).filter(|(row, _)| run.weight[*row] > 0.0);
+        let errors: Vec<f64> = rows.map(|(row, estimate)| run.far[row] - estimate.mean).collect();
+        (!errors.is_empty()).then(|| mean_and_deviation(&errors))
+    };
+    let all: Vec<(f64, f64)> = validation.outputs.iter().flatten().filter_map(moments).collect();
+    let mean = |of: fn(&(f64, f64)) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
+    let (between, within) = (mean(|(mean, _)| mean * mean), mean(|(_, deviation)| deviation * deviation));
+    (all.len() >= RECORDINGS && within > 0.0).then_some(OffsetVariance { between, within })
+}
+
 /// Range of the far side over the samples that count, from its 0.05 % to its 99.95 % quantile.
-fn far_range(runs: &[Run]) -> f64 {
+pub(crate) fn far_range(runs: &[Run]) -> f64 {
     let counted = |run: &Run| -> Vec<f64> {
         run.far.iter().zip(&run.weight).filter(|(_, w)| **w > 0.0).map(|(y, _)| *y).collect()
     };

@@ -4,7 +4,7 @@ use crate::Error;
 use crate::log::{Dataset, ReadOptions, Roles, read_with_roles, unit_of};
 use serde::Serialize;
 use sinew::metrics::Comparison;
-use sinew::predictor::{Model, Prediction, Predictor, Sample};
+use sinew::predictor::{Model, Prediction, Predictor, Sample, SpecimenDeviation};
 
 /// Eqs. 14 to 16 with band and size, over some samples.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -28,6 +28,33 @@ pub struct Scores {
     pub rmse_in_range: Option<f64>,
     /// RMSE of the samples outside of them, far unit.
     pub rmse_out_of_range: Option<f64>,
+    /// Whether its trials are of the specimen in training; none where no trial shows it.
+    pub specimen: Option<SpecimenScore>,
+}
+
+/// Trials held against the specimen in training.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SpecimenScore {
+    /// Trials that were judged: those with loops, by a model with a monitor.
+    pub judged: u64,
+    /// Trials of another specimen.
+    pub other: u64,
+    /// The trial that deviates most.
+    pub most: SpecimenDeviation,
+}
+
+impl SpecimenScore {
+    /// The score of trials; none where none was judged.
+    pub fn of(trials: impl Iterator<Item = Option<SpecimenDeviation>>) -> Option<Self> {
+        trials.flatten().fold(None, |score: Option<Self>, most| {
+            let new = Self { judged: 1, other: u64::from(most.excess > 1.0), most };
+            Some(score.map_or(new, |old| Self {
+                judged: old.judged + 1,
+                other: old.other + new.other,
+                most: if most.excess > old.most.excess { most } else { old.most },
+            }))
+        })
+    }
 }
 
 /// Errors inside and outside the ranges of the training logs.
@@ -57,6 +84,7 @@ impl Compared {
             out_of_range: fraction.is_finite().then_some(fraction),
             rmse_in_range: self.inside.rmse(),
             rmse_out_of_range: self.outside.rmse(),
+            specimen: None,
         }
     }
 }
@@ -106,36 +134,57 @@ pub fn read_for(model: &Model, options: &ReadOptions) -> Result<Dataset, Error> 
     read_with_roles(&roles_of(model), options)
 }
 
-/// Predicts every sample of a dataset, `[sequence][row]`, exactly as a stream would: states are reset where
-/// the trial changes, and gaps are the model's to find.
+/// Predictions of a dataset.
+#[derive(Debug, Clone)]
+pub struct Predictions {
+    /// `[sequence][row]`.
+    pub rows: Vec<Vec<Prediction>>,
+    /// `[sequence]`: how unlike the specimen in training it is at its end; none where that was not judged.
+    pub specimen: Vec<Option<SpecimenDeviation>>,
+}
+
+/// Predicts every sample of a dataset exactly as a stream would: states are reset where the trial changes,
+/// and gaps are the model's to find. With `reading_s`, seconds since the start of a trial, the far end is
+/// read once in every trial, at the first sample from then on that has it ([`Predictor::read_far_end`]).
 ///
 /// # Errors
 /// As [`Model::validate`].
-pub fn predict(model: &Model, data: &Dataset) -> Result<Vec<Vec<Prediction>>, Error> {
+pub fn predict(model: &Model, data: &Dataset, reading_s: Option<f64>) -> Result<Predictions, Error> {
     let mut predictor = Predictor::new(model.clone())?;
     let width = model.inputs.len();
-    let mut trial: Option<(usize, &str)> = None;
-    let mut all = Vec::with_capacity(data.sequences.len());
+    let (mut trial, mut due): (Option<(usize, &str)>, Option<f64>) = (None, None);
+    let mut all = Predictions { rows: Vec::new(), specimen: Vec::new() };
     for sequence in &data.sequences {
         let this = (sequence.log, sequence.trial.as_str());
         if trial != Some(this) {
             predictor.reset();
             trial = Some(this);
+            let start = sequence.time_s.first().copied().unwrap_or_default();
+            due = reading_s.map(|seconds| start + seconds);
         }
-        let rows = sequence.time_s.iter().zip(sequence.inputs.chunks_exact(width));
-        all.push(rows.map(|(&time_s, inputs)| predictor.step(&Sample { time_s, inputs })).collect());
+        let rows = sequence.time_s.iter().zip(sequence.inputs.chunks_exact(width)).zip(&sequence.far);
+        let step = |((&time_s, inputs), &far): ((&f64, &[f64]), &f64)| {
+            let prediction = predictor.step(&Sample { time_s, inputs });
+            if due.is_some_and(|due| time_s >= due) && far.is_finite() {
+                let _ = predictor.read_far_end(far);
+                due = None;
+            }
+            prediction
+        };
+        all.rows.push(rows.map(step).collect());
+        all.specimen.push(predictor.specimen());
     }
     Ok(all)
 }
 
-/// Scores a model on a dataset that has the far side.
+/// Scores a model on a dataset that has the far side; `reading_s` as of [`predict`].
 ///
 /// # Errors
 /// As [`predict`].
-pub fn evaluate(model: &Model, data: &Dataset) -> Result<Evaluation, Error> {
-    let predictions = predict(model, data)?;
+pub fn evaluate(model: &Model, data: &Dataset, reading_s: Option<f64>) -> Result<Evaluation, Error> {
+    let predictions = predict(model, data, reading_s)?;
     let mut logs = vec![Compared::default(); data.logs.len()];
-    for (sequence, predictions) in data.sequences.iter().zip(&predictions) {
+    for (sequence, predictions) in data.sequences.iter().zip(&predictions.rows) {
         for (row, prediction) in predictions.iter().enumerate() {
             if sequence.scored[row] {
                 let log = &mut logs[sequence.log];
@@ -146,15 +195,21 @@ pub fn evaluate(model: &Model, data: &Dataset) -> Result<Evaluation, Error> {
     }
     let mut overall = Compared::default();
     logs.iter().for_each(|log| overall.merge(log));
+    let specimen = |of: &dyn Fn(usize) -> bool| {
+        let trials = data.sequences.iter().zip(&predictions.specimen);
+        SpecimenScore::of(trials.filter(|(sequence, _)| of(sequence.log)).map(|(_, found)| *found))
+    };
     let logs = data
         .logs
         .iter()
         .zip(&logs)
-        .map(|(info, compared)| LogScores {
+        .enumerate()
+        .map(|(k, (info, compared))| LogScores {
             log: info.name.clone(),
             in_training: model.provenance.logs.contains(&info.name),
-            scores: compared.scores(),
+            scores: Scores { specimen: specimen(&|log| log == k), ..compared.scores() },
         })
         .collect();
-    Ok(Evaluation { far: model.far.clone(), far_unit: unit_of(&model.far), overall: overall.scores(), logs })
+    let overall = Scores { specimen: specimen(&|_| true), ..overall.scores() };
+    Ok(Evaluation { far: model.far.clone(), far_unit: unit_of(&model.far), overall, logs })
 }

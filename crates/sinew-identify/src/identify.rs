@@ -1,7 +1,7 @@
 //! The whole identification: logs in, a model and the report of its identification out.
 
 use crate::Error;
-use crate::calibration::calibrate;
+use crate::calibration::{calibrate, far_range};
 use crate::conditioning::ConditionedLogs;
 use crate::log::Dataset;
 use crate::report::build::report;
@@ -13,10 +13,25 @@ use crate::select::cross_validation::cross_validate_all;
 use crate::select::folds::Folds;
 pub use crate::select::influence::Keep;
 use crate::select::influence::{check_keep, exclude_outlier_logs};
+use crate::select::laws::cross_validate_laws;
 use crate::select::trend::report_trend;
+use crate::specimen::monitor;
 use crate::training::{fit, mean_of};
 use rayon::prelude::*;
 use sinew::predictor::{Estimator, Model};
+
+/// Which model is chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Preference {
+    /// The least error on unseen data.
+    #[default]
+    Accurate,
+    /// The fewest numbers, at an error on unseen data that is larger by no more than a loss.
+    Simple {
+        /// In % of the range of the far side.
+        loss_percent: f64,
+    },
+}
 
 /// Options of an identification.
 #[derive(Debug, Clone, Default)]
@@ -27,6 +42,8 @@ pub struct Options {
     pub models: Vec<String>,
     /// Logs that stay whatever the influence check says.
     pub keep: Keep,
+    /// Which model is chosen.
+    pub prefer: Preference,
 }
 
 /// Receives the stage of an identification and the fraction that is done, for a progress display.
@@ -94,6 +111,10 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
         scored: &scored,
         grouped: folds.grouped,
         extrapolates: &extrapolates,
+        loss: match options.prefer {
+            Preference::Accurate => None,
+            Preference::Simple { loss_percent } => Some(0.01 * loss_percent * far_range(&logs.runs)),
+        },
     };
     let choose = |without| choice.choose(without);
     let chosen = choose(None).ok_or(Error::NothingFitted { what: "any candidate model" })?;
@@ -102,18 +123,22 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
     progress("fitting the chosen model to everything", 0.85);
     let estimator = fit_candidate(&candidates, chosen, &logs, options.seed) // 5. Fit and calibrate.
         .ok_or(Error::NothingFitted { what: "the chosen model" })?;
-    let model = calibrate(estimator, &scored[chosen], rmse, &logs, options.seed)?;
+    let specimen = monitor(&logs, &folds);
+    let model = calibrate(estimator, &scored[chosen], rmse, &logs, specimen.as_ref().ok(), options.seed)?;
 
     progress("writing the report", 0.95);
-    let reason = choice.reason(chosen);
+    let laws = cross_validate_laws(&logs, &folds);
+    let reason = choice.reason(chosen) + &choice.least(chosen, &laws, far_range(&logs.runs));
     let evidence = Evidence {
         logs: &logs,
         scored: &scored,
+        laws: &laws,
         not_compared: &not_compared,
         chosen,
         reason,
         model: &model,
         folds: &folds,
+        not_monitored: specimen.err(),
     };
     let report = report(&evidence, influence); // 6. Report.
     Ok(Identification { model, report })

@@ -17,6 +17,7 @@ pub mod evaluate;
 pub mod geometry;
 pub mod identify;
 mod select;
+mod specimen;
 mod training;
 
 mod error;

@@ -86,7 +86,8 @@ pub fn inverted(logs: &[Vec<BenchRow>], seed: u64) -> Result<Compensation, Error
     let read =
         ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new(), columns: ColumnOptions::default() };
     let data = read_bytes(&files, &roles, &read)?;
-    let options = Options { seed, models: vec!["observer".to_owned()], keep: Keep::All };
+    let options =
+        Options { seed, models: vec!["observer".to_owned()], keep: Keep::All, ..Options::default() };
     let model = identify(&data, &options, &|_, _| {})?.model;
     Ok(Compensation::Inverse(Box::new(InverseCompensation::new(model).map_err(refused)?)))
 }

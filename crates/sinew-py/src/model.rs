@@ -12,7 +12,7 @@ use sinew::compensator::CompensatorSettings;
 use sinew_identify::adapt::adapt;
 use sinew_identify::compensate::input_named;
 use sinew_identify::evaluate::{evaluate, predict};
-use sinew_identify::identify::{Identification, Keep, Options, identify as identify_logs};
+use sinew_identify::identify::{Identification, Keep, Options, Preference, identify as identify_logs};
 use sinew_identify::log::{Dataset, RequestedRoles};
 use sinew_identify::report::IdentificationReport;
 use std::sync::Arc;
@@ -33,7 +33,7 @@ impl From<Identification> for Model {
 
 /// Identifies a model from logs.
 #[pyfunction]
-#[pyo3(signature = (logs, roles, columns, skip_s, models, keep, seed, threads, progress))]
+#[pyo3(signature = (logs, roles, columns, skip_s, models, keep, loss_percent, seed, threads, progress))]
 #[expect(clippy::too_many_arguments, reason = "positional here, keywords in the Python face")]
 pub(crate) fn identify(
     py: Python<'_>,
@@ -43,6 +43,7 @@ pub(crate) fn identify(
     skip_s: f64,
     models: Vec<String>,
     keep: Option<Vec<String>>,
+    loss_percent: Option<f64>,
     seed: u64,
     threads: Option<usize>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -52,10 +53,12 @@ pub(crate) fn identify(
         Some(names) if names.is_empty() => Keep::Judged,
         Some(names) => Keep::Logs(names),
     };
+    let prefer = not_negative("loss_percent", loss_percent)?
+        .map_or(Preference::Accurate, |loss_percent| Preference::Simple { loss_percent });
     long_call::run(py, progress, threads, move |progress| {
         progress.tell("reading logs", 0.0);
         let data = logs.read(&roles.into(), skip_s, columns.into())?;
-        let options = Options { seed, models, keep };
+        let options = Options { seed, models, keep, prefer };
         Ok(identify_logs(&data, &options, &|stage, done| progress.tell(stage, done))?.into())
     })
 }
@@ -136,27 +139,39 @@ impl Model {
     }
 
     /// Scores on logs that hold the far end, as JSON.
-    fn evaluate(&self, py: Python<'_>, logs: Logs, columns: ColumnKeywords, skip_s: f64) -> PyResult<String> {
+    #[pyo3(signature = (logs, columns, skip_s, anchor_reading_s))]
+    fn evaluate(
+        &self,
+        py: Python<'_>,
+        logs: Logs,
+        columns: ColumnKeywords,
+        skip_s: f64,
+        anchor_reading_s: Option<f64>,
+    ) -> PyResult<String> {
+        let reading = not_negative("anchor_reading_s", anchor_reading_s)?;
         let model = self.model.clone();
         long_call::run(py, None, None, move |_| {
             let data = logs.read_for(&model, skip_s, true, columns.into())?;
-            Ok(serde_json::to_string(&evaluate(&model, &data)?)?)
+            Ok(serde_json::to_string(&evaluate(&model, &data, reading)?)?)
         })
     }
 
     /// Predictions of every sample of logs, as columns.
+    #[pyo3(signature = (logs, columns, anchor_reading_s))]
     fn predict<'py>(
         &self,
         py: Python<'py>,
         logs: Logs,
         columns: ColumnKeywords,
+        anchor_reading_s: Option<f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
+        let reading = not_negative("anchor_reading_s", anchor_reading_s)?;
         let options = columns.into();
         let model = self.model.clone();
         let (data, columns) = long_call::run(py, None, None, move |_| {
             let data = logs.read_for(&model, 0.0, false, options)?;
             let mut columns = Columns::default();
-            for prediction in predict(&model, &data)?.iter().flatten() {
+            for prediction in predict(&model, &data, reading)?.rows.iter().flatten() {
                 columns.push(prediction);
             }
             Ok((data, columns))
@@ -182,7 +197,7 @@ impl Model {
         let model = self.model.clone();
         long_call::run(py, progress, threads, move |progress: &Progress| {
             let data = logs.read_for(&model, skip_s, true, columns.into())?;
-            let options = Options { seed, models: Vec::new(), keep: Keep::Judged };
+            let options = Options { seed, ..Options::default() };
             Ok(adapt(&model, &data, &options, &|stage, done| progress.tell(stage, done))?.into())
         })
     }
@@ -209,6 +224,16 @@ impl Model {
     /// A predictor before its first sample.
     fn predictor(&self) -> PyResult<Predictor> {
         Predictor::new(&self.model)
+    }
+}
+
+/// A keyword that is a finite number of at least 0, or absent.
+fn not_negative(name: &str, value: Option<f64>) -> Result<Option<f64>, Failure> {
+    match value {
+        Some(value) if !(value >= 0.0 && value.is_finite()) => {
+            Err(Failure::refused(format!("{name}: expected a finite number >= 0, got {value}")))
+        }
+        sound => Ok(sound),
     }
 }
 

@@ -63,6 +63,12 @@ impl Prediction {
         self.0.flags.reset
     }
 
+    /// Whether the loops of near effort over near motion are not those of the specimen in training.
+    #[getter]
+    fn other_specimen(&self) -> bool {
+        self.0.flags.other_specimen
+    }
+
     /// Whether the time stamp equals that of the sample before.
     #[getter]
     fn repeated(&self) -> bool {
@@ -87,6 +93,7 @@ fn names(flags: Flags) -> Vec<&'static str> {
         (flags.input_held, "input_held"),
         (flags.reset, "reset"),
         (flags.repeated, "repeated"),
+        (flags.other_specimen, "other_specimen"),
     ];
     all.iter().filter(|(set, _)| *set).map(|(_, name)| *name).collect()
 }
@@ -116,6 +123,7 @@ impl Columns {
         result.set_item("out_of_range", flag(|flags| flags.out_of_range))?;
         result.set_item("input_held", flag(|flags| flags.input_held))?;
         result.set_item("reset", flag(|flags| flags.reset))?;
+        result.set_item("other_specimen", flag(|flags| flags.other_specimen))?;
         result.set_item("mean", PyArray1::from_vec(py, self.mean))?;
         result.set_item("standard_deviation", PyArray1::from_vec(py, self.standard_deviation))?;
         result.set_item("half_width", PyArray1::from_vec(py, self.half_width))?;
@@ -181,6 +189,15 @@ impl Predictor {
         let result = PyDict::new(py);
         columns.write(py, &result)?;
         Ok(result)
+    }
+
+    /// Takes a reading of the far end at the last sample, as a homing or a stop gives it.
+    ///
+    /// Later predictions are moved by its error, shrunken by what the folds of the identification say of
+    /// offsets. Returns that offset; None, and nothing changes, before the first sample, for a number that is
+    /// not finite, and where the folds say nothing.
+    fn read_far_end(&mut self, far: f64) -> Option<f64> {
+        self.inner.read_far_end(far)
     }
 
     /// Resets all states: the next sample starts a new sequence.

@@ -1,6 +1,6 @@
 //! The table of all candidate models with their cross-validated errors.
 
-use super::format::{percent, percent_of_range, significant};
+use super::format::{count, percent, percent_of_range, significant};
 use super::plot::css_percent;
 use sinew_identify::report::{Candidate, IdentificationReport};
 
@@ -25,6 +25,7 @@ pub(super) struct ModelRow {
     pub(super) coverage: String,
     pub(super) too_narrow: bool,
     pub(super) in_sample: String,
+    pub(super) size: String,
     /// Position of the error over all folds, unless beyond the axis.
     pub(super) overall: Option<String>,
     pub(super) dots: Vec<Dot>,
@@ -85,6 +86,7 @@ fn row(c: &Candidate, scale: f64, end: f64) -> ModelRow {
         coverage: percent(c.coverage95),
         too_narrow: c.coverage95 < 0.85,
         in_sample: significant(c.rmse_in_sample, 3),
+        size: count(c.size),
         overall: (c.percent_of_range <= end).then(|| css_percent(c.percent_of_range / end)),
         dots: dots.map(|f| Dot { at: css_percent(f / end), beyond: *f > end }).collect(),
         spoken: format!("folds from {} to {}", percent_of_range(least), percent_of_range(most)),

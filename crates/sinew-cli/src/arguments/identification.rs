@@ -1,7 +1,7 @@
 //! Arguments of the verbs between logs and models.
 
 use super::values::number;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use sinew_identify::log::ColumnOptions;
 use std::path::PathBuf;
 
@@ -44,11 +44,26 @@ pub(crate) struct IdentifyArguments {
     /// Candidate models: auto, or names from the report's table, separated by commas
     #[arg(long, value_name = "NAME,..", default_value = "auto", value_delimiter = ',')]
     pub(crate) model: Vec<String>,
+    /// Which model is chosen: the least error on unseen data, or the fewest numbers within --loss of it
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = PreferArgument::Accurate)]
+    pub(crate) prefer: PreferArgument,
+    /// Error, in % of the far end's range, that --prefer simple may cost
+    #[arg(long, value_name = "PERCENT", default_value_t = 0.5, value_parser = number("a finite number >= 0", |x| x >= 0.0))]
+    pub(crate) loss: f64,
     /// Folder for model.json and report.html; created if missing
     #[arg(long, value_name = "DIR", required_unless_present = "dry_run")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) write: WriteArguments,
+}
+
+/// Which model is chosen.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum PreferArgument {
+    /// The least error
+    Accurate,
+    /// The fewest numbers
+    Simple,
 }
 
 /// What the files do not say of their columns.
@@ -81,6 +96,16 @@ fn pair(text: &str) -> Result<(String, String), String> {
         }
         _ => Err("expected a column, an equals sign and what it is, such as force=N".to_owned()),
     }
+}
+
+/// A reading of the far end.
+#[derive(Debug, Args)]
+pub(crate) struct ReadingArguments {
+    /// Seconds after the start of every trial at which its far end is read once, as a homing or a stop gives
+    /// it: the far column holds the reading, and later predictions are moved by its error, shrunken by what
+    /// the model's folds say of offsets
+    #[arg(long, value_name = "SECONDS", value_parser = number(SKIP, |s| s >= 0.0))]
+    pub(crate) anchor_reading: Option<f64>,
 }
 
 /// Columns by role.
@@ -137,6 +162,8 @@ pub(crate) struct EvaluateArguments {
     pub(crate) logs: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) columns: ColumnArguments,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArguments,
     /// Seconds at the start of every trial that are not scored
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = number(SKIP, |s| s >= 0.0))]
     pub(crate) skip: f64,
@@ -145,7 +172,7 @@ pub(crate) struct EvaluateArguments {
 /// Predict the far end of logs, sample by sample and causally, as a real-time predictor does.
 ///
 /// The output has one row per sample: log, trial, time_s, prediction, standard_deviation, gate (weight of the
-/// learned correction, 0 to 1) and flags: state_unknown, out_of_range, input_held, reset.
+/// learned correction, 0 to 1) and flags: state_unknown, out_of_range, input_held, reset, other_specimen.
 #[derive(Debug, Args)]
 pub(crate) struct PredictArguments {
     /// A model.json
@@ -155,6 +182,8 @@ pub(crate) struct PredictArguments {
     pub(crate) logs: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) columns: ColumnArguments,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArguments,
     /// File to write
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) out: PathBuf,
@@ -211,9 +240,9 @@ pub(crate) struct CompensateArguments {
 
 /// Adapt a model to another specimen with a short log that contains the far-end signal.
 ///
-/// An exchanged cable or tool cannot be detected from near-side signals: after an exchange, record a few
-/// trials with the far end measured and adapt. The given model is the prior; parameters that the short log
-/// does not determine keep their values.
+/// After an exchange of cable or tool, which `sinew evaluate` and `sinew predict` notice where near effort
+/// and motion show it, record a few trials with the far end measured and adapt. The given model is the prior;
+/// parameters that the short log does not determine keep their values.
 #[derive(Debug, Args)]
 pub(crate) struct AdaptArguments {
     /// The model.json of the previous specimen

@@ -41,7 +41,7 @@ pub(crate) use export::{
 pub(crate) use fault::{Component, FaultArgument, OFFERED};
 pub(crate) use identification::{
     AdaptArguments, CompensateArguments, DemoArguments, EvaluateArguments, IdentifyArguments,
-    PredictArguments, RoleArguments, WriteArguments,
+    PredictArguments, PreferArgument, RoleArguments, WriteArguments,
 };
 pub(crate) use link::{LinkArguments, LinkKeyArguments, LinkVerb, LinkWatchArguments};
 pub(crate) use live::LiveArguments;

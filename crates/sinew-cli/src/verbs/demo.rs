@@ -37,7 +37,7 @@ pub(crate) fn run(arguments: &DemoArguments, general: &General) -> Result<Answer
     let mut answer = write_results(&folder, &arguments.write, &identification, general.json)?;
     let model = &identification.model;
     let data = read_bytes_with_roles(&[*held_out], &roles_of(model), &reading)?;
-    let evaluation = evaluate(model, &data)?;
+    let evaluation = evaluate(model, &data, None)?;
     written.append(&mut answer.written);
     answer.written = written;
     match &mut answer.content {

@@ -6,8 +6,8 @@ use crate::arguments::{EvaluateArguments, General};
 use crate::error::Error;
 use crate::output::one_line;
 use crate::table::{number, percent, table};
-use sinew::predictor::Model;
-use sinew_identify::evaluate::{Evaluation, LogScores, Scores, evaluate, read_for};
+use sinew::predictor::{LoopQuantity, Model};
+use sinew_identify::evaluate::{Evaluation, LogScores, Scores, SpecimenScore, evaluate, read_for};
 use sinew_identify::log::ReadOptions;
 
 pub(crate) fn run(arguments: &EvaluateArguments, general: &General) -> Result<Answer, Error> {
@@ -19,7 +19,7 @@ pub(crate) fn run(arguments: &EvaluateArguments, general: &General) -> Result<An
         columns: arguments.columns.options(),
     };
     let data = read_for(&model, &options)?;
-    let evaluation = evaluate(&model, &data)?;
+    let evaluation = evaluate(&model, &data, arguments.reading.anchor_reading)?;
     if general.json {
         return Ok(Answer::done(Content::json(&evaluation)?, Vec::new()));
     }
@@ -92,7 +92,32 @@ pub(crate) fn scores_table(model: &Model, evaluation: &Evaluation) -> String {
             evaluation.logs.len()
         );
     }
-    text + &failed_note(model, evaluation) + &range_note(model, &evaluation.overall)
+    let specimen = specimen_note(model, evaluation.overall.specimen.as_ref());
+    text + &failed_note(model, evaluation) + &range_note(model, &evaluation.overall) + &specimen
+}
+
+/// Trials that are not of the specimen in training; nothing where all are, or none was judged.
+pub(super) fn specimen_note(model: &Model, score: Option<&SpecimenScore>) -> String {
+    let (Some(monitor), Some(score)) = (&model.specimen, score.filter(|score| score.other > 0)) else {
+        return String::new();
+    };
+    let quantity = match score.most.quantity {
+        LoopQuantity::Height => "height",
+        LoopQuantity::Slope => "slope",
+        LoopQuantity::Level => "level",
+    };
+    let column = |input: usize| one_line(&model.inputs[input].column);
+    format!(
+        "\nWarning: {} of {} trials look like another specimen than that of the training logs: the {quantity} of \
+            the loop of {} over {} is {} where {} is expected. Neither the expected error nor the band holds; \
+            `sinew adapt` fits the model to the new specimen.\n",
+        score.other,
+        score.judged,
+        column(monitor.effort),
+        column(monitor.motion),
+        number(Some(score.most.value)),
+        number(Some(score.most.expected)),
+    )
 }
 
 /// Error inside the ranges over the expected one from which on a log is not predicted.

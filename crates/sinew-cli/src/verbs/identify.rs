@@ -2,12 +2,12 @@
 
 use super::columns::account;
 use crate::answer::{Answer, Content};
-use crate::arguments::{General, IdentifyArguments, RoleArguments, WriteArguments};
+use crate::arguments::{General, IdentifyArguments, PreferArgument, RoleArguments, WriteArguments};
 use crate::error::Error;
 use crate::output::{Folder, bold, one_line, print, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, percent, table};
-use sinew_identify::identify::{Identification, Keep, Options, check_options, identify};
+use sinew_identify::identify::{Identification, Keep, Options, Preference, check_options, identify};
 use sinew_identify::log::{ReadOptions, RequestedRoles, read_dataset};
 use sinew_identify::report::{Grade, IdentificationReport};
 use sinew_report::{picture_svg, render};
@@ -30,7 +30,11 @@ pub(crate) fn run(arguments: &IdentifyArguments, general: &General) -> Result<An
     let data = read_dataset(&role_flags(&arguments.roles), &reading)?;
     let models =
         if arguments.model.iter().any(|m| m == "auto") { Vec::new() } else { arguments.model.clone() };
-    let options = Options { seed: arguments.write.seed, models, keep: keep(&arguments.keep) };
+    let prefer = match arguments.prefer {
+        PreferArgument::Accurate => Preference::Accurate,
+        PreferArgument::Simple => Preference::Simple { loss_percent: arguments.loss },
+    };
+    let options = Options { seed: arguments.write.seed, models, keep: keep(&arguments.keep), prefer };
     check_options(&data, &options)?;
     let (Some(folder), false) = (folder, arguments.dry_run) else {
         let logs = || serde_json::json!({"logs": data.logs, "columns": data.columns});
@@ -111,10 +115,12 @@ fn summary(report: &IdentificationReport, model: &Path) -> serde_json::Value {
         "chosen": report.chosen,
         "expected": report.expected,
         "beyond": report.beyond,
+        "specimen": report.specimen,
         "grade": report.grade,
         "candidates": report.candidates,
         "influence": report.influence,
         "classical": report.classical,
+        "headline": report.headline,
         "logs": report.logs,
         "columns": report.columns,
         "question": report.question,
@@ -167,10 +173,15 @@ fn summary_text(report: &IdentificationReport) -> String {
                 percent(Some(c.percent_of_range / 100.0)),
                 number(Some(c.pearson)),
                 percent(Some(c.coverage95)),
+                c.size.to_string(),
             ]
         })
         .collect();
-    text += &table(&["", "model", "mean of folds", "RMSE", "of range", "Pearson", "in 95 % band"], &rows, 2);
+    text += &table(
+        &["", "model", "mean of folds", "RMSE", "of range", "Pearson", "in 95 % band", "numbers"],
+        &rows,
+        2,
+    );
     for candidate in &report.candidates {
         if let Some(reason) = &candidate.failed {
             let _ = writeln!(text, "   {}: not compared, because {reason}", candidate.name);
@@ -182,6 +193,9 @@ fn summary_text(report: &IdentificationReport) -> String {
         "Sorted by the geometric mean of the RMSEs of the folds, in {unit}, by which a model is chosen.\n"
     );
     let _ = writeln!(text, "{}\n", report.chosen.reason);
+    if let Some(headline) = &report.headline {
+        let _ = writeln!(text, "{}\n", headline.in_words());
+    }
     for warning in &report.warnings {
         let _ = writeln!(text, "Note: {warning}");
     }

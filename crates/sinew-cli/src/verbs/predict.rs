@@ -1,6 +1,6 @@
 //! `sinew predict`.
 
-use super::evaluate::NOTABLE_FRACTION;
+use super::evaluate::{NOTABLE_FRACTION, specimen_note};
 use super::read_model;
 use crate::answer::{Answer, Content};
 use crate::arguments::{General, PredictArguments};
@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
 use crate::table::percent;
 use sinew::predictor::{Flags, Prediction};
-use sinew_identify::evaluate::{predict, read_for};
+use sinew_identify::evaluate::{SpecimenScore, predict, read_for};
 use sinew_identify::log::{Dataset, ReadOptions, unit_of};
 
 pub(crate) fn run(arguments: &PredictArguments, general: &General) -> Result<Answer, Error> {
@@ -23,22 +23,25 @@ pub(crate) fn run(arguments: &PredictArguments, general: &General) -> Result<Ans
         columns: arguments.columns.options(),
     };
     let data = read_for(&model, &options)?;
-    let predictions = predict(&model, &data)?;
-    let text = csv_text(&data, &predictions)?;
+    let predictions = predict(&model, &data, arguments.reading.anchor_reading)?;
+    let text = csv_text(&data, &predictions.rows)?;
     let written = write_all(&[(arguments.out.clone(), text.as_bytes())])?;
     let (mut rows, mut unknown, mut outside) = (0_usize, 0_usize, 0_usize);
-    for prediction in predictions.iter().flatten() {
+    for prediction in predictions.rows.iter().flatten() {
         rows += 1;
         unknown += usize::from(prediction.flags.state_unknown);
         outside += usize::from(prediction.flags.out_of_range);
     }
+    let specimen = SpecimenScore::of(predictions.specimen.iter().copied());
     let fraction = outside as f64 / rows.max(1) as f64;
     let content = if general.json {
         Content::json(&serde_json::json!({
             "far": model.far, "far_unit": unit_of(&model.far), "predictions": rows, "state_unknown": unknown, "out_of_range": outside,
+            "specimen": specimen,
         }))?
     } else {
-        Content::Text(summary(&model.far, rows, unknown, outside, fraction))
+        let note = specimen_note(&model, specimen.as_ref());
+        Content::Text(summary(&model.far, rows, unknown, outside, fraction) + &note)
     };
     Ok(Answer::done(content, written))
 }
@@ -79,6 +82,7 @@ fn flags(flags: Flags) -> String {
         (flags.out_of_range, "out_of_range"),
         (flags.input_held, "input_held"),
         (flags.reset, "reset"),
+        (flags.other_specimen, "other_specimen"),
     ];
     names.iter().filter(|(set, _)| *set).map(|(_, name)| *name).collect::<Vec<_>>().join("|")
 }

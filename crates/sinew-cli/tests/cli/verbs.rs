@@ -4,7 +4,7 @@ use crate::bench::{Bench, ROWS, log, samples};
 use serde_json::Value;
 use sinew::predictor::{Model, Predictor, Sample};
 
-const SCORES: [&str; 9] = [
+const SCORES: [&str; 10] = [
     "n",
     "mse",
     "rmse",
@@ -14,6 +14,7 @@ const SCORES: [&str; 9] = [
     "out_of_range",
     "rmse_in_range",
     "rmse_out_of_range",
+    "specimen",
 ];
 
 #[test]

@@ -37,7 +37,7 @@ int main(void)
 "#;
 
 fn bits_of(p: &Prediction) -> [u64; 4] {
-    let Flags { state_unknown, out_of_range, input_held, reset, repeated } = p.flags;
+    let Flags { state_unknown, out_of_range, input_held, reset, repeated, .. } = p.flags;
     let set = [state_unknown, out_of_range, input_held, reset, repeated];
     let flags: u32 = set.iter().enumerate().map(|(k, set)| u32::from(*set) << k).sum();
     [p.mean, p.standard_deviation, p.gate, f64::from(flags)].map(f64::to_bits)

@@ -106,6 +106,8 @@ pub(crate) fn model(kind: Kind, random: &mut ChaCha8Rng) -> Model {
         guards: guards(),
         gap_s: 0.5,
         estimator,
+        specimen: None,
+        offset: None,
         band_factor: between(random, 0.5, 4.0),
         provenance: Provenance {
             member: format!("{kind:?}"),

@@ -4,17 +4,20 @@ use super::assessment::Assessment;
 use super::beyond::beyond;
 use super::evidence::Evidence;
 use super::excitation;
+use super::headline::{headline, withdraw_others};
 use super::parameters::parameters;
 use super::recommendations::{recommendations, warnings};
 use super::traces::traces;
-use super::types::{Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport};
+use super::types::{Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport, Noticed};
+use crate::estimation::size;
 use crate::fit::classical::fit_classical;
 use crate::fit::run::Run;
 use crate::log::unit_of;
 use crate::select::cross_validation::{CrossValidation, ScoredCandidate};
 use crate::select::influence::InfluenceRow;
+use crate::select::laws::ScoredLaw;
 use sinew::metrics::Comparison;
-use sinew::predictor::{Axis, Model};
+use sinew::predictor::LoopCheck;
 
 /// The report of an identification.
 pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> IdentificationReport {
@@ -36,9 +39,11 @@ pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> I
         far_range: range,
         expected: ExpectedError { rmse, percent_of_range: 100.0 * rmse / range },
         beyond: beyond(evidence),
+        specimen: model.specimen.iter().flat_map(|monitor| monitor.checks.iter().map(noticed)).collect(),
         candidates: candidates(evidence),
         influence,
         classical: fit_classical(&logs.data),
+        headline: None,
         traces: validation.map_or_else(Vec::new, |v| traces(logs, v, model)),
         warnings: Vec::new(),
         grade: Grade::Use,
@@ -49,9 +54,13 @@ pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> I
             reason: evidence.reason.clone(),
             parameters: validation.map_or_else(Vec::new, |v| parameters(model, &v.laws)),
             band_factor: model.band_factor,
-            size: size(model),
+            size: size(&model.estimator),
         },
     };
+    report.headline = headline(evidence, &report.classical, &report.chosen.parameters);
+    if let Some(headline) = &report.headline {
+        withdraw_others(headline, evidence, &mut report.classical);
+    }
     let poor = excitation::limits(logs, model);
     report.warnings = warnings(evidence, &report, &poor);
     let assessment = Assessment::new(evidence, &report, &poor);
@@ -60,12 +69,19 @@ pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> I
     report
 }
 
+/// What a check notices, at the middle of the training logs.
+fn noticed(check: &LoopCheck) -> Noticed {
+    Noticed { quantity: check.quantity, mean: check.offset, change: check.limit * check.deviation }
+}
+
 /// One entry per candidate, in the order by which one is chosen.
 fn candidates(evidence: &Evidence<'_>) -> Vec<Candidate> {
     let (range, runs) = (evidence.model.provenance.far_range, &evidence.logs.runs);
     let scored = evidence.scored.iter().enumerate();
     let mut candidates: Vec<Candidate> =
         scored.map(|(k, scored)| candidate(scored, range, k == evidence.chosen, runs)).collect();
+    let law = |law: &ScoredLaw| Candidate { law: true, ..candidate(&law.scored, range, false, runs) };
+    candidates.extend(evidence.laws.iter().map(law));
     candidates.extend(evidence.not_compared.iter().map(not_compared));
     candidates.sort_by(|a, b| a.score.total_cmp(&b.score));
     candidates
@@ -79,6 +95,8 @@ fn candidate(scored: &ScoredCandidate, range: f64, chosen: bool, runs: &[Run]) -
         name: scored.name.clone(),
         description: scored.description.clone(),
         chosen,
+        law: false,
+        size: validation.map_or(0, |v| v.size),
         score: validation.map_or(f64::NAN, |v| v.score(None)),
         rmse,
         percent_of_range: 100.0 * rmse / range,
@@ -108,20 +126,4 @@ fn coverage(validation: &CrossValidation, runs: &[Run]) -> f64 {
         }
     }
     band.coverage().unwrap_or(f64::NAN)
-}
-
-/// Numbers in a model.
-fn size(model: &Model) -> usize {
-    let law = &model.estimator.law;
-    let cell = law.cell.as_ref().map_or(0, |c| c.low.len() + c.high.len() + c.kappa.len());
-    let ensemble = model.estimator.ensemble.as_ref().map_or(0, |e| {
-        let lanes = e.hidden_weights.len() + e.hidden_bias.len() + e.output_weights.len() + e.skip.len() + 1;
-        lanes * sinew::predictor::MEMBERS + 4 * e.mean.len()
-    });
-    let perceptron = model.estimator.perceptron.as_ref().map_or(0, |p| p.hidden() * (p.inputs() + 2) + 1);
-    let axis = law.axis.as_ref().map_or(0, |axis| match axis {
-        Axis::Force(law) => 4 + 2 * law.slips.len() + law.gains.len(),
-        Axis::Motion(_) => 5,
-    });
-    cell + axis + ensemble + perceptron
 }

@@ -3,6 +3,7 @@
 use crate::conditioning::ConditionedLogs;
 use crate::select::cross_validation::ScoredCandidate;
 use crate::select::folds::Folds;
+use crate::select::laws::ScoredLaw;
 use sinew::predictor::Model;
 
 /// Results of the stages of an identification.
@@ -11,6 +12,8 @@ pub(crate) struct Evidence<'a> {
     pub(crate) logs: &'a ConditionedLogs,
     /// Every candidate with its cross-validation.
     pub(crate) scored: &'a [ScoredCandidate],
+    /// The classical laws on the same folds.
+    pub(crate) laws: &'a [ScoredLaw],
     /// Names of the candidates that these logs do not allow, with the reason.
     pub(crate) not_compared: &'a [(String, String)],
     /// Index of the chosen one.
@@ -21,4 +24,6 @@ pub(crate) struct Evidence<'a> {
     pub(crate) model: &'a Model,
     /// What was held out.
     pub(crate) folds: &'a Folds,
+    /// Why another specimen would not be noticed; completes "because".
+    pub(crate) not_monitored: Option<String>,
 }

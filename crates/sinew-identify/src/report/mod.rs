@@ -6,6 +6,7 @@ mod beyond;
 pub(crate) mod build;
 mod evidence;
 mod excitation;
+mod headline;
 mod parameters;
 mod recommendations;
 mod traces;
@@ -15,4 +16,7 @@ pub use crate::fit::classical::{ClassicalFit, Parameter};
 pub use crate::select::influence::InfluenceRow;
 pub use beyond::Beyond;
 pub(crate) use evidence::Evidence;
-pub use types::{Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport, InputTrace, Trace};
+pub use headline::Headline;
+pub use types::{
+    Candidate, ChosenSummary, ExpectedError, Grade, IdentificationReport, InputTrace, Noticed, Trace,
+};

@@ -215,7 +215,7 @@ impl Units {
 }
 
 /// 95 % interval from delete-one-fold values; not a number with fewer than three.
-fn jackknife(value: f64, folds: &[f64]) -> (f64, f64) {
+pub(super) fn jackknife(value: f64, folds: &[f64]) -> (f64, f64) {
     let n = folds.len() as f64;
     if folds.len() < 3 {
         return (f64::NAN, f64::NAN);

@@ -3,9 +3,9 @@
 use super::assessment::{Assessment, MIN_COVERAGE};
 use super::beyond::in_words;
 use super::evidence::Evidence;
-use super::types::{Grade, IdentificationReport};
+use super::types::{Grade, IdentificationReport, Noticed};
 use crate::select::cross_validation::FoldScore;
-use sinew::predictor::Role;
+use sinew::predictor::{LoopQuantity, Role};
 
 /// Ratio of the largest fold error to the median from which that fold's conditions deserve a log of their
 /// own.
@@ -52,12 +52,34 @@ pub(super) fn warnings(
                 .to_owned(),
         );
     }
-    warnings.push(
-        "The near side does not show a change of specimen: after a change of tool, cable or sheath the band \
-            is not valid until the model has been adapted to a short log with the far side measured."
-            .to_owned(),
-    );
+    warnings.push(specimen(evidence, report));
     warnings
+}
+
+/// Which change of specimen is noticed, and what to do after one.
+fn specimen(evidence: &Evidence<'_>, report: &IdentificationReport) -> String {
+    let adapt = "after a change of tool, cable or sheath the band is not valid until the model has been adapted \
+                 to a short log with the far side measured";
+    let Some(monitor) = &evidence.model.specimen else {
+        let because = evidence.not_monitored.as_deref().unwrap_or_default();
+        return format!("A change of specimen is not noticed, because {because}: {adapt}.");
+    };
+    let (effort, motion) = (&report.inputs[monitor.effort].column, &report.inputs[monitor.motion].column);
+    let change = |noticed: &Noticed| {
+        let percent = 100.0 * noticed.change / noticed.mean.abs();
+        let what = match noticed.quantity {
+            LoopQuantity::Height => "height (friction)",
+            LoopQuantity::Slope => "slope (stiffness)",
+            LoopQuantity::Level => "level (pretension, load)",
+        };
+        format!("its {what} by {percent:.0} %")
+    };
+    let changes: Vec<String> = report.specimen.iter().map(change).collect();
+    format!(
+        "Another specimen is noticed where the loop of `{effort}` over `{motion}` changes: {}; a change that does \
+            not show there is not, and {adapt}.",
+        changes.join(", ")
+    )
 }
 
 /// Two sentences: whether and where the model can be used with which error, and what to do next.

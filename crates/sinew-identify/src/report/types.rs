@@ -1,10 +1,12 @@
 //! What a report shows, as plain data.
 
 use super::beyond::Beyond;
+use super::headline::Headline;
 use crate::fit::classical::{ClassicalFit, Parameter};
 use crate::log::{ColumnUse, Condition, Input, LogInfo};
 use crate::select::influence::InfluenceRow;
 use serde::Serialize;
+use sinew::predictor::LoopQuantity;
 
 /// Logs, candidates, errors and recommendations of one identification.
 #[derive(Debug, Clone, Serialize)]
@@ -35,12 +37,16 @@ pub struct IdentificationReport {
     pub expected: ExpectedError,
     /// The error to expect beyond the conditions of the logs, side by side.
     pub beyond: Vec<Beyond>,
+    /// Changes by which another specimen is noticed; empty where it is not.
+    pub specimen: Vec<Noticed>,
     /// Every candidate, in the order of [`Candidate::score`], by which one is chosen.
     pub candidates: Vec<Candidate>,
     /// The influence check, one row per log; empty with fewer than four logs.
     pub influence: Vec<InfluenceRow>,
     /// Classical laws fitted to the same data.
     pub classical: Vec<ClassicalFit>,
+    /// The parameters that the logs determine, of one law.
+    pub headline: Option<Headline>,
     /// Out-of-fold traces of the chosen model: no sample was predicted by a model that saw its fold.
     pub traces: Vec<Trace>,
     /// Limits of the identification, most important first.
@@ -65,6 +71,17 @@ pub struct ExpectedError {
     pub rmse: f64,
     /// The same as % of [`IdentificationReport::far_range`].
     pub percent_of_range: f64,
+}
+
+/// A change of the loop of near effort over near motion by which another specimen is noticed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Noticed {
+    /// What changes.
+    pub quantity: LoopQuantity,
+    /// Its mean in training, effort over motion where it is the slope, else effort.
+    pub mean: f64,
+    /// The smallest change that is noticed, in the same unit.
+    pub change: f64,
 }
 
 /// Whether a model is recommended, from its errors on unseen data.
@@ -105,6 +122,10 @@ pub struct Candidate {
     pub description: String,
     /// Whether it was chosen.
     pub chosen: bool,
+    /// Whether it is a classical law, which stands beside the models and is never chosen.
+    pub law: bool,
+    /// Numbers that are fitted, in networks those of all.
+    pub size: usize,
     /// Geometric mean of [`fold_rmse`](Self::fold_rmse), far unit: what candidates are compared by.
     pub score: f64,
     /// Root mean square error over all folds, far unit.

@@ -2,6 +2,7 @@
 
 use super::candidates::{CandidateRecipe, PhysicsPrior};
 use super::cross_validation::{FoldScore, ScoredCandidate};
+use super::laws::ScoredLaw;
 
 /// A candidate with less physics must have at most this fraction of the error of one with more.
 const MARGIN: f64 = 0.97;
@@ -12,6 +13,9 @@ const MARGIN_WITHIN_LOG: f64 = 0.7;
 
 /// The same of an axis, whose motion is often periodic: a network knows every stretch from the others.
 const MARGIN_OF_AXIS: f64 = 0.625;
+
+/// Loss, % of the range, up to which a model with fewer numbers is named.
+const NAMED_LOSS: f64 = 1.0;
 
 /// Standard errors of the mean log ratio of errors, sequence by sequence, by which it must be better.
 const STANDARD_ERRORS: f64 = 1.0;
@@ -38,6 +42,8 @@ pub(crate) struct Choice<'a> {
     /// `[fold]`: whether it holds out a condition beyond all others
     /// ([`Folds::extrapolates`](super::folds::Folds)).
     pub(crate) extrapolates: &'a [bool],
+    /// The error, far unit, that fewer numbers may cost; none where the least error is chosen.
+    pub(crate) loss: Option<f64>,
 }
 
 impl Choice<'_> {
@@ -63,9 +69,41 @@ impl Choice<'_> {
 
     /// Index of the candidate chosen by all folds but `without`; `None` where none could be fitted.
     pub(crate) fn choose(&self, without: Option<usize>) -> Option<usize> {
+        let best = self.most_accurate(without)?;
+        let Some(loss) = self.loss else { return Some(best) };
+        let error = |k: usize| self.scored[k].root_mean_square(without);
+        let allowed = |k: &usize| {
+            self.candidates[*k].prior != PhysicsPrior::Reference && error(*k) <= error(best) + loss
+        };
+        let size = |k: &usize| (self.scored[*k].validation().map_or(usize::MAX, |v| v.size), *k != best);
+        (0..self.candidates.len()).filter(allowed).min_by_key(size)
+    }
+
+    /// The best with the least physics, whatever its size.
+    fn most_accurate(&self, without: Option<usize>) -> Option<usize> {
         self.best_of_each(without)
             .into_iter()
             .reduce(|old, new| if self.objection(new, old, without).is_some() { old } else { new })
+    }
+
+    /// What the fewest numbers would cost, in a sentence; nothing where none with fewer comes near.
+    pub(crate) fn least(&self, chosen: usize, laws: &[ScoredLaw], range: f64) -> String {
+        let compared = self.candidates.iter().zip(self.scored);
+        let models = compared.filter(|(c, _)| c.prior != PhysicsPrior::Reference).map(|(_, scored)| scored);
+        let all = models.chain(laws.iter().map(|law| &law.scored));
+        let size = |scored: &ScoredCandidate| scored.validation().map_or(usize::MAX, |v| v.size);
+        let chosen = &self.scored[chosen];
+        let cost = |scored: &ScoredCandidate| {
+            100.0 * (scored.root_mean_square(None) - chosen.root_mean_square(None)) / range
+        };
+        let small = all.filter(|scored| size(scored) < size(chosen) && cost(scored) <= NAMED_LOSS);
+        let least = small.min_by(|a, b| size(a).cmp(&size(b)).then(cost(a).total_cmp(&cost(b))));
+        least.map_or_else(String::new, |least| {
+            let (numbers, of, cost) = (size(least), size(chosen), cost(least));
+            let cost =
+                if cost > 0.0 { format!("cost {cost:.1} % of the range") } else { "cost nothing".into() };
+            format!(" The {numbers} numbers of {} in place of {of} {cost}.", least.name)
+        })
     }
 
     /// Why a candidate with less physics is not preferred to one with more, by all folds but `without`;
@@ -100,6 +138,17 @@ impl Choice<'_> {
         let score = |k: usize| self.scored[k].score(None);
         let name = |k: usize| self.scored[k].name.as_str();
         let prior = self.candidates[chosen].prior;
+        if let (Some(_), Some(best)) = (self.loss, self.most_accurate(None).filter(|best| *best != chosen)) {
+            let numbers = |k: usize| self.scored[k].validation().map_or(0, |v| v.size);
+            return format!(
+                "{} was chosen because it has the fewest numbers, {}, at no more than the loss that was allowed; {}, \
+                    with {}, has the least error.",
+                name(chosen),
+                numbers(chosen),
+                name(best),
+                numbers(best)
+            );
+        }
         let mut reason = format!(
             "{} was chosen because it has the least mean error over the folds of the models {}",
             name(chosen),
@@ -222,7 +271,8 @@ mod tests {
         let candidates = [candidate(Matched), candidate(Mean)];
         let chosen = |single: [f64; 5]| {
             let scored = [scored(&single), scored(&[4.0, 4.2, 4.1, 4.0, 4.3])];
-            Choice { candidates: &candidates, scored: &scored, grouped: true, extrapolates: &[] }.choose(None)
+            Choice { candidates: &candidates, scored: &scored, grouped: true, extrapolates: &[], loss: None }
+                .choose(None)
         };
         assert_eq!(chosen([3.95, 4.1, 4.05, 3.9, 4.2]), Some(1), "better by two per cent");
         assert_eq!(chosen([1.0, 6.0, 4.0, 4.5, 4.2]), Some(1), "better on one fold");
@@ -240,7 +290,8 @@ mod tests {
                 scored(&[4.1, 4.0, 4.2, 4.1, 4.1].map(|e: f64| e * learned)),
                 scored(&[0.1; 5]),
             ];
-            let choice = Choice { candidates: &candidates, scored: &scored, grouped, extrapolates: &[] };
+            let choice =
+                Choice { candidates: &candidates, scored: &scored, grouped, extrapolates: &[], loss: None };
             let chosen = choice.choose(None).unwrap();
             assert!(choice.reason(chosen).contains("was chosen"));
             chosen
@@ -256,13 +307,43 @@ mod tests {
         let candidates = [candidate(Matched), candidate(Learned)];
         // Better by a third everywhere but on the first fold.
         let scored = [scored(&[4.0, 4.2, 4.1, 4.0, 4.3]), scored(&[4.1, 2.8, 2.7, 2.7, 2.9])];
-        let choice =
-            |extrapolates| Choice { candidates: &candidates, scored: &scored, grouped: true, extrapolates };
+        let choice = |extrapolates| Choice {
+            candidates: &candidates,
+            scored: &scored,
+            grouped: true,
+            extrapolates,
+            loss: None,
+        };
         assert_eq!(choice(&[false; 5]).choose(None), Some(1));
         let beyond = choice(&[true, false, false, false, false]);
         assert_eq!(beyond.choose(None), Some(0));
         assert!(beyond.reason(0).contains("worse on a condition beyond"), "{}", beyond.reason(0));
         assert_eq!(choice(&[false, true, false, false, true]).choose(None), Some(1));
+    }
+
+    #[test]
+    fn fewer_numbers_are_chosen_where_they_cost_no_more_than_the_loss() {
+        use PhysicsPrior::{Learned, Matched, Reference};
+        let candidates = [candidate(Matched), candidate(Matched), candidate(Learned), candidate(Reference)];
+        let mut scored = [scored(&[4.0; 5]), scored(&[4.2; 5]), scored(&[5.0; 5]), scored(&[4.0; 5])];
+        for (candidate, size) in scored.iter_mut().zip([900, 9, 2, 1]) {
+            candidate.name = format!("with {size}");
+            candidate.outcome.as_mut().unwrap().size = size;
+        }
+        let choice = |loss| Choice {
+            candidates: &candidates,
+            scored: &scored,
+            grouped: true,
+            extrapolates: &[],
+            loss,
+        };
+        let chosen = |loss| choice(loss).choose(None);
+        assert_eq!([None, Some(0.1), Some(0.3), Some(1.1)].map(chosen), [0, 0, 1, 2].map(Some));
+        assert_eq!(
+            choice(None).least(0, &[], 100.0),
+            " The 2 numbers of with 2 in place of 900 cost 1.0 % of the range."
+        );
+        assert!(choice(Some(0.3)).reason(1).contains("fewest numbers, 9"));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::candidates::{CandidateRecipe, screening_recipe};
 use super::folds::Folds;
 use crate::conditioning::ConditionedLogs;
-use crate::estimation::estimate_sequence;
+use crate::estimation::{estimate_sequence, size};
 use crate::fit::recipe::Recipe;
 use crate::fit::run::Run;
 use crate::fit::statistics::quantiles;
@@ -57,6 +57,8 @@ pub(crate) struct CrossValidation {
     pub(crate) laws: Vec<MemoryLaw>,
     /// `[fold]`: error on the data it was fitted to.
     pub(crate) sigma0: Vec<f64>,
+    /// Numbers that were fitted in a fold.
+    pub(crate) size: usize,
 }
 
 impl CrossValidation {
@@ -186,6 +188,7 @@ pub(crate) fn cross_validate(fit: &Fit<'_>, runs: &[Run], folds: &Folds) -> Resu
     for (fold, fitted) in fitted.into_iter().enumerate() {
         let (estimator, outputs) = fitted
             .ok_or_else(|| format!("the data without fold {} of {of} do not determine it", fold + 1))?;
+        validation.size = size(&estimator);
         validation.laws.push(estimator.law);
         validation.push(estimator.sigma0, outputs, runs, of)?;
     }
@@ -201,7 +204,8 @@ pub(crate) fn mean_validation(
 ) -> Result<CrossValidation, String> {
     let of = folds.held_out.len();
     let Some((first, _)) = members.first() else { return Err("it has no members".to_owned()) };
-    let mut validation = CrossValidation { laws: first.laws.clone(), ..CrossValidation::default() };
+    let size = members.iter().map(|(member, _)| member.size).sum();
+    let mut validation = CrossValidation { laws: first.laws.clone(), size, ..CrossValidation::default() };
     for fold in 0..of {
         let stub = |(member, inside): &(&CrossValidation, bool)| {
             let law = MemoryLaw { signals: vec![], cell: None, cable: None, axis: None, features: vec![] };
@@ -235,7 +239,13 @@ fn predict_fold(estimator: &Estimator, runs: &[Run], held_out: &[Option<(usize, 
 
 impl CrossValidation {
     /// Adds the next fold.
-    fn push(&mut self, sigma0: f64, outputs: Vec<Stretch>, runs: &[Run], of: usize) -> Result<(), String> {
+    pub(super) fn push(
+        &mut self,
+        sigma0: f64,
+        outputs: Vec<Stretch>,
+        runs: &[Run],
+        of: usize,
+    ) -> Result<(), String> {
         let fold = self.outputs.len();
         let score = self.score_fold(fold, &outputs, runs);
         let score =
@@ -248,7 +258,7 @@ impl CrossValidation {
     }
 
     /// With the factors of its bands, after the last fold.
-    fn concluded(mut self, of: usize) -> Result<Self, String> {
+    pub(super) fn concluded(mut self, of: usize) -> Result<Self, String> {
         self.band_factors = (0..of).map(|fold| band_factor(&self.folds, Some(fold))).collect();
         if self.folds.is_empty() { Err("no held-out sample counts".to_owned()) } else { Ok(self) }
     }

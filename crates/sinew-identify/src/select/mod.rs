@@ -9,6 +9,7 @@ pub(crate) mod cross_validation;
 pub(crate) mod folds;
 mod hypotheses;
 pub(crate) mod influence;
+pub(crate) mod laws;
 mod ranges;
 mod signals;
 pub(crate) mod trend;

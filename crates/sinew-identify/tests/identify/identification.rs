@@ -121,6 +121,11 @@ fn a_far_side_without_relation_is_not_recommended_and_a_log_without_reversal_wit
     let data = logs(&[("a.csv", noise(0.0)), ("b.csv", noise(1.3)), ("c.csv", noise(2.9))]);
     let report = identified(&data, &["cell"]).report;
     assert_eq!(report.grade, Grade::DoNotUse);
+    let headline = report.headline.unwrap();
+    assert!(
+        headline.withdrawn.is_some() && headline.in_words().starts_with("No law's parameters"),
+        "{headline:?}"
+    );
     assert!(report.recommendations[0].starts_with("Do not use the model"), "{:?}", report.recommendations);
     let beside: Vec<&str> = report.candidates.iter().map(|c| c.name.as_str()).collect();
     assert!(beside.contains(&"constant") && beside.contains(&"linear"), "{beside:?}");
@@ -150,6 +155,35 @@ fn a_law_without_memory_says_that_its_structure_is_wrong() {
 }
 
 #[test]
+fn one_law_gives_the_friction_angle_of_a_log_also_without_a_unit_in_its_header() {
+    let truth = 0.5 * (BAND[1] / BAND[0]).ln();
+    let texts = [0.0, 1.0, 2.0].map(|phase| csv(&cable(1500, phase, BAND, 0.02)));
+    let without = texts.clone().map(|text| text.replacen("tension_in_n,tension_out_n", "near,far", 1));
+    for (texts, near, far) in [(texts, "tension_in_n", "tension_out_n"), (without, "near", "far")] {
+        let roles = RequestedRoles {
+            far: Some(far.to_owned()),
+            effort: vec![near.to_owned()],
+            ..RequestedRoles::default()
+        };
+        let named: Vec<(&str, &str)> =
+            ["a.csv", "b.csv", "c.csv"].into_iter().zip(texts.iter().map(String::as_str)).collect();
+        let report = identified(&read_all(&named, &roles).unwrap(), &["cell"]).report;
+        let headline = report.headline.unwrap();
+        assert!(headline.withdrawn.is_none() && headline.law == "capstan play", "{headline:?}");
+        let angle = &headline.parameters[0];
+        assert!(angle.name.starts_with("friction angle") && angle.identified, "{headline:?}");
+        assert!(angle.low <= truth && truth <= angle.high, "{angle:?}");
+        assert!((angle.value - truth).abs() < 0.02 * truth, "{angle:?}");
+        // One number for one quantity: a law that is worse keeps its angle to itself.
+        let others = report.classical.iter().filter(|law| law.law == "static capstan");
+        let angles = others.flat_map(|law| &law.parameters).filter(|p| p.name.starts_with("friction angle"));
+        assert!(angles.clone().count() == 1 && angles.clone().all(|p| !p.identified), "{near}");
+        let law = report.candidates.iter().find(|candidate| candidate.name == "capstan play").unwrap();
+        assert!(law.law && law.size == 4 && law.fold_rmse.len() == report.folds, "{law:?}");
+    }
+}
+
+#[test]
 fn a_short_calibration_reaches_another_specimen() {
     let data = logs(&[("a.csv", cable(1500, 0.0, BAND, 0.02)), ("b.csv", cable(1500, 1.0, BAND, 0.02))]);
     let old = identified(&data, &["hybrid"]).model;
@@ -162,7 +196,7 @@ fn a_short_calibration_reaches_another_specimen() {
     };
     let test = other(1500, 2.0);
     let test = read(&[&test]);
-    let error = |model| evaluate(model, &test).unwrap().overall.percent_of_range.unwrap();
+    let error = |model| evaluate(model, &test, None).unwrap().overall.percent_of_range.unwrap();
     let calibration: Vec<String> = [0.3, 1.3, 2.3].map(|phase| other(500, phase)).to_vec();
     let calibration: Vec<&str> = calibration.iter().map(String::as_str).collect();
     let options = Options { seed: 1, ..Options::default() };
@@ -183,6 +217,6 @@ fn the_same_specimen_needs_no_adaptation() {
     let options = ReadOptions { far_required: true, ..ReadOptions::default() };
     let calibration = read_bytes_with_roles(&logs, &roles_of(&old), &options).unwrap();
     let new = adapt(&old, &calibration, &Options { seed: 1, ..Options::default() }, &|_, _| {}).unwrap();
-    let error = |model| evaluate(model, &calibration).unwrap().overall.rmse.unwrap();
+    let error = |model| evaluate(model, &calibration, None).unwrap().overall.rmse.unwrap();
     assert!(error(&new.model) < 1.05 * error(&old), "{} {}", error(&new.model), error(&old));
 }

@@ -317,7 +317,7 @@ fn tried(kind: &Kind, bench_kind: common::benches::Kind, seed: u64) -> Option<Sa
     };
     let named = text.lines().any(|line| of_log(line) && speaks(line) && about(line));
     let data = read_bytes_with_roles(&read(&fresh), &roles_of(&found.model), &options()).ok()?;
-    let real = evaluate(&found.model, &data).ok()?.overall.rmse?;
+    let real = evaluate(&found.model, &data, None).ok()?.overall.rmse?;
     if !named && std::env::var_os("SINEW_SHOW").is_some() {
         eprintln!("{} on {bench_kind:?}, seed {seed}, day{bad}.csv, {channel}:\n{text}\n", kind.0);
     }

@@ -55,7 +55,7 @@ fn fresh_scores(family: Family, seed: u64) -> (f64, f64) {
     let found = identified(&days(&specimen, 3, &mut random), &[], seed);
     let fresh = days(&specimen, 4, &mut random);
     let fresh = read_bytes_with_roles(&read(&fresh), &roles_of(&found.model), &options()).unwrap();
-    let scores = evaluate(&found.model, &fresh).unwrap().overall;
+    let scores = evaluate(&found.model, &fresh, None).unwrap().overall;
     (found.report.expected.rmse / scores.rmse.unwrap(), scores.coverage95.unwrap())
 }
 
@@ -104,14 +104,15 @@ fn judged(family: Family, seed: u64) -> Judged {
     let fresh = days(&specimen, 4, &mut random);
     let score = |found: &Identification| {
         let data = read_bytes_with_roles(&read(&fresh), &roles_of(&found.model), &options()).unwrap();
-        (evaluate(&found.model, &data).unwrap().overall, data)
+        (evaluate(&found.model, &data, None).unwrap().overall, data)
     };
     let found = identified(&logs, &[], seed);
     let (scores, data) = score(&found);
-    let names = found.report.candidates.iter().filter(|c| c.failed.is_none()).map(|c| c.name.as_str());
+    let names =
+        found.report.candidates.iter().filter(|c| c.failed.is_none() && !c.law).map(|c| c.name.as_str());
     let errors = names.map(|name| score(&identified(&logs, &[name], seed)).0.rmse.unwrap());
     let best = errors.fold(f64::INFINITY, f64::min);
-    let predictions = predict(&found.model, &data).unwrap();
+    let predictions = predict(&found.model, &data, None).unwrap().rows;
     let pairs = data.sequences.iter().zip(&predictions).flat_map(|(s, p)| s.far.iter().zip(p));
     let mut needed: Vec<f64> = pairs.map(|(far, p)| (far - p.mean).abs() / p.half_width()).collect();
     needed.sort_by(f64::total_cmp);

@@ -20,4 +20,5 @@ mod moving_masses;
 mod optional_formats;
 mod perceptron;
 mod sequences;
+mod specimen;
 mod text_logs;

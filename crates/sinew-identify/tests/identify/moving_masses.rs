@@ -49,7 +49,7 @@ fn errors(rig: &AxisRig, roles: &RequestedRoles, models: &[&[&str]], seed: u64) 
         let models = models.iter().map(|name| (*name).to_owned()).collect();
         let found = identify(&data, &Options { seed, models, ..Options::default() }, &|_, _| {}).unwrap();
         let fresh = read_bytes_with_roles(&slices(&fresh), &roles_of(&found.model), &options()).unwrap();
-        let scores = evaluate(&found.model, &fresh).unwrap().overall;
+        let scores = evaluate(&found.model, &fresh, None).unwrap().overall;
         (scores.percent_of_range.unwrap(), found.model.provenance.member)
     };
     models.iter().map(one).collect()

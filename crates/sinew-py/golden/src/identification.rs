@@ -28,14 +28,14 @@ impl Identify {
             ..ReadOptions::default()
         };
         let data = read_dataset(&roles, &options(&self.logs))?;
-        let choice = Options { seed: self.seed, models: self.models.clone(), keep: Keep::Judged };
+        let choice = Options { seed: self.seed, models: self.models.clone(), ..Options::default() };
         let found = identify(&data, &choice, &|_, _| {})?;
         let unseen = read_for(&found.model, &options(&self.unseen))?;
-        let predictions = predict(&found.model, &unseen)?;
+        let predictions = predict(&found.model, &unseen, None)?.rows;
         let means: Vec<f64> = predictions.iter().flatten().map(|prediction| prediction.mean).collect();
         let mut report = serde_json::to_value(&found.report)?;
         report["traces"] = json!([]);
-        let evaluation = serde_json::to_value(evaluate(&found.model, &unseen)?)?;
+        let evaluation = serde_json::to_value(evaluate(&found.model, &unseen, None)?)?;
         let (model, page) = (found.model.to_json()?, sinew_report::render(&found.report)?);
         Ok(
             json!({ "model": model, "report": report, "page": page, "evaluation": evaluation, "means": means }),

@@ -19,6 +19,7 @@ mod memory;
 mod model;
 mod model_file_error;
 mod signal;
+mod specimen;
 mod step;
 #[cfg(test)]
 mod tests;
@@ -35,7 +36,8 @@ pub use estimator::{Estimate, Estimator, EstimatorState, FADE, GATE_STRENGTH, Me
 pub use file::VERSION;
 pub use linear::LinearLaw;
 pub use memory::{CellOutput, Feature, Memory, MemoryLaw};
-pub use model::{Input, Model, Provenance, Role};
+pub use model::{Input, Model, OffsetVariance, Provenance, Role};
 pub use model_file_error::ModelFileError;
 pub use signal::Signal;
+pub use specimen::{LoopCheck, LoopQuantity, LoopState, LoopTerm, Loops, SpecimenDeviation, SpecimenMonitor};
 pub use step::{Flags, Prediction, Predictor, Sample};

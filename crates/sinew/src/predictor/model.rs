@@ -5,6 +5,7 @@ use super::ensemble::{Ensemble, PerNetwork};
 use super::estimator::Estimator;
 use super::memory::{Feature, MemoryLaw};
 use super::model_file_error::{ModelFileError, require};
+use super::specimen::SpecimenMonitor;
 use crate::transmission::{BasisTerm, ClampCell};
 use alloc::format;
 use alloc::string::String;
@@ -57,6 +58,16 @@ pub struct Provenance {
     pub far_range: f64,
 }
 
+/// Errors of a model on recordings that were not fitted: what one reading of the far end says of all others.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OffsetVariance {
+    /// Mean square of the mean error of a recording, far unit squared.
+    pub between: f64,
+    /// Mean variance of the error within a recording, far unit squared.
+    pub within: f64,
+}
+
 /// The complete model of one transmission.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -79,6 +90,12 @@ pub struct Model {
     /// [`Estimate::variance`](super::Estimate::variance): by conformal calibration over the folds of the
     /// cross-validation.
     pub band_factor: f64,
+    /// What notices another specimen; none where the logs do not show what one looks like.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub specimen: Option<SpecimenMonitor>,
+    /// How far a reading of the far end is to be believed; none where the folds do not show it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset: Option<OffsetVariance>,
     /// Origin.
     pub provenance: Provenance,
 }
@@ -102,6 +119,11 @@ impl Model {
         let Provenance { rmse_unseen, far_range, .. } = self.provenance;
         require("provenance.rmse_unseen", "a finite number", rmse_unseen.is_finite(), rmse_unseen)?;
         require("provenance.far_range", "a finite number", far_range.is_finite(), far_range)?;
+        self.specimen.iter().try_for_each(|monitor| monitor.validate(n))?;
+        if let Some(OffsetVariance { between, within }) = self.offset {
+            let sound = between >= 0.0 && within > 0.0 && between.max(within) <= MAX_MAGNITUDE;
+            require("offset", "between >= 0 and within > 0, <= 1e30", sound, format!("{between}, {within}"))?;
+        }
         self.estimator.validate(n, MAX_DEPTH)
     }
 }

@@ -5,6 +5,7 @@ use super::conditioner::{Conditioner, SampleKind};
 use super::estimator::{Estimate, EstimatorState};
 use super::model::Model;
 use super::model_file_error::ModelFileError;
+use super::specimen::{LoopState, SpecimenDeviation};
 
 /// One sample of the near side.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,6 +29,9 @@ pub struct Flags {
     pub reset: bool,
     /// The time stamp equals that of the sample before: the prediction is repeated.
     pub repeated: bool,
+    /// The loops of this sequence are not those of the specimen in training
+    /// ([`SpecimenMonitor`](super::SpecimenMonitor)): neither the expected error nor the band holds.
+    pub other_specimen: bool,
 }
 
 /// Prediction of the far end at one sample.
@@ -73,7 +77,7 @@ impl Prediction {
 /// # };
 /// # let law = MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), cable: None, axis: None, features: vec![] };
 /// # let text = Model {
-/// #     far: "tension_out_n".into(), time: None, trial: None, gap_s: 0.1, band_factor: 2.0,
+/// #     far: "tension_out_n".into(), time: None, trial: None, gap_s: 0.1, band_factor: 2.0, specimen: None, offset: None,
 /// #     inputs: vec![Input { column: "tension_in_n".into(), role: Role::Effort }],
 /// #     guards: vec![InputLimits { jump: 1e3, low: 0.0, high: 300.0, typical: 100.0 }],
 /// #     estimator: Estimator { sigma0: 1.0, ..Estimator::of(law) },
@@ -99,7 +103,22 @@ pub struct Predictor {
     model: Model,
     conditioner: Conditioner,
     state: EstimatorState,
+    loops: LoopState,
+    specimen: Option<SpecimenDeviation>,
+    readings: Readings,
     last: Prediction,
+}
+
+/// Readings of the far end since the last reset.
+#[derive(Debug, Clone, Copy, Default)]
+struct Readings {
+    /// Whether there was a sample.
+    sampled: bool,
+    count: f64,
+    /// Sum of far end minus prediction without offset.
+    errors: f64,
+    /// Added to every prediction.
+    offset: f64,
 }
 
 impl Predictor {
@@ -112,6 +131,9 @@ impl Predictor {
         Ok(Self {
             conditioner: Conditioner::new(model.inputs.len()),
             state: EstimatorState::new(&model.estimator),
+            loops: LoopState::default(),
+            specimen: None,
+            readings: Readings::default(),
             last: Prediction { mean: 0.0, standard_deviation: 0.0, gate: 0.0, flags: Flags::default() },
             model,
         })
@@ -127,6 +149,39 @@ impl Predictor {
     pub fn reset(&mut self) {
         self.conditioner.reset();
         self.state.reset();
+        self.loops.reset();
+        self.specimen = None;
+        self.readings = Readings::default();
+    }
+
+    /// Takes a reading of the far end at the last sample, as a homing or a stop gives it: later predictions
+    /// are moved by its shrunken error.
+    ///
+    /// ```text
+    /// b = t sum_k e_k / (n t + s)
+    /// ```
+    ///
+    /// `e_k` are the errors at the `n` readings since the last [`reset`](Self::reset), `t` and `s` the
+    /// variances of [`Model::offset`]: where errors of a recording are mostly its offset a reading is
+    /// believed, where they change within it hardly. Returns `b`, far unit; `None`, and nothing changes,
+    /// without a sample before, for a number that is not finite, or where the model has no [`Model::offset`].
+    pub fn read_far_end(&mut self, far: f64) -> Option<f64> {
+        let variance = self.model.offset?;
+        if !(far.is_finite() && self.readings.sampled) {
+            return None;
+        }
+        let Readings { offset, count, errors, .. } = &mut self.readings;
+        *count += 1.0;
+        *errors += far - (self.last.mean - *offset);
+        *offset = variance.between * *errors / (*count * variance.between + variance.within);
+        Some(*offset)
+    }
+
+    /// How unlike the specimen in training this sequence is; `None` before its first loop, and where the
+    /// model has no monitor.
+    #[must_use]
+    pub fn specimen(&self) -> Option<SpecimenDeviation> {
+        self.specimen
     }
 
     /// Predicts the far end at one sample.
@@ -184,15 +239,27 @@ impl Predictor {
     pub(crate) fn copy_state(&mut self, from: &Self) {
         self.conditioner.copy_state(&from.conditioner);
         self.state.copy_state(&from.state);
-        self.last = from.last;
+        (self.loops, self.specimen, self.readings, self.last) =
+            (from.loops, from.specimen, from.readings, from.last);
     }
 
     #[inline]
     fn conclude(&mut self, kind: SampleKind, estimate: &Estimate) -> Prediction {
         let (model, inputs) = (&self.model, self.conditioner.values());
+        if kind == SampleKind::First {
+            self.loops.reset();
+            self.specimen = None;
+        }
+        if let Some(monitor) = &model.specimen {
+            let (motion, effort) = (inputs[monitor.motion], inputs[monitor.effort]);
+            if self.loops.step(monitor.reversal, self.conditioner.dt_s(), motion, effort) {
+                self.specimen = monitor.deviation(self.loops.loops(), inputs);
+            }
+        }
+        self.readings.sampled = true;
         let outside = inputs.iter().zip(&model.guards).any(|(v, limit)| *v < limit.low || *v > limit.high);
         self.last = Prediction {
-            mean: estimate.mean,
+            mean: estimate.mean + self.readings.offset,
             standard_deviation: model.band_factor * libm::sqrt(estimate.variance) / BAND_95,
             gate: estimate.gate,
             flags: Flags {
@@ -201,6 +268,7 @@ impl Predictor {
                 input_held: self.conditioner.any_held(),
                 reset: kind == SampleKind::First,
                 repeated: false,
+                other_specimen: self.specimen.is_some_and(|found| found.excess > 1.0),
             },
         };
         self.last

@@ -96,6 +96,8 @@ fn model(law: MemoryLaw) -> Model {
         gap_s: 0.5,
         estimator: Estimator { sigma0: 0.3, ..Estimator::of(law) },
         band_factor: 2.0,
+        specimen: None,
+        offset: None,
         provenance: Provenance {
             member: "parts".into(),
             description: "built by hand".into(),
@@ -125,6 +127,33 @@ fn refused(change: impl FnOnce(&mut Model)) -> Result<(), String> {
 
 fn close(a: f64, b: f64) -> bool {
     (a - b).abs() < 1e-14 * (1.0 + a.abs())
+}
+
+#[test]
+fn a_reading_of_the_far_end_moves_later_predictions_by_its_shrunken_error() {
+    let offset = Some(OffsetVariance { between: 3.0, within: 1.0 });
+    let mut predictor = Predictor::new(Model { offset, ..with_cell() }).unwrap();
+    let mut plain = Predictor::new(with_cell()).unwrap();
+    assert_eq!(predictor.read_far_end(1.0), None, "before the first sample");
+    let sample = |k: u32| [50.0 + f64::from(k), 20.0, 0.0];
+    let mut both = |predictor: &mut Predictor, k: u32| {
+        let (inputs, time_s) = (sample(k), 0.01 * f64::from(k));
+        predictor.step(&Sample { time_s, inputs: &inputs }).mean
+            - plain.step(&Sample { time_s, inputs: &inputs }).mean
+    };
+    assert!(both(&mut predictor, 0).abs() < 1e-12);
+    let truth = predictor.last_mean() + 4.0;
+    assert_eq!(predictor.read_far_end(f64::NAN), None);
+    assert!((predictor.read_far_end(truth).unwrap() - 3.0).abs() < 1e-12, "4 times 3 over 4");
+    assert!((both(&mut predictor, 1) - 3.0).abs() < 1e-12);
+    // A second error of 1: (4 + 1) times 3 over 7.
+    let truth = predictor.last_mean() - 3.0 + 1.0;
+    assert!((predictor.read_far_end(truth).unwrap() - 15.0 / 7.0).abs() < 1e-12);
+    predictor.reset();
+    assert_eq!(predictor.read_far_end(1.0), None, "after a reset");
+    let mut without = Predictor::new(with_cell()).unwrap();
+    let _ = without.step(&Sample { time_s: 0.0, inputs: &sample(0) });
+    assert_eq!(without.read_far_end(1.0), None, "folds say nothing of offsets");
 }
 
 #[test]

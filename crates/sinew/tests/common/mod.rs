@@ -73,6 +73,8 @@ pub(crate) fn capstan() -> Model {
             sigma0: SIGMA_0,
         },
         band_factor: 1.96,
+        specimen: None,
+        offset: None,
         provenance: Provenance {
             member: "cell".into(),
             description: "built by hand".into(),

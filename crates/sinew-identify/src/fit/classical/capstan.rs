@@ -1,6 +1,6 @@
 //! Capstan laws without memory: the sign of sliding decides between two branches.
 
-use super::law::{Law, Scale, Spec};
+use super::law::{FRICTION_ANGLE, Law, PRETENSION, Scale, Spec};
 use super::samples::{Samples, Signals};
 
 /// `T_out = T_in exp(-s lambda) + T_0`: (7) with `lambda = mu phi - ln eta`.
@@ -15,8 +15,8 @@ pub(super) fn fixed(samples: &Samples, signals: &Signals) -> Law {
         name: "static capstan".to_owned(),
         equation: format!("T_out = T_in exp(-s lambda) + T_0, lambda = mu phi - ln(eta); {source}"),
         specs: vec![
-            Spec::friction("friction angle (mu phi - ln eta)", "1", Scale::POSITIVE),
-            Spec::new("pretension (T_0)", &signals.far_unit, Scale::Linear { typical: signals.far_range }),
+            Spec::friction(FRICTION_ANGLE, "1", Scale::POSITIVE),
+            Spec::new(PRETENSION, &signals.far_unit, Scale::Linear { typical: signals.far_range }),
         ],
         starts: [0.05, 0.3, 1.0].map(|angle| vec![angle, 0.0]).to_vec(),
         predict: Box::new(move |samples, p, out| {
@@ -49,12 +49,12 @@ pub(super) fn speed_dependent(samples: &Samples, signals: &Signals) -> Law {
         name: "capstan with Stribeck, viscous growth and drag".to_owned(),
         equation: "T_out = T_in exp(-s (lambda + c exp(-(v/v_s)^2) + m |v|)) - d v + T_0".to_owned(),
         specs: vec![
-            Spec::friction("friction angle (mu phi - ln eta)", "1", Scale::POSITIVE),
+            Spec::friction(FRICTION_ANGLE, "1", Scale::POSITIVE),
             Spec::friction("Stribeck rise at low speed (c)", "1", Scale::POSITIVE),
             Spec::friction("Stribeck speed (v_s)", &rate, Scale::POSITIVE),
             Spec::friction("growth with speed (m)", &growth_unit, Scale::POSITIVE),
             Spec::friction("drag (d)", &drag_unit, Scale::POSITIVE),
-            Spec::new("pretension (T_0)", &signals.far_unit, Scale::Linear { typical: signals.far_range }),
+            Spec::new(PRETENSION, &signals.far_unit, Scale::Linear { typical: signals.far_range }),
         ],
         starts: vec![
             start(0.3, 0.03, speeds[0], 0.01),

@@ -6,6 +6,11 @@ use crate::fit::least_squares::{Covariance, LeastSquares, Options, Solution, sol
 use crate::fit::linear_algebra::{Cholesky, Matrix};
 use sinew::metrics::Comparison;
 
+/// Names of what several laws determine: one quantity has one name.
+pub(crate) const FRICTION_ANGLE: &str = "friction angle (mu phi - ln eta)";
+pub(crate) const PRETENSION: &str = "pretension (T_0)";
+pub(crate) const STIFFNESS: &str = "stiffness in presliding (k)";
+
 /// Transformation of a parameter for the search.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Scale {
@@ -94,6 +99,15 @@ pub(super) struct Law {
     pub(super) sliding_only: bool,
 }
 
+/// A fitted law.
+pub(super) struct Fitted {
+    pub(super) fit: ClassicalFit,
+    /// Numbers that were fitted.
+    pub(super) size: usize,
+    /// What it predicts for every row.
+    pub(super) predictions: Vec<f64>,
+}
+
 /// Fewest samples that are fitted.
 const FEWEST: usize = 20;
 
@@ -154,7 +168,7 @@ impl Law {
     }
 
     /// The fit, with intervals; `None` where the law cannot be evaluated at all.
-    pub(super) fn fit(&self, samples: &Samples, all: &Samples, signals: &Signals) -> Option<ClassicalFit> {
+    pub(super) fn fit(&self, samples: &Samples, all: &Samples, signals: &Signals) -> Option<Fitted> {
         let sliding = self.sliding_only.then(|| samples.only_sliding());
         let samples = sliding.as_ref().unwrap_or(samples);
         if samples.fitted.len() < FEWEST {
@@ -169,7 +183,7 @@ impl Law {
         let options = Options { steps: 40, tolerance: 1e-6 };
         let solution = solve_from_many(&problem, &starts, options)?;
         let natural = self.to_natural(&solution.theta);
-        let rmse = self.rmse(all, &natural)?;
+        let (rmse, predictions) = self.rmse(all, &natural)?;
         let covariance = solution.covariance();
         let tau = autocorrelation_time(samples, &solution.residuals);
         let free = (solution.residuals.len() as f64 / tau - natural.len() as f64).max(1.0) * tau;
@@ -186,7 +200,7 @@ impl Law {
         }
         let fitted_rmse = (solution.squares / solution.residuals.len() as f64).sqrt();
         let remark = self.remark(&parameters, fitted_rmse, tau, all, signals);
-        Some(ClassicalFit {
+        let fit = ClassicalFit {
             law: self.name.clone(),
             equation: self.equation.clone(),
             rmse,
@@ -194,10 +208,11 @@ impl Law {
             parameters,
             condition: covariance.condition,
             remark,
-        })
+        };
+        Some(Fitted { fit, size: natural.len(), predictions })
     }
 
-    fn rmse(&self, all: &Samples, natural: &[f64]) -> Option<f64> {
+    fn rmse(&self, all: &Samples, natural: &[f64]) -> Option<(f64, Vec<f64>)> {
         let mut predictions = vec![0.0; all.far.len()];
         if !(self.predict)(all, natural, &mut predictions) {
             return None;
@@ -206,7 +221,7 @@ impl Law {
         for &row in &all.fitted {
             comparison.push(all.far[row], predictions[row]).ok()?;
         }
-        comparison.rmse()
+        Some((comparison.rmse()?, predictions))
     }
 
     fn parameter(

@@ -196,7 +196,11 @@ impl Friction {
     fn into_law(self, samples: &Samples, signals: &Signals) -> Law {
         let (towards, starts) = self.starts(samples, signals);
         let slope_unit = format!("{}/{}", signals.far_unit, signals.near_unit);
-        let slope_unit = if signals.far_unit == signals.near_unit { "1" } else { &slope_unit };
+        let slope_unit = if signals.near_is_like_far() || signals.far_unit == signals.near_unit {
+            "1"
+        } else {
+            &slope_unit
+        };
         let slope = Scale::Linear { typical: signals.far_range / signals.near_range.max(1e-300) };
         let mut specs = self.strengths;
         let forces = specs.len();

@@ -1,6 +1,6 @@
 //! Classical friction laws fitted to a log, with confidence intervals and identifiability.
 //!
-//! They are no candidates for prediction but the reference beside them, in physical parameters.
+//! They are the reference beside the candidates, in physical parameters, and cross-validated as they are.
 //!
 //! * One near-side signal (the effort or motion that follows the far side best) is transmitted; one drive
 //!   (the motion, or that signal itself) gives direction and distance of sliding. The capstan laws transmit
@@ -8,8 +8,9 @@
 //! * Directions and speeds are not causal (a reversal counts from the extreme on), which favours the laws
 //!   without memory. These are fitted only where the cable slides for certain: near a reversal and at rest
 //!   the direction is not known, and they are wrong by the whole friction where it is.
-//! * States are reset at every sequence, starting from the measured far side. Rows that are not scored are
-//!   stepped and not fitted; a missing near-side value is the one before it.
+//! * States are reset at every sequence, starting from the measured far side, or where that is held out in
+//!   the middle of their band. Rows that are not scored are stepped and not fitted; a missing near-side value
+//!   is the one before it.
 //! * Long logs are thinned to about 6000 rows for the fit, keeping 50 rows between reversals where they
 //!   have them; the RMSE is over all scored rows.
 //! * Positive parameters are fitted as logarithms, from several starts, by Levenberg-Marquardt.
@@ -25,10 +26,11 @@ mod play;
 mod result;
 mod samples;
 
+pub(crate) use law::{FRICTION_ANGLE, PRETENSION, STIFFNESS};
 pub use result::{ClassicalFit, Parameter};
 
 use crate::log::Dataset;
-use law::Law;
+use law::{Fitted, Law};
 use rayon::prelude::*;
 use samples::{Samples, Signals};
 
@@ -39,14 +41,17 @@ use samples::{Samples, Signals};
 /// beyond rounding.
 #[must_use]
 pub fn fit_classical(data: &Dataset) -> Vec<ClassicalFit> {
-    fit(data, None).unwrap_or_else(|why| vec![law::not_fitted(&why)])
+    match fit(data, None) {
+        Ok((fits, _)) => fits.into_iter().map(|fitted| fitted.fit).collect(),
+        Err(why) => vec![law::not_fitted(&why)],
+    }
 }
 
 /// Fits one classical law by its [`ClassicalFit::law`], as [`fit_classical`] does, in a fraction of its time.
 ///
 /// | near side | laws |
 /// |---|---|
-/// | tension | `capstan play`, `static capstan`; with a motion `capstan with Stribeck, viscous growth and drag` |
+/// | tension | `capstan play`, `static capstan`, `capstan play with presliding`; with a motion `capstan with Stribeck, viscous growth and drag` |
 /// | displacement | `backlash play` |
 /// | either | `Dahl`, `Bouc-Wen`, `LuGre` (`LuGre under the near load`), `generalised Maxwell slip` |
 ///
@@ -54,11 +59,35 @@ pub fn fit_classical(data: &Dataset) -> Vec<ClassicalFit> {
 /// Why nothing can be fitted to the dataset; a name that is none of these, or whose law needs other signals.
 pub fn fit_classical_law(data: &Dataset, name: &str) -> Result<ClassicalFit, String> {
     let none = || format!("no law `{name}` is fitted to these signals");
-    fit(data, Some(name))?.pop().ok_or_else(none)
+    fit(data, Some(name))?.0.pop().map(|fitted| fitted.fit).ok_or_else(none)
 }
 
-/// Fits the laws, or the one of the name `only`; a reason where nothing can be fitted.
-fn fit(data: &Dataset, only: Option<&str>) -> Result<Vec<ClassicalFit>, String> {
+/// A law fitted to a part of a dataset, and what it predicts for all of it.
+pub(crate) struct LawPrediction {
+    pub(crate) fit: ClassicalFit,
+    /// Numbers that were fitted.
+    pub(crate) size: usize,
+    /// `[sequence][row]`; empty where the near side of a sequence is missing.
+    pub(crate) rows: Vec<Vec<f64>>,
+}
+
+/// Fits every law to the rows of a dataset whose far side is there and counts, and predicts all rows.
+pub(crate) fn predict_classical(data: &Dataset) -> Vec<LawPrediction> {
+    let Ok((fits, all)) = fit(data, None) else { return Vec::new() };
+    let rows = |predictions: &[f64]| {
+        let mut rows = vec![Vec::new(); data.sequences.len()];
+        for (run, &sequence) in all.runs.iter().zip(&all.sequences) {
+            rows[sequence] = predictions[run.clone()].to_vec();
+        }
+        rows
+    };
+    let one = |Fitted { fit, size, predictions }| LawPrediction { fit, size, rows: rows(&predictions) };
+    fits.into_iter().map(one).collect()
+}
+
+/// Fits the laws, or the one of the name `only`, and the samples that they predict; a reason where nothing
+/// can be fitted.
+fn fit(data: &Dataset, only: Option<&str>) -> Result<(Vec<Fitted>, Samples), String> {
     let (all, thinned, signals) = samples::gather(data)?;
     let mut fits = Vec::new();
     if !signals.near_is_effort && signals.effort_is_like_far {
@@ -70,16 +99,20 @@ fn fit(data: &Dataset, only: Option<&str>) -> Result<Vec<ClassicalFit>, String> 
     let mut laws = if signals.near_is_effort {
         capstan_laws(&thinned, &signals)
     } else {
-        vec![play::play(&thinned, &signals)]
+        vec![play::play(&thinned, &signals, false)]
     };
     laws.extend(memory::laws(&thinned, &signals, only));
     fits.extend(fit_all(&laws, only, &thinned, &all, &signals));
-    Ok(fits)
+    Ok((fits, all))
 }
 
 /// Laws that make the far tension of the near one.
 fn capstan_laws(thinned: &Samples, signals: &Signals) -> Vec<Law> {
-    let mut laws = vec![play::play(thinned, signals), capstan::fixed(thinned, signals)];
+    let mut laws = vec![
+        play::play(thinned, signals, false),
+        play::play(thinned, signals, true),
+        capstan::fixed(thinned, signals),
+    ];
     if signals.has_motion {
         laws.push(capstan::speed_dependent(thinned, signals));
     }
@@ -92,7 +125,7 @@ fn fit_all(
     thinned: &Samples,
     all: &Samples,
     signals: &Signals,
-) -> Vec<ClassicalFit> {
+) -> Vec<Fitted> {
     let requested = laws.par_iter().filter(|law| only.is_none_or(|only| law.name == only));
     requested.filter_map(|law| law.fit(thinned, all, signals)).collect()
 }

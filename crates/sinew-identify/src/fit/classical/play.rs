@@ -1,19 +1,29 @@
-//! Play: the far side is held between two lines of the near side.
+//! Play: the far side is held between two lines of the near side, at rest between them or on a spring.
 
-use super::law::{Law, Scale, Spec, linear_fit};
+use super::law::{FRICTION_ANGLE, Law, PRETENSION, STIFFNESS, Scale, Spec, linear_fit};
 use super::samples::{Samples, Signals};
 use sinew::transmission::Band;
 
-/// `y <- clamp(y, a1 x + b1, a2 x + b2)`, started at the measured far side.
-pub(super) fn play(samples: &Samples, signals: &Signals) -> Law {
+/// `y <- clamp(y, a1 x + b1, a2 x + b2)`, started at the measured far side; with presliding `y + k dx` in the
+/// place of `y`.
+pub(super) fn play(samples: &Samples, signals: &Signals, presliding: bool) -> Law {
     let slope_unit = format!("{}/{}", signals.far_unit, signals.near_unit);
-    let slope_unit = if signals.far_unit == signals.near_unit { "1" } else { &slope_unit };
+    let slope_unit = if signals.near_is_like_far() { "1" } else { &slope_unit };
     let slope = Scale::Linear { typical: signals.far_range / signals.near_range.max(1e-300) };
     let offset = Scale::Linear { typical: signals.far_range };
     let near = if signals.near_is_effort { "T_in" } else { "x" };
     let mut law = Law {
-        name: if signals.near_is_effort { "capstan play" } else { "backlash play" }.to_owned(),
-        equation: format!("y <- clamp(y, a1 {near} + b1, a2 {near} + b2), {near} = {}", signals.near_name),
+        name: match (signals.near_is_effort, presliding) {
+            (true, false) => "capstan play",
+            (true, true) => "capstan play with presliding",
+            (false, _) => "backlash play",
+        }
+        .to_owned(),
+        equation: format!(
+            "y <- clamp(y{}, a1 {near} + b1, a2 {near} + b2), {near} = {}",
+            if presliding { format!(" + k d{}", signals.drive_name) } else { String::new() },
+            signals.near_name
+        ),
         specs: vec![
             Spec::friction("slope of the lower line (a1)", slope_unit, slope),
             Spec::friction("offset of the lower line (b1)", &signals.far_unit, offset),
@@ -26,18 +36,30 @@ pub(super) fn play(samples: &Samples, signals: &Signals) -> Law {
         undetermined: vec![],
         note: String::new(),
         sliding_only: false,
-        reason: |i| {
-            if i < 2 { "the lower line is rarely active" } else { "the upper line is rarely active" }
+        reason: |i| match i {
+            0 | 1 => "the lower line is rarely active",
+            2 | 3 => "the upper line is rarely active",
+            _ => "reversals are too sharp or too few for it",
         },
     };
-    if signals.near_is_effort && signals.far_unit == signals.near_unit {
+    if presliding {
+        let unit = format!("{}/{}", signals.far_unit, signals.drive_unit);
+        let unit = if signals.has_motion { unit.as_str() } else { slope_unit };
+        let typical = signals.far_range / signals.drive_range.max(1e-300);
+        law.specs.push(Spec::friction(STIFFNESS, unit, Scale::Linear { typical }));
+        let stiff = 2.0 * typical * sense(samples);
+        let with = |start: &Vec<f64>| [0.0, stiff].map(|k| [start.as_slice(), &[k]].concat());
+        law.starts = law.starts.iter().flat_map(with).collect();
+    }
+    if signals.near_is_like_far() {
         law.derived = vec![
-            (Spec::friction("friction angle (mu phi - ln eta)", "1", Scale::Linear { typical: 0.5 }), |p| {
+            (Spec::friction(FRICTION_ANGLE, "1", Scale::Linear { typical: 0.5 }), |p| {
                 if p[0] > 0.0 { 0.5 * (p[2] / p[0]).ln() } else { f64::NAN }
             }),
             (Spec::friction("gain between the two sensors", "1", Scale::Linear { typical: 0.5 }), |p| {
                 if p[0] > 0.0 { (p[0] * p[2]).sqrt() } else { f64::NAN }
             }),
+            (Spec::new(PRETENSION, &signals.far_unit, offset), |p| 0.5 * (p[1] + p[3])),
         ];
     }
     law
@@ -49,7 +71,11 @@ fn predict(samples: &Samples, p: &[f64], out: &mut [f64]) -> bool {
         let first = samples.far[run.start];
         // Without a measured start, mid-band.
         let mut state = if first.is_finite() { first } else { f64::NAN };
+        let stiffness = p.get(4).copied().unwrap_or(0.0);
+        let mut before = samples.drive[run.start];
         for row in run.clone() {
+            state += stiffness * (samples.drive[row] - before);
+            before = samples.drive[row];
             let (low, high) = (p[0] * samples.near[row] + p[1], p[2] * samples.near[row] + p[3]);
             crossed += usize::from(high < low);
             let trial = if state.is_finite() { state } else { 0.5 * (low + high) };
@@ -59,6 +85,14 @@ fn predict(samples: &Samples, p: &[f64], out: &mut [f64]) -> bool {
     }
     // With crossed lines the law is not a play.
     crossed <= out.len() / 10
+}
+
+/// 1 where the far side rises with the drive, else -1.
+fn sense(samples: &Samples) -> f64 {
+    let pairs = samples.fitted.windows(2).filter(|pair| pair[0] + 1 == pair[1]);
+    let change = |values: &[f64], pair: &[usize]| values[pair[1]] - values[pair[0]];
+    let product: f64 = pairs.map(|pair| change(&samples.drive, pair) * change(&samples.far, pair)).sum();
+    if product < 0.0 { -1.0 } else { 1.0 }
 }
 
 /// Lines a little below and above the least-squares line, shifted or turned.

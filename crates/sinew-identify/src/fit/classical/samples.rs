@@ -19,6 +19,8 @@ const NOISE_MARGIN: f64 = 10.0;
 #[derive(Debug, Clone)]
 pub(super) struct Samples {
     pub(super) runs: Vec<Range<usize>>,
+    /// The sequence of each run; empty where rows were left out.
+    pub(super) sequences: Vec<usize>,
     /// The near-side signal that follows the far side best.
     pub(super) near: Vec<f64>,
     /// The near-side tension or torque, where there is one.
@@ -77,8 +79,10 @@ pub(super) fn gather(data: &Dataset) -> Result<(Samples, Samples, Signals), Stri
     let drive_range =
         range(data.sequences.iter().flat_map(|s| column(data, s, chosen.drive)).collect(), 0.01);
     let mut all = Samples::empty();
-    for sequence in &data.sequences {
-        all.append(data, sequence, &chosen, REVERSAL * drive_range);
+    for (place, sequence) in data.sequences.iter().enumerate() {
+        if all.append(data, sequence, &chosen, REVERSAL * drive_range) {
+            all.sequences.push(place);
+        }
     }
     all.find_sliding(REVERSAL * drive_range);
     let effort_name = chosen.effort.map(name).unwrap_or_default();
@@ -172,9 +176,12 @@ pub(super) fn range(mut values: Vec<f64>, edge: f64) -> f64 {
     at(1.0 - edge) - at(edge)
 }
 
-/// Whether an effort measures what the far side does: the same unit, or none stated of either.
+/// Whether an effort measures what the far side does: the same unit, or none stated of one of them.
 fn is_like_far(data: &Dataset, effort: Option<&str>) -> bool {
-    effort.is_some_and(|effort| data.unit(effort) == data.unit(data.roles.far.as_deref().unwrap_or("")))
+    effort.is_some_and(|effort| {
+        let (near, far) = (data.unit(effort), data.unit(data.roles.far.as_deref().unwrap_or("")));
+        near == far || near.is_empty() || far.is_empty()
+    })
 }
 
 /// The unit in a column's name, or words in its place.
@@ -184,6 +191,11 @@ fn unit_of(column: &str) -> String {
 }
 
 impl Signals {
+    /// Whether the near-side signal is a tension or torque in the far side's unit.
+    pub(super) fn near_is_like_far(&self) -> bool {
+        self.near_is_effort && self.effort_is_like_far
+    }
+
     /// The same with the effort as the near-side signal.
     pub(super) fn with_effort_near(&self) -> Self {
         Self {
@@ -205,6 +217,7 @@ impl Samples {
     fn empty() -> Self {
         Self {
             runs: vec![],
+            sequences: vec![],
             near: vec![],
             effort: vec![],
             drive: vec![],
@@ -217,14 +230,15 @@ impl Samples {
         }
     }
 
-    fn append(&mut self, data: &Dataset, sequence: &Sequence, chosen: &Chosen, dead_band: f64) {
+    /// Whether there was anything to append.
+    fn append(&mut self, data: &Dataset, sequence: &Sequence, chosen: &Chosen, dead_band: f64) -> bool {
         let first = self.far.len();
         let near = filled(column(data, sequence, chosen.near));
         let drive = filled(column(data, sequence, chosen.drive));
         let effort = chosen.effort.map_or_else(|| near.clone(), |i| filled(column(data, sequence, i)));
         let n = near.len().min(sequence.time_s.len()).min(sequence.far_clean.len());
         if n == 0 || !(near[0].is_finite() && drive[0].is_finite() && effort[0].is_finite()) {
-            return;
+            return false;
         }
         self.direction.extend(directions(&drive[..n], dead_band));
         for i in 0..n {
@@ -243,6 +257,7 @@ impl Samples {
         self.effort.extend_from_slice(&effort[..n]);
         self.far.extend_from_slice(&sequence.far_clean[..n]);
         self.runs.push(first..first + n);
+        true
     }
 
     /// Fills [`sliding`](Self::sliding).

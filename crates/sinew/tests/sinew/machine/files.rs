@@ -116,6 +116,8 @@ fn cable_model() -> Model {
         gap_s: 0.1,
         estimator: Estimator { sigma0: 1.0, ..Estimator::of(law) },
         band_factor: 1.0,
+        specimen: None,
+        offset: None,
         provenance: Provenance {
             member: "cable".into(),
             description: "a test".into(),
