@@ -5,7 +5,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use sinew::predictor::{Model, Predictor, Sample};
 use sinew_identify::evaluate::{evaluate, predict, read_for};
-use sinew_identify::identify::{Keep, Options, identify};
+use sinew_identify::identify::{Options, identify};
 use sinew_identify::log::{ReadOptions, RequestedRoles, read_dataset};
 use std::path::PathBuf;
 
