@@ -63,7 +63,7 @@ fn flown(arguments: &CalibrateFlyArguments, general: &General) -> Result<Answer,
     let scenario = Scenario::new(&arguments.scenario)?;
     let progress = Progress::new();
     progress.show("choosing poses", 0.0);
-    // Poses are of the joints: where the end point is meanwhile is what nobody knows yet.
+    // Poses are of the joints: where the end point is meanwhile is unknown as yet.
     let mut machine = Machine { task: Task::Joints, ..scenario.machine.clone() };
     let mut verified = None;
     let mut choices = 1..=MOST_CHOICES;
