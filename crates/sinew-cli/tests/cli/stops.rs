@@ -170,20 +170,25 @@ fn the_first_ctrl_c_is_a_safe_stop_that_waits_for_no_client_and_weakens_no_turni
 fn moving(bench: &Bench, more: &str) -> Child {
     let motion = "planar_leg --path to-joints:hip=0.4,knee=1.0 --duration 20 --hold 1 --unverified";
     let mut command = bench.command(&format!("run {motion} --record moving.mcap --json {more}"));
-    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    until_seconds_are_in(&bench.path("moving.mcap"));
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    assert!(moves_for_seconds(&mut child, &bench.path("moving.mcap")));
     child
 }
 
-fn until_seconds_are_in(recording: &Path) {
+/// Whether a run records seconds before it ends by itself.
+fn moves_for_seconds(run: &mut Child, recording: &Path) -> bool {
     let begin = Instant::now();
     let size = || std::fs::metadata(recording).map_or(0, |data| data.len());
     let mut head = 0;
     while head == 0 || size() <= head + 200_000 {
         assert!(begin.elapsed() < PATIENCE, "the run does not begin");
+        if run.try_wait().unwrap().is_some() {
+            return false;
+        }
         head = if head == 0 { size() } else { head };
         std::thread::sleep(Duration::from_millis(20));
     }
+    true
 }
 
 #[test]
@@ -237,7 +242,8 @@ const INSIDE: &str = "SINEW_STOPS_INSIDE";
 fn drives_of_another_process_are_disabled_whatever_ends_the_run() {
     if std::env::var_os(INSIDE).is_some() {
         for end in [End::Terminated, End::InterruptedTwice, End::StoppedByThePage, End::LostClient] {
-            disabled_after(end);
+            // On a computer with other work a run may end by itself before.
+            assert!((0..5).any(|_| disabled_after(end)), "{end:?} is never reached");
         }
         return;
     }
@@ -268,9 +274,9 @@ enum End {
     LostClient,
 }
 
-/// A run on devices of another process, until something ends it.
+/// A run on devices of another process, until something ends it; whether it was that.
 #[cfg(target_os = "linux")]
-fn disabled_after(end: End) {
+fn disabled_after(end: End) -> bool {
     let bench = Bench::new();
     let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/planar_leg.toml");
     // Times of a computer with other work.
@@ -297,27 +303,27 @@ fn disabled_after(end: End) {
             --hold 1 --unverified --record run.mcap --json {more}"
     ));
     let mut lines = BufReader::new(run.stderr.take().unwrap()).lines().map_while(Result::ok);
-    match end {
-        End::Terminated | End::InterruptedTwice => {
-            until_seconds_are_in(&bench.path("run.mcap"));
-            signal(&run, if end == End::Terminated { "TERM" } else { "INT" });
-            if end == End::InterruptedTwice {
+    let reached = if end == End::LostClient {
+        let address = address_in(&mut lines, "listens on ");
+        let mut client = Client::connect(address, None, PATIENCE).unwrap();
+        keep(&mut client, Request::Run, Mode::Run);
+        drop(client);
+        true
+    } else {
+        let page = (end == End::StoppedByThePage).then(|| address_in(&mut lines, "http://"));
+        let moves = moves_for_seconds(&mut run, &bench.path("run.mcap"));
+        match page {
+            _ if !moves => {}
+            Some(address) => stop_by_the_page(address),
+            None if end == End::Terminated => signal(&run, "TERM"),
+            None => {
+                signal(&run, "INT");
                 std::thread::sleep(Duration::from_millis(200));
                 signal(&run, "INT");
             }
         }
-        End::StoppedByThePage => {
-            let address = address_in(&mut lines, "http://");
-            until_seconds_are_in(&bench.path("run.mcap"));
-            stop_by_the_page(address);
-        }
-        End::LostClient => {
-            let address = address_in(&mut lines, "listens on ");
-            let mut client = Client::connect(address, None, PATIENCE).unwrap();
-            keep(&mut client, Request::Run, Mode::Run);
-            drop(client);
-        }
-    }
+        moves
+    };
     let told = std::thread::spawn(move || lines.collect::<Vec<_>>().join("\n"));
     let ended = run.wait_with_output().unwrap();
     let told = told.join().unwrap();
@@ -337,6 +343,7 @@ fn disabled_after(end: End) {
     assert_eq!(devices["drives_with_power"], 0, "{end:?}: {told} {said}");
     // A drive that stops by itself, because nothing comes any more, says so with a fault.
     assert!(devices["drives_with_a_fault"] == 0 || lost > 0, "{end:?}: {told} {said} {devices}");
+    reached
 }
 
 /// The address that a run names after some words.
