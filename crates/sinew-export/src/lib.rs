@@ -6,11 +6,11 @@
 //!
 //! ```text
 //! Model ──> c::files ──> NAME.h, NAME.c, example.c, CMakeLists.txt, simulink/, arduino/
-//!       ├─> fmu::file ─> NAME.fmu: modelDescription.xml, sources/, binaries/
+//!       ├─> fmu::Unit ─> NAME.fmu: modelDescription.xml, sources/, binaries/
 //!       └─> onnx::file > NAME.onnx: one sample, with the state as an input and an output
 //! ```
 //!
-//! Exports are files in memory; only [`fmu::compile`] calls a compiler, in a temporary folder.
+//! Exports are files in memory; only [`fmu::Unit::compile`] calls a compiler, in a temporary folder.
 
 pub mod c;
 mod error;
