@@ -208,6 +208,8 @@ def test_our_master_drives_local_nodes_of_canopen(tmp_path: Path) -> None:
             [str(PROGRAM), *command, "--unverified"], capture_output=True, text=True, timeout=120, check=False
         )
     finally:
+        for drive in drives:
+            drive.node.nmt.stop_heartbeat()
         stop.set()
         thread.join()
         network.disconnect()

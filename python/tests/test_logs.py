@@ -59,7 +59,7 @@ def test_trials_are_labels_and_missing_numbers_are_missing(model: sinew.Model, l
     assert np.flatnonzero(found.reset).tolist() == [0, 200, 400]
     assert found.input_held[10] and len(set(found.log)) == 1
     columns = pandas.DataFrame(found.columns())
-    assert columns.shape == (600, 11)
+    assert columns.shape == (600, 12)
 
 
 def test_an_evaluation_tells_the_logs_of_the_fit(log_files: list[Path]) -> None:
