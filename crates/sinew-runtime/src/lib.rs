@@ -26,6 +26,7 @@ mod devices;
 mod error;
 pub mod ethercat;
 pub mod link;
+mod rest;
 pub mod servos;
 #[cfg(target_os = "linux")]
 mod tty;

@@ -1,6 +1,6 @@
 //! Physical parameters of the chosen model with their intervals.
 
-use crate::fit::classical::Parameter;
+use crate::fit::classical::{FRICTION_ANGLE, Parameter};
 use crate::log::unit_of;
 use sinew::predictor::{Axis, AxisForce, AxisMotion, CableModel, MemoryLaw, Model, Signal};
 use sinew::transmission::{BasisTerm, ClampCell};
@@ -27,7 +27,7 @@ pub(super) fn parameters(model: &Model, folds: &[MemoryLaw]) -> Vec<Parameter> {
 fn cable_parameters(model: &CableModel, folds: &[&CableModel]) -> Vec<Parameter> {
     type Number = fn(&CableModel) -> f64;
     let numbers: [(&str, &str, Number); 5] = [
-        ("friction angle, mu phi - ln eta", "1", |m| m.law().map_or(f64::NAN, |law| law.friction_angle())),
+        (FRICTION_ANGLE, "1", |m| m.law().map_or(f64::NAN, |law| law.friction_angle())),
         ("drag of the grease", "N s/m", |m| m.parameters.drag),
         ("pretension", "N", |m| m.parameters.pretension),
         ("compliance of the whole cable", "m/N", |m| {

@@ -142,7 +142,7 @@ pub fn demo_truth(seed: u64) -> [Truth; 3] {
     let cable = Cable::specimen(seed, 1.0, 1.0);
     let truth = |name, unit, value| Truth { name, unit, value };
     [
-        truth("friction angle, mu phi - ln eta", "1", cable.friction_angle()),
+        truth("friction angle (mu phi - ln eta)", "1", cable.friction_angle()),
         truth("drag of the grease", "N s/m", cable.whole_drag()),
         truth("compliance of the whole cable", "m/N", cable.compliance()),
     ]

@@ -9,6 +9,7 @@ use super::error::CanError;
 use super::sdo::SdoClient;
 use super::{Link, SimulatedMachine};
 use crate::cia402::{DriveSlot, DriveState, Mapping};
+use crate::rest::{Drives, bring_to_rest};
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew::twin::arm::ArmTwin;
@@ -69,13 +70,9 @@ pub(super) const RESTARTED: u16 = 2;
 const HEARTBEAT_PATIENCE: u64 = 4 * HEARTBEAT_MS as u64 * 1_000_000;
 /// State of an operational node in its heartbeat.
 const OPERATIONAL: u8 = 5;
-/// Time until all nodes answer without a fault, until a drive is enabled, in which drives come to rest, for
-/// which they stand then, and in which they lose their power, at most, ns.
+/// Time until all nodes answer without a fault, and until a drive is enabled, at most, ns.
 const START_TIME: u64 = 4_000_000_000;
 const ENABLE_TIME: u64 = 500_000_000;
-const BRAKE_TIME: u64 = 500_000_000;
-const STAND_TIME: u64 = 20_000_000;
-const DISABLE_TIME: u64 = 200_000_000;
 /// Cycles of any such time, at least: a drive takes one state after the other.
 const MIN_CYCLES: u64 = 8;
 
@@ -244,54 +241,16 @@ impl<L: Link> CanBus<L> {
         fault.or(silent)
     }
 
-    /// Brings all drives to rest on a ramp, then takes their power and ends their operation.
-    fn bring_to_rest(&mut self) {
+    /// Brings all drives to rest without power, and ends their operation.
+    fn end_operation(&mut self) {
         if !std::mem::take(&mut self.in_operation) {
             return;
         }
-        let mut feedback = Feedback::new(self.muscles, 0);
-        let mut commands = vec![DriveCommand::Velocity(0.0); self.muscles];
-        let (h, mut stood) = (self.period as f64 * 1e-9, 0);
-        for _ in 0..self.cycles_of(BRAKE_TIME) {
-            self.read(&mut feedback);
-            let mut standing = true;
-            for node in &self.nodes {
-                let speed = node.drive.braked_speed(h);
-                standing &= speed == 0.0;
-                // One that is not enabled does not get power for it.
-                let enabled = node.drive.state() == DriveState::OperationEnabled;
-                commands[node.device.drive.muscle] =
-                    if enabled { DriveCommand::Velocity(speed) } else { DriveCommand::Off };
-            }
-            self.write_and_wait(&commands);
-            stood = if standing { stood + 1 } else { 0 };
-            if stood >= self.cycles_of(STAND_TIME) {
-                break;
-            }
-        }
-        commands.fill(DriveCommand::Off);
-        for _ in 0..self.cycles_of(DISABLE_TIME) {
-            self.write_and_wait(&commands);
-            self.read(&mut feedback);
-            if self.nodes.iter().all(|node| node.silent == 0 && !node.drive.state().has_torque()) {
-                break;
-            }
-        }
+        bring_to_rest(self);
         // Where the adapter is gone, the watchdogs of the nodes have stopped them.
         let end: Vec<Frame> =
             self.nodes.iter().map(|node| manage(PRE_OPERATIONAL, node.device.node)).collect();
         let _ = self.link.send(&end);
-    }
-
-    /// Writes outside of a control cycle, and lets the rest of the period pass.
-    fn write_and_wait(&mut self, commands: &[DriveCommand]) {
-        self.write(commands);
-        self.link.rest_until(self.begin.saturating_add(self.period));
-    }
-
-    /// Cycles of a time, ns.
-    fn cycles_of(&self, time: u64) -> u64 {
-        (time / self.period.max(1)).max(MIN_CYCLES)
     }
 }
 
@@ -352,9 +311,42 @@ fn check(devices: &[CanDevice], period: f64) -> Result<(), CanError> {
     Ok(())
 }
 
+impl<L: Link> Drives for CanBus<L> {
+    fn dimensions(&self) -> [usize; 2] {
+        [self.muscles, 0]
+    }
+
+    fn slow_down(&self, commands: &mut [DriveCommand]) -> bool {
+        let h = self.period as f64 * 1e-9;
+        let mut standing = true;
+        for node in &self.nodes {
+            let speed = node.drive.braked_speed(h);
+            standing &= speed == 0.0;
+            // One that is not enabled does not get power for it.
+            let enabled = node.drive.state() == DriveState::OperationEnabled;
+            commands[node.device.drive.muscle] =
+                if enabled { DriveCommand::Velocity(speed) } else { DriveCommand::Off };
+        }
+        standing
+    }
+
+    fn are_without_power(&self, _last: Exchange) -> bool {
+        self.nodes.iter().all(|node| node.silent == 0 && !node.drive.state().has_torque())
+    }
+
+    fn write_and_wait(&mut self, commands: &[DriveCommand]) {
+        self.write(commands);
+        self.link.rest_until(self.begin.saturating_add(self.period));
+    }
+
+    fn cycles_of(&self, time: u64) -> u64 {
+        (time / self.period.max(1)).max(MIN_CYCLES)
+    }
+}
+
 impl<L: Link> Drop for CanBus<L> {
     fn drop(&mut self) {
-        self.bring_to_rest();
+        self.end_operation();
     }
 }
 
@@ -384,7 +376,7 @@ impl<L: Link> Plant for CanBus<L> {
     }
 
     fn stop(&mut self) {
-        self.bring_to_rest();
+        self.end_operation();
     }
 
     fn simulated(&self) -> Option<&ArmTwin> {

@@ -12,6 +12,7 @@ use super::recovery;
 use super::simulated_machine::SimulatedMachine;
 use super::slots::{Slot, SlotRole, slots};
 use crate::cia402::{DriveSlot, DriveState};
+use crate::rest::{Drives, bring_to_rest};
 use ethercrab::error::Error;
 use ethercrab::{MainDevice, SubDeviceState};
 use sinew::drive::DriveCommand;
@@ -61,11 +62,6 @@ const START_TIME: u64 = 8_000_000_000;
 const RECOVERY_TIME: u64 = 10_000_000;
 /// Time between two looks at a device's clock, ns.
 const CLOCK_TIME: u64 = 50_000_000;
-/// Time in which drives come to rest, for which they stand then, and in which they lose their power, at
-/// most, ns.
-const BRAKE_TIME: u64 = 500_000_000;
-const STAND_TIME: u64 = 20_000_000;
-const DISABLE_TIME: u64 = 200_000_000;
 /// Cycles of any such time, at least: a drive takes one state after the other.
 const MIN_CYCLES: u64 = 5;
 
@@ -172,30 +168,8 @@ impl<'a, L: Link> EthercatBus<'a, L> {
     /// Brings all drives to rest on a ramp, then takes their power, so that their brakes close; the devices
     /// stay in OP.
     pub fn stop(&mut self) {
-        if !std::mem::take(&mut self.in_operation) {
-            return;
-        }
-        let [muscles, joints] = self.dimensions;
-        let mut feedback = Feedback::new(muscles, joints);
-        let mut commands = vec![DriveCommand::Velocity(0.0); muscles];
-        let mut stood = 0;
-        for _ in 0..self.cycles_of(BRAKE_TIME) {
-            self.read(&mut feedback);
-            let standing = self.slow_down(&mut commands);
-            self.write_and_wait(&commands);
-            stood = if standing { stood + 1 } else { 0 };
-            if stood >= self.cycles_of(STAND_TIME) {
-                break;
-            }
-        }
-        commands.fill(DriveCommand::Off);
-        for _ in 0..self.cycles_of(DISABLE_TIME) {
-            let answered = self.read(&mut feedback).fault != Some(BusFault::Lost);
-            let powered = self.drives().any(|drive| drive.state().has_torque());
-            if answered && !powered {
-                break;
-            }
-            self.write_and_wait(&commands);
+        if std::mem::take(&mut self.in_operation) {
+            bring_to_rest(self);
         }
     }
 
@@ -204,32 +178,6 @@ impl<'a, L: Link> EthercatBus<'a, L> {
             SlotRole::Drive(drive) => Some(&**drive),
             SlotRole::Sensors(_) => None,
         })
-    }
-
-    /// The next speeds on the way to rest; whether all winches are told to stand.
-    fn slow_down(&self, commands: &mut [DriveCommand]) -> bool {
-        let h = self.period as f64 * 1e-9;
-        let mut standing = true;
-        for drive in self.drives() {
-            let speed = drive.braked_speed(h);
-            standing &= speed == 0.0;
-            if let Some(command) = commands.get_mut(drive.device.muscle) {
-                *command = DriveCommand::Velocity(speed);
-            }
-        }
-        standing
-    }
-
-    /// Writes outside of a control cycle, and lets the rest of the period pass.
-    fn write_and_wait(&mut self, commands: &[DriveCommand]) {
-        self.write(commands);
-        let next = self.begin.saturating_add(self.corrected_period());
-        self.pump.link_mut().rest_until(next);
-    }
-
-    /// Cycles of a time, ns.
-    fn cycles_of(&self, time: u64) -> u64 {
-        (time / self.period.max(1)).max(MIN_CYCLES)
     }
 
     fn corrected_period(&self) -> u64 {
@@ -311,6 +259,39 @@ impl<'a, L: Link> EthercatBus<'a, L> {
         {
             clocks.record_difference(difference);
         }
+    }
+}
+
+impl<L: Link> Drives for EthercatBus<'_, L> {
+    fn dimensions(&self) -> [usize; 2] {
+        self.dimensions
+    }
+
+    fn are_without_power(&self, last: Exchange) -> bool {
+        last.fault != Some(BusFault::Lost) && !self.drives().any(|drive| drive.state().has_torque())
+    }
+
+    fn slow_down(&self, commands: &mut [DriveCommand]) -> bool {
+        let h = self.period as f64 * 1e-9;
+        let mut standing = true;
+        for drive in self.drives() {
+            let speed = drive.braked_speed(h);
+            standing &= speed == 0.0;
+            if let Some(command) = commands.get_mut(drive.device.muscle) {
+                *command = DriveCommand::Velocity(speed);
+            }
+        }
+        standing
+    }
+
+    fn write_and_wait(&mut self, commands: &[DriveCommand]) {
+        self.write(commands);
+        let next = self.begin.saturating_add(self.corrected_period());
+        self.pump.link_mut().rest_until(next);
+    }
+
+    fn cycles_of(&self, time: u64) -> u64 {
+        (time / self.period.max(1)).max(MIN_CYCLES)
     }
 }
 

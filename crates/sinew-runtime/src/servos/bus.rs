@@ -8,6 +8,7 @@ use super::protocol::instruction::{FAST_SYNC_READ, STATUS, SYNC_READ, SYNC_WRITE
 use super::protocol::{BROADCAST, Decoder, encode};
 use super::simulated::SimulatedMachine;
 use super::slot::Slot;
+use crate::rest::{Drives, bring_to_rest};
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew::twin::arm::ArmTwin;
@@ -56,12 +57,7 @@ pub(super) const SILENT: u16 = 0;
 pub(super) const WITHOUT_TORQUE: u16 = 1;
 /// Octets that are sent or come at once, at most.
 const OCTETS: usize = 8192;
-/// Cycles in which servos come to rest, for which they stand then, and in which their torque goes, at most:
-/// times, ns.
-const BRAKE_TIME: u64 = 500_000_000;
-const STAND_TIME: u64 = 20_000_000;
-const DISABLE_TIME: u64 = 200_000_000;
-/// Cycles of any such time, at least.
+/// Cycles in which a servo takes a change of its state, at most.
 const MIN_CYCLES: u64 = 5;
 
 impl<L: Lines> ServoBus<L> {
@@ -300,52 +296,6 @@ impl<L: Lines> ServoBus<L> {
         }
         fault.or(silent)
     }
-
-    /// Brings all servos to rest on a ramp, then takes their torque.
-    fn bring_to_rest(&mut self) {
-        if !std::mem::take(&mut self.in_operation) {
-            return;
-        }
-        let mut feedback = Feedback::new(self.muscles, 0);
-        let mut commands = vec![DriveCommand::Velocity(0.0); self.muscles];
-        let (h, mut stood) = (self.period as f64 * 1e-9, 0);
-        for _ in 0..self.cycles_of(BRAKE_TIME) {
-            self.read(&mut feedback);
-            let mut standing = true;
-            for servo in &self.servos {
-                let speed = servo.braked_speed(h);
-                standing &= speed == 0.0;
-                // One without torque does not get any for it.
-                commands[servo.muscle()] =
-                    if servo.torque { DriveCommand::Velocity(speed) } else { DriveCommand::Off };
-            }
-            self.write_and_wait(&commands);
-            stood = if standing { stood + 1 } else { 0 };
-            if stood >= self.cycles_of(STAND_TIME) {
-                break;
-            }
-        }
-        commands.fill(DriveCommand::Off);
-        for _ in 0..self.cycles_of(DISABLE_TIME) {
-            self.write_and_wait(&commands);
-            self.servos.iter_mut().for_each(|servo| servo.expected = true);
-            self.read(&mut feedback);
-            if self.servos.iter().all(|servo| servo.silent == 0 && !servo.reading.torque) {
-                break;
-            }
-        }
-    }
-
-    /// Writes outside of a control cycle, and lets the rest of the period pass.
-    fn write_and_wait(&mut self, commands: &[DriveCommand]) {
-        self.write(commands);
-        self.lines.rest_until(self.begin.saturating_add(self.period));
-    }
-
-    /// Cycles of a time, ns.
-    fn cycles_of(&self, time: u64) -> u64 {
-        (time / self.period.max(1)).max(MIN_CYCLES)
-    }
 }
 
 /// Refuses servos of one line that cannot be asked together.
@@ -368,9 +318,45 @@ fn check_lines(devices: &[ServoDevice]) -> Result<(), ServoError> {
     Ok(())
 }
 
+impl<L: Lines> Drives for ServoBus<L> {
+    fn dimensions(&self) -> [usize; 2] {
+        [self.muscles, 0]
+    }
+
+    fn slow_down(&self, commands: &mut [DriveCommand]) -> bool {
+        let h = self.period as f64 * 1e-9;
+        let mut standing = true;
+        for servo in &self.servos {
+            let speed = servo.braked_speed(h);
+            standing &= speed == 0.0;
+            // One without torque does not get any for it.
+            commands[servo.muscle()] =
+                if servo.torque { DriveCommand::Velocity(speed) } else { DriveCommand::Off };
+        }
+        standing
+    }
+
+    fn are_without_power(&self, _last: Exchange) -> bool {
+        self.servos.iter().all(|servo| servo.silent == 0 && !servo.reading.torque)
+    }
+
+    fn write_and_wait(&mut self, commands: &[DriveCommand]) {
+        self.write(commands);
+        if commands.iter().all(|command| *command == DriveCommand::Off) {
+            // A packet may be lost: torque is turned off again in every cycle.
+            self.servos.iter_mut().for_each(|servo| servo.expected = true);
+        }
+        self.lines.rest_until(self.begin.saturating_add(self.period));
+    }
+
+    fn cycles_of(&self, time: u64) -> u64 {
+        (time / self.period.max(1)).max(MIN_CYCLES)
+    }
+}
+
 impl<L: Lines> Drop for ServoBus<L> {
     fn drop(&mut self) {
-        self.bring_to_rest();
+        self.stop();
     }
 }
 
@@ -394,7 +380,9 @@ impl<L: Lines> Plant for ServoBus<L> {
     }
 
     fn stop(&mut self) {
-        self.bring_to_rest();
+        if std::mem::take(&mut self.in_operation) {
+            bring_to_rest(self);
+        }
     }
 
     fn simulated(&self) -> Option<&ArmTwin> {

@@ -93,7 +93,7 @@ pub struct Model {
     /// What notices another specimen; none where the logs do not show what one looks like.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub specimen: Option<SpecimenMonitor>,
-    /// How far a reading of the far end is to be believed; none where the folds do not show it.
+    /// Weight of a reading of the far end; none where the folds do not show it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub offset: Option<OffsetVariance>,
     /// Origin.
