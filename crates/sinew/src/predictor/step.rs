@@ -162,9 +162,9 @@ impl Predictor {
     /// ```
     ///
     /// `e_k` are the errors at the `n` readings since the last [`reset`](Self::reset), `t` and `s` the
-    /// variances of [`Model::offset`]: where errors of a recording are mostly its offset a reading
-    /// counts in full, where they change within it hardly. Returns `b`, far unit; `None`, and nothing changes,
-    /// without a sample before, for a number that is not finite, or where the model has no [`Model::offset`].
+    /// variances of [`Model::offset`]: where errors of a recording are mostly its offset, a reading counts in
+    /// full; where they change within it, hardly. Returns `b`, far unit; `None`, and nothing changes, without
+    /// a sample before, for a number that is not finite, or where the model has no [`Model::offset`].
     pub fn read_far_end(&mut self, far: f64) -> Option<f64> {
         let variance = self.model.offset?;
         if !(far.is_finite() && self.readings.sampled) {
