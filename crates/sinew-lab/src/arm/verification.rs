@@ -213,6 +213,7 @@ fn softened(rules: &ControlRules, [bandwidth, pre_travel, position, damping]: [f
         backlash_gain: pre_travel * rules.backlash_gain,
         position_gain: position * rules.position_gain,
         damping_crossover: damping * rules.damping_crossover,
+        end_point_integral: bandwidth * rules.end_point_integral,
         ..*rules
     }
 }

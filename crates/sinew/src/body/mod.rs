@@ -11,6 +11,7 @@ mod displacement;
 mod energy;
 mod forward_dynamics;
 mod geom;
+mod independent;
 mod integrate;
 mod inverse_dynamics;
 mod kinematics;
@@ -29,6 +30,7 @@ pub(crate) mod vector;
 pub use coupling::Reduction;
 pub use displacement::{Displacement, JointCorrection};
 pub use geom::{Geom, GeomKind, MeshGeom, TriangleSurface};
+pub(crate) use independent::IndependentKinematics;
 pub use kinematics::{MotionAxis, Pose, Poses};
 pub use part_error::PartError;
 pub use parts::{

@@ -186,6 +186,22 @@ pub(crate) fn product(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// Solves a symmetric positive definite 3 x 3 system by Cholesky factorisation.
+pub(crate) fn solve_symmetric(mut a: [[f64; 3]; 3], mut b: Vector) -> Vector {
+    let floor = 1e-18 * (a[0][0] + a[1][1] + a[2][2]) + f64::MIN_POSITIVE;
+    for i in 0..3 {
+        for j in 0..=i {
+            let rest = a[i][j] - (0..j).map(|k| a[i][k] * a[j][k]).sum::<f64>();
+            a[i][j] = if i == j { libm::sqrt(rest.max(floor)) } else { rest / a[j][j] };
+        }
+        b[i] = (b[i] - (0..i).map(|k| a[i][k] * b[k]).sum::<f64>()) / a[i][i];
+    }
+    for i in (0..3).rev() {
+        b[i] = (b[i] - (i + 1..3).map(|k| a[k][i] * b[k]).sum::<f64>()) / a[i][i];
+    }
+    b
+}
+
 /// The quaternion of a frame, by the largest of its four components.
 pub(crate) fn quaternion_of_axes(axes: &Frame) -> [f64; 4] {
     let [x, y, z] = *axes;

@@ -1,7 +1,7 @@
 //! The tension that a body's muscles work with: against its weight, and a force at its ends.
 
 use crate::Error;
-use crate::body::{Poses, Reduction, Robot};
+use crate::body::{IndependentKinematics, Robot};
 use crate::control::tension::{Distribution, Problem, Status};
 use crate::machine::Machine;
 use crate::muscle::MuscleDynamics;
@@ -76,7 +76,7 @@ pub fn working_tension(machine: &Machine, tip_force: Option<f64>) -> Result<Opti
         let torque = held.evaluate(&pose)?;
         alone.extend(held.largest(&torque, &pose)?);
         for (body, place) in &ends {
-            let rows = held.jacobian(*body, *place)?;
+            let rows = held.jacobian(*body, *place)?.to_vec();
             let n = torque.len();
             for (row, sign) in (0..3).flat_map(|row| [(row, 1.0), (row, -1.0)]) {
                 let pulled = (0..n).map(|j| torque[j] + sign * tip_force * rows[row * n + j]);
@@ -122,8 +122,7 @@ fn ends(machine: &Machine) -> Vec<(usize, [f64; 3])> {
 struct Held {
     robot: Robot,
     dynamics: MuscleDynamics,
-    reduction: Reduction,
-    poses: Poses,
+    kinematics: IndependentKinematics,
     distribution: Distribution,
     zeros: Vec<f64>,
     ones: Vec<f64>,
@@ -135,8 +134,7 @@ impl Held {
         let (m, n) = (machine.muscles.len(), machine.encoders.len());
         Ok(Self {
             dynamics: MuscleDynamics::new(&machine.robot)?,
-            reduction: Reduction::new(&machine.robot),
-            poses: Poses::new(&machine.robot),
+            kinematics: IndependentKinematics::new(&machine.robot),
             distribution: Distribution::new(m, n),
             zeros: vec![0.0; m],
             ones: vec![1.0; m],
@@ -148,8 +146,7 @@ impl Held {
     /// Torque that holds the pose, Nm or N: `[joints]`.
     fn evaluate(&mut self, pose: &[f64]) -> Result<Vec<f64>, Error> {
         self.dynamics.evaluate(pose)?;
-        self.robot.forward_kinematics(self.dynamics.coordinates(), &mut self.poses)?;
-        self.reduction.update(&self.robot, self.dynamics.coordinates())?;
+        self.kinematics.evaluate(&self.robot, pose)?;
         let rest = vec![0.0; pose.len()];
         let mut torque = vec![0.0; pose.len()];
         self.dynamics.inverse_dynamics(&rest, &rest, &mut torque)?;
@@ -157,14 +154,10 @@ impl Held {
     }
 
     /// Of a point of a body by the independent joints: `[3 x joints]`.
-    fn jacobian(&self, body: usize, point: [f64; 3]) -> Result<Vec<f64>, Error> {
-        let nv = self.robot.nv();
-        let at = self.robot.body_pose(&self.poses, body).point(point);
-        let (mut linear, mut angular) = (vec![0.0; 3 * nv], vec![0.0; 3 * nv]);
-        self.robot.jacobian(&self.poses, body, at, &mut linear, &mut angular)?;
-        let mut rows = vec![0.0; 3 * self.dynamics.joints()];
-        self.reduction.rows(&linear, &mut rows)?;
-        Ok(rows)
+    fn jacobian(&mut self, body: usize, point: [f64; 3]) -> Result<&[f64], Error> {
+        let at = self.robot.body_pose(&self.kinematics.poses, body).point(point);
+        self.kinematics.point(&self.robot, body, at)?;
+        Ok(&self.kinematics.rows)
     }
 
     /// The largest of the minimum tensions for a torque; none where no tensions give it.

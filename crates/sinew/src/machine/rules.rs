@@ -25,6 +25,9 @@ pub struct ControlRules {
     /// `lambda_i`, the same integrated, 1/s.
     #[serde(rename = "backlash_integral_per_s", alias = "pre_travel_integral_per_s")]
     pub backlash_integral: f64,
+    /// `k`, rate with which the error of the end point is integrated, 1/s; 0 for none.
+    #[serde(rename = "end_point_integral_per_s")]
+    pub end_point_integral: f64,
     /// `c`, largest crossover of the damping of a cable's mode, rad/s.
     #[serde(rename = "damping_crossover_rad_per_s")]
     pub damping_crossover: f64,
@@ -42,6 +45,7 @@ impl Default for ControlRules {
             position_gain: 0.94,
             backlash_gain: 5.5,
             backlash_integral: 4.4,
+            end_point_integral: 1.0,
             damping_crossover: 60.0,
             shared_damping: 2.0,
             margin: 0.8,
@@ -67,6 +71,7 @@ impl ControlRules {
         ] {
             positive(name, value)?;
         }
+        crate::error::non_negative("end_point_integral", self.end_point_integral)?;
         crate::error::within("margin", "a number in (0, 1]", self.margin, self.margin <= 1.0).map(drop)
     }
 }

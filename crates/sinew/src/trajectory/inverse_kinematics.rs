@@ -2,7 +2,7 @@ use super::nearest::Nearest;
 use super::ranges::independent_ranges;
 use super::redundancy::Redundancy;
 use crate::body::vector::{dot, norm, product};
-use crate::body::{JointKind, Poses, Reduction, Robot};
+use crate::body::{IndependentKinematics, JointKind, Robot};
 use crate::error::{Error, within};
 use alloc::vec;
 use alloc::vec::Vec;
@@ -39,13 +39,8 @@ pub(super) struct Solver<'a> {
     pub(super) ranges: Vec<[f64; 2]>,
     /// Largest change of a joint per iteration, rad or m: `[n]`.
     strides: Vec<f64>,
-    reduction: Reduction,
-    poses: Poses,
-    full: Vec<f64>,
-    jacobian: Vec<f64>,
-    angular: Vec<f64>,
-    /// Jacobian of the task over the independent joints, `[3 x n]`; rows of axes outside the task are zero.
-    pub(super) rows: Vec<f64>,
+    /// With the Jacobian of the task; its rows of axes outside the task are zero.
+    pub(super) kinematics: IndependentKinematics,
     preferred: Vec<f64>,
     next: Vec<f64>,
 }
@@ -84,7 +79,7 @@ impl<'a> Solver<'a> {
         rule.validate(robot)?;
         within("site", "an index of a site", site as f64, site < robot.parts().sites.len())?;
         within("axes", "at least one", 0.0, axes.contains(&true))?;
-        let (nv, n) = (robot.nv(), rule.rest.len());
+        let n = rule.rest.len();
         let ranges = independent_ranges(robot)?;
         let stride = |(&joint, range): (&usize, &[f64; 2])| match robot.parts().joints[joint].kind {
             JointKind::Slide => (0.2 * (range[1] - range[0])).min(0.3),
@@ -97,12 +92,7 @@ impl<'a> Solver<'a> {
             axes,
             strides,
             ranges,
-            reduction: Reduction::new(robot),
-            poses: Poses::new(robot),
-            full: vec![0.0; nv],
-            jacobian: vec![0.0; 3 * nv],
-            angular: vec![0.0; 3 * nv],
-            rows: vec![0.0; 3 * n],
+            kinematics: IndependentKinematics::new(robot),
             preferred: vec![0.0; n],
             next: vec![0.0; n],
             robot,
@@ -181,7 +171,7 @@ impl<'a> Solver<'a> {
             let trace = self.trace();
             let regularization = (damping * trace).max(CURVATURE * norm(error) * libm::sqrt(trace));
             self.nearest(error, regularization, x, &mut [0.0; 3]);
-            let (rows, n) = (&self.rows, x.len());
+            let (rows, n) = (&self.kinematics.rows, x.len());
             let remaining: [f64; 3] = core::array::from_fn(|k| {
                 let row = &rows[k * n..(k + 1) * n];
                 error[k] - product(row, &self.next) + product(row, x)
@@ -209,7 +199,7 @@ impl<'a> Solver<'a> {
         let n = x.len();
         let mut squares = 0.0;
         for (i, [low, high]) in self.ranges.iter().enumerate() {
-            let pull: f64 = (0..3).map(|k| self.rows[k * n + i] * error[k]).sum();
+            let pull: f64 = (0..3).map(|k| self.kinematics.rows[k * n + i] * error[k]).sum();
             if (x[i] > *low || pull > 0.0) && (x[i] < *high || pull < 0.0) {
                 squares += pull * pull / self.rule.weight[i];
             }
@@ -219,13 +209,9 @@ impl<'a> Solver<'a> {
 
     /// Position error of the end point in the task's axes, m; updates the Jacobian.
     pub(super) fn error(&mut self, target: [f64; 3], x: &[f64]) -> Result<[f64; 3], Error> {
-        self.reduction.expand(self.robot, x, &mut self.full)?;
-        self.robot.bent_kinematics(&self.full, &mut self.poses)?;
-        let point = self.robot.site_pose(&self.poses, self.site).origin;
-        let body = self.robot.parts().sites[self.site].body;
-        self.robot.jacobian(&self.poses, body, point, &mut self.jacobian, &mut self.angular)?;
-        self.reduction.rows(&self.jacobian, &mut self.rows)?;
-        for (row, used) in self.rows.chunks_exact_mut(x.len()).zip(self.axes) {
+        self.kinematics.evaluate_bent(self.robot, x)?;
+        let point = self.kinematics.site(self.robot, self.site)?;
+        for (row, used) in self.kinematics.rows.chunks_exact_mut(x.len()).zip(self.axes) {
             if !used {
                 row.fill(0.0);
             }
@@ -236,12 +222,13 @@ impl<'a> Solver<'a> {
     /// Writes the solution of the linearised problem about `x` to `next`.
     fn nearest(&mut self, error: [f64; 3], regularization: f64, x: &[f64], multipliers: &mut [f64; 3]) {
         let n = x.len();
-        let right = core::array::from_fn(|k| error[k] + product(&self.rows[k * n..(k + 1) * n], x));
+        let right =
+            core::array::from_fn(|k| error[k] + product(&self.kinematics.rows[k * n..(k + 1) * n], x));
         let problem = Nearest {
             preferred: &self.preferred,
             weight: &self.rule.weight,
             bounds: &self.ranges,
-            rows: &self.rows,
+            rows: &self.kinematics.rows,
             right,
             regularization,
         };
@@ -251,7 +238,7 @@ impl<'a> Solver<'a> {
     /// Trace of `J W^-1 J^T`.
     fn trace(&self) -> f64 {
         let weights = self.rule.weight.iter().cycle();
-        self.rows.iter().zip(weights).map(|(x, w)| x * x / w).sum::<f64>() + f64::MIN_POSITIVE
+        self.kinematics.rows.iter().zip(weights).map(|(x, w)| x * x / w).sum::<f64>() + f64::MIN_POSITIVE
     }
 
     /// Moves `x` toward `next`, at most by a stride; returns the largest change before it is limited.

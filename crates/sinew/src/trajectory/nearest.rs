@@ -1,4 +1,4 @@
-use crate::body::vector::{dot, norm, product, sub};
+use crate::body::vector::{dot, norm, product, solve_symmetric, sub};
 
 /// The point of a box nearest to a preferred one that satisfies up to three linear equations.
 ///
@@ -42,7 +42,7 @@ impl Nearest<'_> {
             if norm(residual) <= TOLERANCE * scale {
                 break;
             }
-            let step = solve(self.normal(y), residual).map(|x| -x);
+            let step = solve_symmetric(self.normal(y), residual).map(|x| -x);
             let slope = dot(residual, step);
             let mut fraction = 1.0;
             let mut trial = along(*multipliers, fraction, step);
@@ -102,20 +102,4 @@ impl Nearest<'_> {
 
 fn along(from: [f64; 3], fraction: f64, step: [f64; 3]) -> [f64; 3] {
     core::array::from_fn(|k| from[k] + fraction * step[k])
-}
-
-/// Solves a symmetric positive definite 3 x 3 system by Cholesky factorisation.
-fn solve(mut a: [[f64; 3]; 3], mut b: [f64; 3]) -> [f64; 3] {
-    let floor = 1e-18 * (a[0][0] + a[1][1] + a[2][2]) + f64::MIN_POSITIVE;
-    for i in 0..3 {
-        for j in 0..=i {
-            let rest = a[i][j] - (0..j).map(|k| a[i][k] * a[j][k]).sum::<f64>();
-            a[i][j] = if i == j { libm::sqrt(rest.max(floor)) } else { rest / a[j][j] };
-        }
-        b[i] = (b[i] - (0..i).map(|k| a[i][k] * b[k]).sum::<f64>()) / a[i][i];
-    }
-    for i in (0..3).rev() {
-        b[i] = (b[i] - (i + 1..3).map(|k| a[k][i] * b[k]).sum::<f64>()) / a[i][i];
-    }
-    b
 }

@@ -166,9 +166,10 @@ fn free_distance(solver: &Solver<'_>, target: [f64; 3], closest: &[f64]) -> Resu
 fn joints_at_limits(solver: &mut Solver<'_>, target: [f64; 3], x: &[f64]) -> Result<Vec<String>, Error> {
     let error = solver.error(target, x)?;
     let (n, length) = (x.len(), crate::body::vector::norm(error));
-    let pull = |i: usize| (0..3).map(|k| solver.rows[k * n + i] * error[k]).sum::<f64>();
-    let lever =
-        |i: usize| libm::sqrt((0..3).map(|k| solver.rows[k * n + i]).map(|entry| entry * entry).sum::<f64>());
+    let pull = |i: usize| (0..3).map(|k| solver.kinematics.rows[k * n + i] * error[k]).sum::<f64>();
+    let lever = |i: usize| {
+        libm::sqrt((0..3).map(|k| solver.kinematics.rows[k * n + i]).map(|entry| entry * entry).sum::<f64>())
+    };
     let holds = |i: usize| {
         let [low, high] = solver.ranges[i];
         let least = 1e-6 * lever(i) * length;

@@ -2,6 +2,7 @@ use super::acceleration_law::AccelerationLaw;
 use super::actuation::{Actuation, ActuationInputs, ActuationMode};
 use super::anchor_motion::AnchorMotion;
 use super::cable_states::{CableStateSource, CableStates};
+use super::end_point_integral::EndPointIntegral;
 use super::fault_detector::{FaultDetector, Prediction};
 use super::gains::ArmGains;
 use super::isolation::Seen;
@@ -57,6 +58,7 @@ pub struct ArmController {
     stiffness: JointStiffness,
     joints: JointObserver,
     law: AccelerationLaw,
+    end_point: Option<EndPointIntegral>,
     anchors: AnchorMotion,
     distribution: Distribution,
     actuation: Actuation,
@@ -152,6 +154,7 @@ impl ArmController {
             stiffness,
             joints: JointObserver::new(models, &gains)?,
             law: AccelerationLaw::new(joints),
+            end_point: gains.end_point.map(|gains| EndPointIntegral::new(robot, gains)),
             anchors: AnchorMotion::new(muscles),
             distribution: Distribution::with_settings(
                 muscles,
@@ -247,6 +250,7 @@ impl ArmController {
         self.cables.restart();
         self.actuation.restart();
         self.law.error.fill(0.0);
+        self.end_point.iter_mut().for_each(EndPointIntegral::restart);
         self.anchors.slip.fill(0.0);
         (self.started, self.disturbance_initialized, self.since_isolation) = (false, false, 0.0);
         (self.at_rest, self.holding) = (false, false);
@@ -353,7 +357,7 @@ impl ArmController {
             self.estimate_cables(h, reference.current)?; // (7), (10) at the lengths of (19)
             self.estimate_joints(h)?; // (21), (23)
             self.isolate_faults(h, measurement)?;
-            self.evaluate_errors(h, reference); // (24), and (20)
+            self.evaluate_errors(h, reference)?; // (24), and (20)
             self.detect_rest(reference);
             self.law.evaluate(&self.gains, reference.current, &self.joints.v, self.at_rest); // (25), (26)
             self.evaluate_torque()?; // (23)
@@ -468,24 +472,29 @@ impl ArmController {
     }
 
     /// Errors of the joints and of the anchors.
-    fn evaluate_errors(&mut self, h: f64, reference: &PreviewedReference<'_>) {
-        self.law.update_error(reference.current, &self.joints.q);
-        self.faults.check_tracking(&self.law.error);
+    fn evaluate_errors(&mut self, h: f64, reference: &PreviewedReference<'_>) -> Result<(), Error> {
+        let Self { law, end_point, joints, .. } = self;
+        law.update_error(reference.current, &joints.q);
+        self.faults.check_tracking(&law.error);
+        if let Some(integral) = end_point {
+            let h = if moves(reference) && !self.tensions.is_active() { h } else { 0.0 };
+            integral.update(h, self.body.robot(), &joints.q, &law.error)?;
+            law.error.iter_mut().zip(&integral.shift).for_each(|(error, shift)| *error += shift);
+        }
         let filter_fraction = (h / self.gains.slip_filter_time).min(1.0);
         self.anchors.update(&self.body, reference, &self.joints, &self.law.error, filter_fraction);
+        Ok(())
     }
 
     /// Rest begins with small errors and speeds and ends with larger errors, so that it does not toggle.
     fn detect_rest(&mut self, reference: &PreviewedReference<'_>) {
-        let speeds = reference.current.v.iter().chain(&reference.previewed.v);
-        let reference_rests = speeds.fold(0.0_f64, |most, v| most.max(v.abs())) <= REST_REFERENCE_SPEED;
         let muscles = self.gains.muscles.iter();
         let near = if self.at_rest {
             self.anchors.is_near(muscles.map(|muscle| [muscle.rest_error[1], f64::INFINITY]))
         } else {
             self.anchors.is_near(muscles.map(|muscle| [muscle.rest_error[0], muscle.rest_speed]))
         };
-        self.at_rest = reference_rests && near && !self.tensions.is_active();
+        self.at_rest = !moves(reference) && near && !self.tensions.is_active();
         self.holding = self.at_rest && self.actuation.is_within_tolerance(&self.anchors);
     }
 
@@ -530,6 +539,12 @@ impl ArmController {
         };
         self.actuation.command(h, &self.gains, &inputs)
     }
+}
+
+/// Whether a reference moves, now or as far as it is previewed.
+fn moves(reference: &PreviewedReference<'_>) -> bool {
+    let mut speeds = reference.current.v.iter().chain(&reference.previewed.v);
+    speeds.any(|v| v.abs() > REST_REFERENCE_SPEED)
 }
 
 #[cfg(test)]

@@ -34,10 +34,27 @@ pub struct ArmGains {
     /// corrected at rest.
     #[serde(rename = "rest_time_constant_s")]
     pub rest_time_constant: f64,
+    /// Slow integral of the end point's error; none for a machine without an end point.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub end_point: Option<EndPointGains>,
     /// Of every joint: `[joints]`.
     pub joints: Vec<JointGains>,
     /// Of every muscle: `[muscles]`.
     pub muscles: Vec<MuscleGains>,
+}
+
+/// Gains of the integral of the end point's error by the joints' encoders.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EndPointGains {
+    /// Index of its site.
+    pub site: usize,
+    /// `k`, 1/s, >= 0: rate with which its error is integrated.
+    #[serde(rename = "rate_per_s")]
+    pub rate: f64,
+    /// `u_max`, m, > 0: largest correction.
+    #[serde(rename = "largest_m")]
+    pub largest: f64,
 }
 
 /// Gains of one joint, and the thresholds beyond which its encoder or its error is a fault; its unit is the
@@ -228,6 +245,10 @@ impl ArmGains {
         non_negative("creep_feedback_fraction", self.creep_feedback_fraction)?;
         let ratio = self.max_bandwidth_ratio;
         within("max_bandwidth_ratio", "at least 1", ratio, ratio >= 1.0 && ratio.is_finite())?;
+        if let Some(EndPointGains { rate, largest, .. }) = self.end_point {
+            non_negative("rate of the end point's integral", rate)?;
+            positive("largest correction of the end point", largest)?;
+        }
         self.joints.iter().try_for_each(JointGains::validate)?;
         self.muscles.iter().try_for_each(MuscleGains::validate)
     }
@@ -355,6 +376,7 @@ impl ArmGains {
             creep_feedback_fraction: 0.16,
             slip_filter_time: 0.009,
             rest_time_constant: 0.38,
+            end_point: None,
             joints: alloc::vec![joint; joints],
             muscles: alloc::vec![muscle; muscles],
         }

@@ -5,7 +5,7 @@ use crate::machine::{ControlRules, DEFAULT_PERIOD, Machine, dead_time};
 ///
 /// ```text
 /// D   = min(T, 1 ms) + T/2 + t_d,   s = max(D/D_0, 1)
-/// c_T = c/s,   w_T = min(w, w_o,T/3) where w_o,T < w_o,   t_v = s 5.6 ms,   w_o,T = min(w_o, 0.29/T),   r = clip(0.3132/(w_o,T T), 1, 5.4) for T > 1 ms
+/// c_T = c/s,   k_T = k w_T/w,   w_T = min(w, w_o,T/3) where w_o,T < w_o,   t_v = s 5.6 ms,   w_o,T = min(w_o, 0.29/T),   r = clip(0.3132/(w_o,T T), 1, 5.4) for T > 1 ms
 /// ```
 ///
 /// | symbol | meaning                                                                     | unit  |
@@ -13,7 +13,7 @@ use crate::machine::{ControlRules, DEFAULT_PERIOD, Machine, dead_time};
 /// | T, t_d | period of the control cycle, longest transport delay of the drives' readings    | s     |
 /// | D, D_0 | [`dead_time`]; that of a millisecond without transport, with which the rules were found | s |
 /// | s      | how much slower the loops of the winches are, so that their phases stay           | 1     |
-/// | c, w, w_o | [`ControlRules`]                                                           | rad/s |
+/// | c, k, w, w_o | [`ControlRules`]                                                           | rad/s |
 /// | t_v    | time constant of a winch's travel                                             | s     |
 /// | r      | largest growth of the bandwidth of the joints' observers                      | 1     |
 ///
@@ -64,6 +64,7 @@ impl Pace {
                 bandwidth,
                 observer_bandwidth,
                 damping_crossover: rules.damping_crossover / slower,
+                end_point_integral: rules.end_point_integral * bandwidth / rules.bandwidth,
                 ..*rules
             },
             period,

@@ -1,7 +1,9 @@
-use super::gains::{ArmGains, JointGains, MuscleGains};
+use super::gains::{ArmGains, EndPointGains, JointGains, MuscleGains};
 use super::joint_monitor::JUMP_COUNTS;
 use super::pace::Pace;
 use crate::Error;
+use crate::body::IndependentKinematics;
+use crate::body::vector::norm;
 use crate::drive::{DriveParameters, JointEncoder};
 use crate::machine::{Characteristics, ControlRules, JointCharacteristics, Machine, MuscleCharacteristics};
 use crate::muscle::MuscleDynamics;
@@ -23,6 +25,7 @@ use alloc::vec::Vec;
 /// joint   x_j = max(25 D, 3 tau/(I 3 (r w_o)^2)),   x_max = max(40 D, theta_G/10),
 ///         x_r,max = max(150 D, 0.4 theta_G),   e_q = max(1300 D, theta_G)
 /// winch   encoder: 10 v_d, stands for 30 mrad r_k, 3 ms v_d to 4 ms v_d;   r_v,max = 30 ms v_d
+/// end     k = 1/s,   u_max = 0.1 max sum_j |J_j| theta_G,j of all poses
 /// cable   load cell: 40 ranges per s;   dT = max(0.38 F_min, 10 sigma);   slack below T_l + 0.14 F_min
 ///         eps = max(0.015, 0.8 a/r_k) + a_r
 /// ```
@@ -71,6 +74,7 @@ pub fn synthesize(
         creep_feedback_fraction: 0.16,
         slip_filter_time: 0.009,
         rest_time_constant: 0.38,
+        end_point: end_point(rules, machine, &found, poses)?,
         joints: joints.map(|(encoder, joint)| of_joint(&pace, encoder.as_ref(), joint)).collect(),
         muscles: muscles
             .map(|(((design, muscle), limits), rate_gain)| {
@@ -153,6 +157,27 @@ fn of_joint(
     }
 }
 
+/// Of the machine's end point; none for a task of the joints.
+fn end_point(
+    rules: &ControlRules,
+    machine: &Machine,
+    found: &Characteristics,
+    poses: &[Vec<f64>],
+) -> Result<Option<EndPointGains>, Error> {
+    let Some(site) = machine.task.site().filter(|_| rules.end_point_integral > 0.0) else { return Ok(None) };
+    let mut kinematics = IndependentKinematics::new(&machine.robot);
+    let mut largest: f64 = 0.0;
+    for pose in poses {
+        kinematics.evaluate(&machine.robot, pose)?;
+        kinematics.site(&machine.robot, site)?;
+        let column = |joint: usize| norm(core::array::from_fn(|k| kinematics.rows[k * pose.len() + joint]));
+        let moved = found.joints.iter().enumerate().map(|(j, joint)| column(j) * joint.dead_band);
+        largest = largest.max(moved.sum());
+    }
+    let largest = (END_POINT_FRACTION * largest).max(f64::MIN_POSITIVE);
+    Ok(Some(EndPointGains { site, rate: rules.end_point_integral, largest }))
+}
+
 /// `t_d` of every muscle, s. Muscles that move the same joints damp the same motion: the rate at which all of
 /// them together take the speed of an anchor is limited, beside that of each alone.
 fn rate_gains(rules: &ControlRules, found: &Characteristics) -> Vec<f64> {
@@ -171,6 +196,8 @@ fn rate_gains(rules: &ControlRules, found: &Characteristics) -> Vec<f64> {
     gains
 }
 
+/// `u_max` over the travel of the end point within the dead bands of all joints.
+const END_POINT_FRACTION: f64 = 0.1;
 /// Largest `t_d`, s.
 const LONGEST_RATE_GAIN: f64 = 0.15;
 /// Rounds in which gains are lowered; the sum converges from above.

@@ -153,6 +153,7 @@ pub(super) const CONTROL: &[Field<ControlRules>] = fields![
     "position_gain": POSITIVE => position_gain,
     "backlash_gain": POSITIVE => backlash_gain,
     "backlash_integral_per_s": POSITIVE => backlash_integral,
+    "end_point_integral_per_s": NON_NEGATIVE => end_point_integral,
     "damping_crossover_rad_per_s": POSITIVE => damping_crossover,
     "shared_damping": POSITIVE => shared_damping,
     "margin": UP_TO_ONE => margin,

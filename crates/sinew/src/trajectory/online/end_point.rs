@@ -1,5 +1,5 @@
 use crate::body::vector::norm;
-use crate::body::{Poses, Reduction, Robot};
+use crate::body::{IndependentKinematics, Robot};
 use crate::error::{Error, check_length, within};
 use crate::trajectory::Redundancy;
 use crate::trajectory::nearest::Nearest;
@@ -34,12 +34,7 @@ pub struct EndPointStep {
     site: usize,
     axes: [bool; 3],
     ranges: Vec<[f64; 2]>,
-    reduction: Reduction,
-    poses: Poses,
-    full: Vec<f64>,
-    jacobian: Vec<f64>,
-    angular: Vec<f64>,
-    rows: Vec<f64>,
+    kinematics: IndependentKinematics,
     preferred: Vec<f64>,
     next: Vec<f64>,
 }
@@ -71,7 +66,7 @@ impl EndPointStep {
     ) -> Result<Self, Error> {
         rule.validate(robot)?;
         within("site", "an index of a site", site as f64, site < robot.parts().sites.len())?;
-        let (nv, n) = (robot.nv(), rule.rest.len());
+        let n = rule.rest.len();
         check_length("ranges", ranges.len(), n)?;
         Ok(Self {
             robot: robot.clone(),
@@ -79,12 +74,7 @@ impl EndPointStep {
             site,
             axes,
             ranges: ranges.to_vec(),
-            reduction: Reduction::new(robot),
-            poses: Poses::new(robot),
-            full: vec![0.0; nv],
-            jacobian: vec![0.0; 3 * nv],
-            angular: vec![0.0; 3 * nv],
-            rows: vec![0.0; 3 * n],
+            kinematics: IndependentKinematics::new(robot),
             preferred: vec![0.0; n],
             next: vec![0.0; n],
         })
@@ -95,9 +85,8 @@ impl EndPointStep {
     /// # Errors
     /// As [`Reduction::expand`].
     pub fn position(&mut self, x: &[f64]) -> Result<[f64; 3], Error> {
-        self.reduction.expand(&self.robot, x, &mut self.full)?;
-        self.robot.forward_kinematics(&self.full, &mut self.poses)?;
-        Ok(self.robot.site_pose(&self.poses, self.site).origin)
+        self.kinematics.evaluate(&self.robot, x)?;
+        Ok(self.robot.site_pose(&self.kinematics.poses, self.site).origin)
     }
 
     /// Moves a pose toward one whose end point is at the target; returns the distance that is left, m.
@@ -119,11 +108,9 @@ impl EndPointStep {
 
     /// Position error in the task's axes, m; updates the Jacobian.
     fn error(&mut self, target: [f64; 3], x: &[f64]) -> Result<[f64; 3], Error> {
-        let point = self.position(x)?;
-        let body = self.robot.parts().sites[self.site].body;
-        self.robot.jacobian(&self.poses, body, point, &mut self.jacobian, &mut self.angular)?;
-        self.reduction.rows(&self.jacobian, &mut self.rows)?;
-        for (row, used) in self.rows.chunks_exact_mut(x.len().max(1)).zip(self.axes) {
+        self.kinematics.evaluate(&self.robot, x)?;
+        let point = self.kinematics.site(&self.robot, self.site)?;
+        for (row, used) in self.kinematics.rows.chunks_exact_mut(x.len().max(1)).zip(self.axes) {
             if !used {
                 row.fill(0.0);
             }
@@ -134,11 +121,12 @@ impl EndPointStep {
     fn advance(&mut self, error: [f64; 3], x: &mut [f64]) {
         let n = x.len();
         let weights = self.rule.weight.iter().cycle();
-        let trace = self.rows.iter().zip(weights).map(|(x, w)| x * x / w).sum::<f64>() + f64::MIN_POSITIVE;
+        let trace =
+            self.kinematics.rows.iter().zip(weights).map(|(x, w)| x * x / w).sum::<f64>() + f64::MIN_POSITIVE;
         for ((preferred, x), rest) in self.preferred.iter_mut().zip(&*x).zip(&self.rule.rest) {
             *preferred = x + RETURN * (rest - x);
         }
-        let rows = &self.rows;
+        let rows = &self.kinematics.rows;
         let along = |k: usize| rows[k * n..(k + 1) * n].iter().zip(&*x).map(|(j, x)| j * x).sum::<f64>();
         let problem = Nearest {
             preferred: &self.preferred,

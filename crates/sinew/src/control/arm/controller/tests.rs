@@ -192,7 +192,7 @@ fn errors_are_those_of_the_estimates_and_slip_follows_the_anchors_within_its_fil
         controller.body.evaluate(&[REST]).unwrap();
         controller.joints.q[0] = 0.15;
         controller.joints.v[0] = 0.4;
-        controller.evaluate_errors(h, &both(&at(REST)));
+        controller.evaluate_errors(h, &both(&at(REST))).unwrap();
         assert!((controller.law.error[0] - 0.05).abs() < 1e-12);
         for k in 0..2 {
             let arm = controller.body.moment_arms()[k];
