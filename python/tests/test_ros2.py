@@ -108,7 +108,8 @@ def test_joints_and_frames_are_those_of_the_pose(folder: Path) -> None:
     assert all(len(state.velocity) == 0 for state in states)
     frames = [message.transforms for _, message in found["/tf"]]
     assert len(frames) == len(states)
-    angle = 2 * np.arctan2(*[[getattr(f[1].transform.rotation, axis) for f in frames] for axis in ("y", "w")])
+    assert [frame.child_frame_id for frame in frames[0]][-2:] == ["thigh", "shank"]
+    angle = 2 * np.arctan2(*[[getattr(f[-1].transform.rotation, axis) for f in frames] for axis in ("y", "w")])
     moved = np.abs(np.abs(angle - angle[0]) - np.abs(table["joint_rad:knee"] - table["joint_rad:knee"][0]))
     assert moved.max() < 1e-5, moved.max()
     for transform in (transform for frame in frames for transform in frame):
