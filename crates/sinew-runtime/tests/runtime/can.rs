@@ -3,7 +3,6 @@
 use crate::common::{Setup, bare_machine, machine, tracked};
 use proptest::prelude::*;
 use sinew::control::arm::ArmStatus;
-use sinew::control::supervisor::Mode;
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew_runtime::can::slcan::{Decoder, Line, encode};

@@ -2,7 +2,6 @@
 
 use crate::common::{Setup, bare_machine, machine, tracked};
 use sinew::control::arm::ArmStatus;
-use sinew::control::supervisor::Mode;
 use sinew::machine::Machine;
 use sinew_runtime::servos::{
     BAUD, Lines, Model, OVERLOAD, OperatingMode, ServoBus, ServoDevice, ServoFault, ServoGoal,
