@@ -20,6 +20,7 @@ const BUS: Bus = Bus {
     name: "text",
     about: "Lines of text over UDP",
     needs_interface: true,
+    reads_ahead: false,
     open,
     words: |_| String::new(),
     tables: None,

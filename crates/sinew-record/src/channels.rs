@@ -136,7 +136,7 @@ impl Container {
 }
 
 /// The head for programs that do not read it.
-fn metadata(head: &Head) -> BTreeMap<String, String> {
+pub(crate) fn metadata(head: &Head) -> BTreeMap<String, String> {
     [
         ("format", head.format.to_string()),
         ("program", head.program.clone()),

@@ -20,6 +20,7 @@ mod messages;
 mod read;
 mod recorder;
 mod replay;
+mod ros2;
 mod sink;
 mod view;
 
@@ -31,5 +32,6 @@ pub use head::{BLOCK, COMMAND, Circumstances, Coding, ColumnSpec, FORMAT, Head, 
 pub use read::{BlockPlace, Blocks, Recording};
 pub use recorder::{Recorded, Recorder};
 pub use replay::{BlockChecks, Replay, ReplayedCycle};
+pub use ros2::{Bag, ros2_bag};
 pub use sinew_session::signals::{Signal, bus_fault_of, command_code, fault_of, status_of};
 pub use sink::Storage;

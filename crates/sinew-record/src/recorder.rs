@@ -334,7 +334,7 @@ fn discard(mut ring: Consumer<f64>, mut link: Option<TapeReader>, shared: &Share
 }
 
 /// Level of a status in `foxglove.Log`: information, warning, error.
-fn level(status: ArmStatus) -> i32 {
+pub(crate) fn level(status: ArmStatus) -> i32 {
     match status {
         ArmStatus::Following | ArmStatus::Holding => 2,
         ArmStatus::Degraded(_) => 3,

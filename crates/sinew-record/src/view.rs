@@ -52,6 +52,19 @@ impl View {
         self.machine.robot.forward_kinematics(self.model.coordinates(), &mut self.poses)
     }
 
+    /// Torques or forces of tensions at the anchors on the independent joints, `R^T F`, Nm or N.
+    ///
+    /// # Shapes
+    /// `q, out: [joints]`; `tension: [muscles]`, N.
+    pub(crate) fn torques(&mut self, q: &[f64], tension: &[f64], out: &mut [f64]) -> Result<(), Error> {
+        self.evaluate(q)?;
+        out.fill(0.0);
+        for (arms, tension) in self.model.moment_arms().chunks_exact(q.len().max(1)).zip(tension) {
+            out.iter_mut().zip(arms).for_each(|(torque, arm)| *torque += arm * tension);
+        }
+        Ok(())
+    }
+
     /// Frames of the bodies with respect to those that carry them; with `all` also those that no joint moves.
     pub(crate) fn transforms(&mut self, q: &[f64], time: u64, all: bool) -> Result<FrameTransforms, Error> {
         self.evaluate(q)?;

@@ -14,12 +14,22 @@ pub struct Bus {
     pub about: &'static str,
     /// Whether an interface has to be named, which the machine file does not.
     pub needs_interface: bool,
+    /// Whether a cycle begins with readings from the end of the one before: its line has the whole period.
+    pub reads_ahead: bool,
     /// Opens the interface of this name, empty where none is named, on which nothing has power yet.
     pub open: fn(&str) -> Result<Box<dyn Wire>, BusError>,
     /// The code of a fault in words, which follow the name of the device where there is one.
     pub words: fn(BusFault) -> String,
     /// What reads the tables of its devices; none where it finds them by their order.
     pub tables: Option<Tables>,
+}
+
+impl Bus {
+    /// Age of its readings where a cycle of a period, s, begins, s.
+    #[must_use]
+    pub fn reading_age(&self, period: f64) -> f64 {
+        if self.reads_ahead { period } else { 0.0 }
+    }
 }
 
 /// How the tables of a bus's devices are told and read.

@@ -21,13 +21,17 @@ fn tables() -> impl Iterator<Item = (&'static Bus, Tables)> {
 }
 
 impl DeviceTables {
-    /// The devices of the machine that was read; simulated ones on every bus where its file names none.
+    /// The devices of the machine that was read, whose readings are as old as their bus makes them; simulated
+    /// ones on every bus where its file names none.
     ///
     /// # Errors
     /// A value that contradicts the device's model.
-    pub fn devices(&self, machine: &Machine) -> Result<Devices, DescriptionError> {
+    pub fn devices(&self, machine: &mut Machine) -> Result<Devices, DescriptionError> {
         let devices = match &self.chosen {
-            Some((_, reader)) => vec![reader.devices(machine)?],
+            Some((bus, reader)) => {
+                machine.reading_age = bus.reading_age(machine.period);
+                vec![reader.devices(machine)?]
+            }
             None => tables().map(|(_, of)| (of.reader)().devices(machine)).collect::<Result<_, _>>()?,
         };
         Ok(Devices(devices))

@@ -1,6 +1,6 @@
 //! Arguments of `sinew can`.
 
-use super::values::number;
+use super::servos::SimulatedMachineArguments;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
@@ -48,17 +48,6 @@ fn rates() -> impl TypedValueParser<Value = u32> {
 /// Example: sinew can simulate finger --pty
 #[derive(Debug, Args)]
 pub(crate) struct CanSimulateArguments {
-    /// A machine's file, or the name of a built-in machine
-    #[arg(default_value = "finger")]
-    pub(crate) machine: PathBuf,
-    /// Answer on a pseudo-terminal, as without it
-    #[arg(long)]
-    pub(crate) pty: bool,
-    /// Seed of the machine's deviations from its design
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// Seconds after which it ends, 0.1 to 86400 [default: never]
-    #[arg(long, value_name = "SECONDS",
-        value_parser = number("0.1 to 86400 s", |s| (0.1..=86_400.0).contains(&s)))]
-    pub(crate) duration: Option<f64>,
+    #[command(flatten)]
+    pub(crate) simulated: SimulatedMachineArguments,
 }

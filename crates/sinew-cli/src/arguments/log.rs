@@ -1,6 +1,6 @@
 //! Arguments of `sinew log`.
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
 /// Show, convert or draw the recording of a run, or run the controller again over it.
@@ -32,11 +32,15 @@ pub(crate) struct LogInfoArguments {
     pub(crate) file: PathBuf,
 }
 
-/// Write the cycles of a recording as a table: CSV, or Parquet where the program was built with it.
+/// Write the cycles of a recording as a table: CSV, or Parquet where the program was built with it; or as a
+/// bag of ROS 2.
 ///
 /// Column names end with units, and with the muscle or joint that they belong to. With --muscle the table
 /// holds one transmission under the names that `sinew identify` knows: tension_in_n, position_in_m, anchor_m,
 /// and of a simulated machine tension_out_n, every 20 ms.
+///
+/// A bag (MCAP with CDR, beside a metadata.yaml) has /joint_states, /tf, /diagnostics and every signal:
+/// /sinew/cycle, /sinew/joints, /sinew/muscles. No ROS is needed to write it.
 ///
 /// Example: sinew log export run.mcap --muscle biceps --out biceps.csv
 #[derive(Debug, Args)]
@@ -44,16 +48,29 @@ pub(crate) struct LogExportArguments {
     /// A recording
     #[arg(value_name = "FILE.mcap")]
     pub(crate) file: PathBuf,
-    /// Table to write, ending in .csv or .parquet
-    #[arg(long, value_name = "FILE")]
+    /// What to write
+    #[arg(long, value_enum, value_name = "FORM", default_value = "table")]
+    pub(crate) to: LogForm,
+    /// Table to write, ending in .csv or .parquet; or the folder of a bag, which must not exist
+    #[arg(long, value_name = "FILE|DIR")]
     pub(crate) out: PathBuf,
-    /// One row every N cycles; columns that are recorded every 20 cycles need a multiple of 20
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1_000_000),
+    /// One row or message every N cycles [default: 1 in a table, 20 ms in a bag]; what is recorded every 20
+    /// ms needs a multiple of that
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000),
         conflicts_with = "muscle")]
-    pub(crate) every: u64,
+    pub(crate) every: Option<u64>,
     /// Only the transmission of one muscle
     #[arg(long, value_name = "NAME")]
     pub(crate) muscle: Option<String>,
+}
+
+/// What an export gives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum LogForm {
+    /// A table
+    Table,
+    /// A bag of ROS 2
+    Ros2,
 }
 
 /// Draw a recording: end point, joints, tensions, commands and times of the cycle.

@@ -46,8 +46,8 @@ pub(crate) use identification::{
 pub(crate) use link::{LinkArguments, LinkKeyArguments, LinkVerb, LinkWatchArguments};
 pub(crate) use live::LiveArguments;
 pub(crate) use log::{
-    LogArguments, LogExportArguments, LogInfoArguments, LogLayoutArguments, LogPlotArguments, LogVerb,
-    ReplayArguments,
+    LogArguments, LogExportArguments, LogForm, LogInfoArguments, LogLayoutArguments, LogPlotArguments,
+    LogVerb, ReplayArguments,
 };
 pub(crate) use machine::{
     MachineArguments, MachineBodyArguments, MachineConvertArguments, MachineEvaluateArguments,

@@ -86,13 +86,19 @@ impl BusArgument {
         }
     }
 
+    /// The real one, or the one that is simulated.
+    pub(crate) fn real(self) -> Option<&'static Bus> {
+        match self {
+            Self::Twin => None,
+            Self::Segment => Some(&ethercat::BUS),
+            Self::Chain => Some(&servos::BUS),
+            Self::Nodes => Some(&can::BUS),
+            Self::Real(bus) => Some(bus),
+        }
+    }
+
     /// The code of a fault in its words.
     pub(crate) fn words(self, fault: BusFault) -> String {
-        match self {
-            Self::Twin | Self::Segment => ethercat::words(fault),
-            Self::Chain => servos::words(fault),
-            Self::Nodes => can::words(fault),
-            Self::Real(bus) => (bus.words)(fault),
-        }
+        (self.real().unwrap_or(&ethercat::BUS).words)(fault)
     }
 }

@@ -57,6 +57,13 @@ fn rates() -> impl TypedValueParser<Value = Rates> {
 /// Example: sinew servos simulate finger --pty
 #[derive(Debug, Args)]
 pub(crate) struct ServosSimulateArguments {
+    #[command(flatten)]
+    pub(crate) simulated: SimulatedMachineArguments,
+}
+
+/// The machine behind simulated devices for another master.
+#[derive(Debug, Args)]
+pub(crate) struct SimulatedMachineArguments {
     /// A machine's file, or the name of a built-in machine
     #[arg(default_value = "finger")]
     pub(crate) machine: PathBuf,

@@ -48,8 +48,8 @@ pub(crate) fn load_machine(
     muscles: Option<&Path>,
 ) -> Result<(MachineDescription, Devices), Error> {
     let mut tables = DeviceTables::default();
-    let described = load_machine_on(path, muscles, &mut tables)?;
-    let devices = tables.devices(&described.machine)?;
+    let mut described = load_machine_on(path, muscles, &mut tables)?;
+    let devices = tables.devices(&mut described.machine)?;
     Ok((described, devices))
 }
 
@@ -102,7 +102,7 @@ fn role_of(file: &FileReference<'_>) -> String {
 fn build(path: &Path, text: &str, texts: &mut Texts<'_>) -> Result<(MachineDescription, Devices), Error> {
     let name = path.display().to_string();
     let mut tables = DeviceTables::default();
-    let described = match Format::from_path(path) {
+    let mut described = match Format::from_path(path) {
         Ok(Format::Urdf) => {
             let mut muscles = None;
             let file = muscles_of(path, None);
@@ -131,6 +131,6 @@ fn build(path: &Path, text: &str, texts: &mut Texts<'_>) -> Result<(MachineDescr
             machine_on_bus(&name, text, &mut read, &mut tables)?
         }
     };
-    let devices = tables.devices(&described.machine)?;
+    let devices = tables.devices(&mut described.machine)?;
     Ok((described, devices))
 }

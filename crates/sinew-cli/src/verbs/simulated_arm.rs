@@ -17,6 +17,11 @@ pub(super) fn simulated_arm(machine: &Machine, seed: u64) -> Result<ArmTwin, Err
     Ok(ArmTwin::new(&specimen, &machine.start, &tensions, seed)?)
 }
 
+/// Steps in which it moves on in real time, ns: what it shows is as old as one of them at most.
+pub(super) fn step_ns(machine: &Machine) -> u64 {
+    machine.period_ns().min(1_000_000)
+}
+
 /// Sets a flag after some seconds, where they are given.
 pub(super) fn end_after(duration: Option<f64>, stop: &'static AtomicBool) {
     if let Some(seconds) = duration {

@@ -77,6 +77,38 @@ fn other_gains_show_what_they_would_have_commanded() {
 }
 
 #[test]
+fn a_bag_is_whole_or_not_there_and_replaces_nothing() {
+    let bench = Bench::new();
+    bench.succeeds(&format!("{RUN} --record run.mcap"));
+    let said = json(&bench.succeeds("log export run.mcap --to ros2 --out bag --json").stdout);
+    assert_eq!((&said["topics"]["/tf"], &said["topics"]["/sinew/muscles"]), (&350.into(), &350.into()));
+    bench.succeeds("log export run.mcap --to ros2 --out again --every 20");
+    let bytes = |file: &str| std::fs::read(bench.path(file)).unwrap();
+    assert_eq!(bytes("bag/bag_0.mcap"), bytes("again/again_0.mcap"));
+    let metadata = bench.read("bag/metadata.yaml");
+    assert_eq!(bench.read("again/metadata.yaml"), metadata.replace("bag_0.mcap", "again_0.mcap"));
+
+    let refused = bench.run("log export run.mcap --to ros2 --out bag");
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    assert!(refused.stderr.contains("bag: exists already"), "{}", refused.stderr);
+    assert_eq!(bench.read("bag/metadata.yaml"), metadata);
+    let refused = bench.run("log export run.mcap --to ros2 --out other --muscle hamstrings");
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+
+    let mut bytes = bytes("run.mcap");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 0x55;
+    std::fs::write(bench.path("damaged.mcap"), &bytes).unwrap();
+    std::fs::write(bench.path("short.mcap"), &bytes[..200]).unwrap();
+    for file in ["damaged.mcap", "short.mcap"] {
+        let refused = bench.run(&format!("log export {file} --to ros2 --out other"));
+        assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+        assert!(refused.stderr.contains(&format!("{file}: byte ")), "{}", refused.stderr);
+    }
+    assert!(!bench.path("other").exists());
+}
+
+#[test]
 fn files_that_are_no_recordings_are_refused_with_their_name() {
     let bench = Bench::new();
     bench.write("text.mcap", "time_s,far_n\n0,1\n");
@@ -84,6 +116,7 @@ fn files_that_are_no_recordings_are_refused_with_their_name() {
         "log info",
         "log plot --report r.html",
         "log export --out t.csv",
+        "log export --to ros2 --out bag",
         "log layout --out l.json",
         "log replay",
     ] {
@@ -202,6 +235,7 @@ fn a_device_or_a_pipe_is_no_recording_and_is_not_read() {
         "log replay",
         "log plot --report r.html",
         "log export --out t.csv",
+        "log export --to ros2 --out bag",
         "log layout --out l.json",
     ] {
         for file in ["/dev/zero", "/dev/random"].into_iter().chain(pipe.as_deref()) {

@@ -46,6 +46,7 @@ pub const BUS: Bus = Bus {
     name: "can",
     about: "CANopen drives, behind a serial adapter (slcan) of the machine file or of --interface",
     needs_interface: false,
+    reads_ahead: true,
     open: wire::open,
     words,
     tables: Some(file::TABLES),

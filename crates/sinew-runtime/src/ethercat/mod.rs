@@ -62,6 +62,7 @@ pub const BUS: Bus = Bus {
     name: "ethercat",
     about: "Devices on a network interface",
     needs_interface: true,
+    reads_ahead: false,
     open: wire::open,
     words,
     tables: Some(file::TABLES),

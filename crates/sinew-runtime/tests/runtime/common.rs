@@ -1,9 +1,11 @@
 //! Machines of this repository under control, with the parameters of their design.
 
-use sinew::control::arm::{ActuationMode, ArmController, CableStateSource, resting_tensions, synthesize};
-use sinew::control::supervisor::{Limits, Supervisor};
+use sinew::control::arm::{
+    ActuationMode, ArmController, ArmStatus, CableStateSource, resting_tensions, synthesize,
+};
+use sinew::control::supervisor::{Limits, Mode, Supervisor};
 use sinew::description::machine_from_toml;
-use sinew::machine::{DeviceRole, DriveMode, Machine};
+use sinew::machine::{Device, DeviceRole, DriveMode, Machine};
 use sinew::predictor::CableModel;
 use sinew::trajectory::{MinimumJerk, Schedule, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, InjectedFault};
@@ -135,4 +137,35 @@ impl Errors {
             self.max = self.max.max(error);
         }
     }
+}
+
+/// A machine whose only sensors are those of its drives, on a bus that reads ahead, at 4 ms.
+pub(crate) fn bare_machine(name: &str) -> Machine {
+    let mut machine = Machine { period: 4e-3, reading_age: 4e-3, ..machine(name) };
+    machine.muscles.iter_mut().for_each(|muscle| muscle.drive.has_load_cell = false);
+    machine.encoders.fill(None);
+    machine.devices = Device::defaults(&machine.robot, &machine.muscles, &machine.encoders);
+    machine
+}
+
+/// Errors of the joints and a digest of all estimates of a run without a fault.
+pub(crate) fn tracked<B: Plant>(setup: &Setup, bus: B) -> (Errors, u64) {
+    let (mut errors, mut digest) = (Errors::default(), 0xcbf2_9ce4_8422_2325_u64);
+    let cycle = setup.run(bus, |record| {
+        let status = record.command.arm.status;
+        assert!(
+            matches!(status, ArmStatus::Following | ArmStatus::Holding),
+            "{:?} {status:?} {:?}",
+            record.moment,
+            record.exchange
+        );
+        if record.command.mode == Mode::Run {
+            errors.record(&record.reference.q, record.plant.simulated().unwrap().truth().q);
+        }
+        for estimate in record.command.arm.q.iter().chain(record.command.arm.estimated_tension) {
+            digest = (digest ^ estimate.to_bits()).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    });
+    assert_eq!(cycle.statistics().first, None, "no fault of the bus");
+    (errors, digest)
 }

@@ -2,6 +2,7 @@
 
 use sinew::description::machine::machine_on_bus;
 use sinew::description::{DescriptionError, MachineDescription};
+use sinew::machine::Machine;
 use sinew_runtime::can::CanDevice;
 use sinew_runtime::cia402::ObjectAddress;
 use sinew_runtime::ethercat::{ChannelObjects, DeviceIdentity, EthercatDevice, RevisionRule};
@@ -61,8 +62,8 @@ fn read(devices: &str) -> Result<(MachineDescription, Vec<EthercatDevice>), Desc
 fn read_all(devices: &str) -> Result<(MachineDescription, Devices), DescriptionError> {
     let mut tables = DeviceTables::default();
     let text = format!("body = \"leg.xml\"\n{devices}");
-    let described = machine_on_bus("leg.toml", &text, &mut |_| Ok(LEG.to_owned()), &mut tables)?;
-    let devices = tables.devices(&described.machine)?;
+    let mut described = machine_on_bus("leg.toml", &text, &mut |_| Ok(LEG.to_owned()), &mut tables)?;
+    let devices = tables.devices(&mut described.machine)?;
     Ok((described, devices))
 }
 
@@ -156,7 +157,10 @@ fn nodes(more: &str) -> String {
 
 #[test]
 fn nodes_on_can_are_read_and_what_is_none_of_theirs_is_refused() {
-    let (_, devices) = read_all(&nodes("node = 4")).unwrap();
+    let (described, devices) = read_all(&nodes("node = 4")).unwrap();
+    // The gains of a machine on a bus that reads ahead know of it.
+    let Machine { reading_age, period, .. } = described.machine;
+    assert_eq!(reading_age.to_bits(), period.to_bits());
     assert!(devices.of::<EthercatDevice>().is_empty() && devices.of::<ServoDevice>().is_empty());
     let [flexor, extensor] = devices.of::<CanDevice>() else { panic!("{devices:?}") };
     assert_eq!((flexor.node, flexor.identity, flexor.bitrate), (3, [Some(0x1d), None], 500_000));

@@ -1,9 +1,8 @@
 //! Machines behind chains of simulated serial servos, in virtual time.
 
-use crate::common::{Errors, Setup, machine};
+use crate::common::{Setup, bare_machine, machine, tracked};
 use sinew::control::arm::ArmStatus;
-use sinew::control::supervisor::Mode;
-use sinew::machine::{Device, Machine};
+use sinew::machine::Machine;
 use sinew_runtime::servos::{
     BAUD, Lines, Model, OVERLOAD, OperatingMode, ServoBus, ServoDevice, ServoFault, ServoGoal,
     SimulatedLines, SimulatedMachine, SimulatedServo, words,
@@ -18,15 +17,6 @@ const PERIOD: f64 = 4e-3;
 /// A cycle in the middle of the motion.
 const MIDDLE: u64 = 1000;
 const NAMES: [&str; 3] = ["bench_joint", "planar_leg", "finger"];
-
-/// A machine whose only sensors are those of its servos.
-fn servo_machine(name: &str) -> Machine {
-    let mut machine = Machine { period: PERIOD, ..machine(name) };
-    machine.muscles.iter_mut().for_each(|muscle| muscle.drive.has_load_cell = false);
-    machine.encoders.fill(None);
-    machine.devices = Device::defaults(&machine.robot, &machine.muscles, &machine.encoders);
-    machine
-}
 
 /// Lines that are there after their bus is gone, and what is done before a cycle.
 #[derive(Clone)]
@@ -96,7 +86,7 @@ impl Lines for Watched {
 
 fn setup(name: &str) -> (Setup, Vec<ServoDevice>) {
     // The motion begins when the cables have their tensions.
-    let setup = Setup { before: 3.0, ..Setup::new(servo_machine(name), 3, &[]) };
+    let setup = Setup { before: 3.0, ..Setup::new(bare_machine(name), 3, &[]) };
     let servos = ServoDevice::simulated(&setup.machine);
     (setup, servos)
 }
@@ -105,27 +95,6 @@ fn bus(setup: &Setup, servos: &[ServoDevice]) -> ServoBus<SimulatedLines> {
     let ports = ServoDevice::ports(servos);
     let machine = SimulatedMachine::new(setup.plant.clone(), &setup.machine, servos, &ports, false);
     ServoBus::start(SimulatedLines::new(machine), &setup.machine, servos).unwrap()
-}
-
-/// Errors of the joints and a digest of all estimates of a run without a fault.
-fn tracked<B: Plant>(setup: &Setup, bus: B) -> (Errors, u64) {
-    let (mut errors, mut digest) = (Errors::default(), 0xcbf2_9ce4_8422_2325_u64);
-    let cycle = setup.run(bus, |record| {
-        let status = record.command.arm.status;
-        assert!(
-            matches!(status, ArmStatus::Following | ArmStatus::Holding),
-            "{:?} {status:?}",
-            record.moment
-        );
-        if record.command.mode == Mode::Run {
-            errors.record(&record.reference.q, record.plant.simulated().unwrap().truth().q);
-        }
-        for estimate in record.command.arm.q.iter().chain(record.command.arm.estimated_tension) {
-            digest = (digest ^ estimate.to_bits()).wrapping_mul(0x0000_0100_0000_01b3);
-        }
-    });
-    assert_eq!(cycle.statistics().first, None, "no fault of the bus");
-    (errors, digest)
 }
 
 #[test]

@@ -51,6 +51,8 @@ pub struct Machine {
     pub rules: ControlRules,
     /// Period of its control cycle, s, in [`PERIOD_RANGE`](super::PERIOD_RANGE).
     pub period: f64,
+    /// Age of its bus's readings where a cycle begins, s; the simulated machine alone has none.
+    pub reading_age: f64,
     /// Limits that its supervisor keeps, and the times of its reactions.
     pub safety: SafetyLimits,
     /// Drives and sensors as devices, in the order of its file.
@@ -95,6 +97,7 @@ impl Machine {
             })
         };
         let mut machine = Self {
+            reading_age: 0.0,
             devices: Vec::new(),
             muscles: parts.tendons.iter().enumerate().map(muscle).collect(),
             encoders: joints.into_iter().map(encoder).collect(),
@@ -138,10 +141,12 @@ impl Machine {
         libm::round(1e9 * self.period) as u64
     }
 
-    /// Longest transport delay of the readings of its drives, s, beside their sampling.
+    /// Longest transport delay of the readings of its drives, s, beside their sampling: their own and that of
+    /// their bus.
     #[must_use]
     pub fn transport_delay(&self) -> f64 {
-        self.muscles.iter().map(|design| 1e-3 * design.drive.delay_ms).fold(0.0, f64::max)
+        let own = self.muscles.iter().map(|design| 1e-3 * design.drive.delay_ms).fold(0.0, f64::max);
+        own + self.reading_age
     }
 
     /// Time from a measurement to the middle of the command that answers it, s: see [`dead_time`].

@@ -6,15 +6,15 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::output::print;
 use crate::verbs::machine_source::load_machine;
-use crate::verbs::simulated_arm::{end_after, simulated_arm};
+use crate::verbs::simulated_arm::{end_after, simulated_arm, step_ns};
 use sinew_runtime::PseudoTerminal;
 use sinew_runtime::can::{CanDevice, CanError, SimulatedMachine, serve};
 
 pub(super) fn run(arguments: &CanSimulateArguments, general: &General) -> Result<Answer, Error> {
-    let (described, devices) = load_machine(&arguments.machine, None)?;
+    let (described, devices) = load_machine(&arguments.simulated.machine, None)?;
     let (machine, nodes) = (described.machine, devices.of::<CanDevice>());
     let Some(first) = nodes.first() else { return Err(CanError::OtherBus.into()) };
-    let arm = simulated_arm(&machine, arguments.seed)?;
+    let arm = simulated_arm(&machine, arguments.simulated.seed)?;
     let mut simulated = SimulatedMachine::new(arm, &machine, nodes, false);
     let refused = |source| CanError::Port { port: "a pseudo-terminal".to_owned(), source };
     let mut terminal = PseudoTerminal::open().map_err(refused)?;
@@ -26,8 +26,8 @@ pub(super) fn run(arguments: &CanSimulateArguments, general: &General) -> Result
         print(&format!("{path}\nSIMULATED {name}: {} nodes answer; Ctrl-C ends\n", nodes.len()))?;
     }
     let stop = interrupt::answer();
-    end_after(arguments.duration, stop);
-    let times = (first.bitrate, machine.period_ns());
+    end_after(arguments.simulated.duration, stop);
+    let times = (first.bitrate, step_ns(&machine));
     let frames = serve(&mut terminal, &mut simulated, times, stop).map_err(refused)?;
     let powered = simulated.nodes().filter(|node| node.drive().brake_released()).count();
     let content = if general.json {

@@ -7,7 +7,7 @@ use crate::interrupt;
 use crate::output::print;
 use crate::verbs::device_files;
 use crate::verbs::machine_source::load_machine;
-use crate::verbs::simulated_arm::{end_after, simulated_arm};
+use crate::verbs::simulated_arm::{end_after, simulated_arm, step_ns};
 use sinew_runtime::ethercat::{SimulatedMachine, serve};
 use sinew_segment::RawSocket;
 
@@ -29,7 +29,7 @@ pub(super) fn run(arguments: &EthercatSimulateArguments, general: &General) -> R
     }
     let stop = interrupt::answer();
     end_after(arguments.duration, stop);
-    let answered = serve(&socket, (&mut segment, &mut simulated), machine.period_ns(), stop)?;
+    let answered = serve(&socket, (&mut segment, &mut simulated), step_ns(&machine), stop)?;
     // What the master has left behind: drives that it did not disable, and those that stopped by themselves.
     let drives = || segment.devices().iter().filter_map(|device| device.drive());
     let powered = drives().filter(|drive| drive.brake_released()).count();

@@ -2,21 +2,25 @@
 
 use super::rows::{Column, Rows};
 use crate::answer::{Answer, Content};
-use crate::arguments::{General, LogExportArguments};
+use crate::arguments::{General, LogExportArguments, LogForm};
 use crate::error::Error;
-use crate::output::{refuse_overwrite, write_streamed};
+use crate::output::{Folder, refuse_overwrite, write_all, write_streamed};
 use crate::verbs::recording::{RunSetup, read_bytes, recording};
+use sinew_record::ros2_bag;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
 pub(super) fn run(arguments: &LogExportArguments, general: &General) -> Result<Answer, Error> {
-    let LogExportArguments { file, out, every, muscle } = arguments;
+    let LogExportArguments { file, to, out, every, muscle } = arguments;
+    if *to == LogForm::Ros2 {
+        return bag(arguments, general);
+    }
     refuse_overwrite([file], std::slice::from_ref(out), general.no_clobber)?;
     let format = Format::from_path(out)?;
     let bytes = read_bytes(file)?;
     let recording = recording(file, &bytes)?;
     let rows = match muscle {
-        None => Rows::all(&recording, *every),
+        None => Rows::all(&recording, every.unwrap_or(1)),
         Some(name) => {
             let machine = RunSetup::from_recording(file, &recording)?.machine(file, &recording)?;
             Rows::of_muscle(&recording, &machine, name)?
@@ -46,6 +50,43 @@ pub(super) fn run(arguments: &LogExportArguments, general: &General) -> Result<A
         ))
     };
     Ok(Answer::done(content, vec![written]))
+}
+
+/// A bag in a folder of its own.
+fn bag(arguments: &LogExportArguments, general: &General) -> Result<Answer, Error> {
+    let LogExportArguments { file, out, every, muscle, .. } = arguments;
+    if let Some(muscle) = muscle {
+        let expected = "a table: a bag has all muscles";
+        return Err(Error::Argument { flag: "--muscle", value: muscle.clone(), expected });
+    }
+    if out.exists() {
+        return Err(Error::Exists { file: out.clone(), remedy: "to remove it first" });
+    }
+    let bytes = read_bytes(file)?;
+    let recording = recording(file, &bytes)?;
+    let machine = RunSetup::from_recording(file, &recording)?.machine(file, &recording)?;
+    let folder = Folder::open(out)?;
+    let name = out.file_name().map_or_else(|| "bag".into(), |name| name.to_string_lossy());
+    let messages = format!("{name}_0.mcap");
+    let bag = ros2_bag(&recording, &machine, every.unwrap_or(recording.head.stride), &messages)
+        .map_err(Error::recording(file))?;
+    let files: [(_, &[u8]); 2] =
+        [(folder.file(&messages), &bag.mcap), (folder.file("metadata.yaml"), bag.metadata.as_bytes())];
+    let written = write_all(&files)?;
+    let head = &recording.head;
+    let content = if general.json {
+        let topics: serde_json::Map<_, _> =
+            bag.topics.iter().map(|(topic, count)| ((*topic).to_owned(), (*count).into())).collect();
+        Content::json(&serde_json::json!({
+            "machine": head.machine, "simulated": head.simulated, "topics": topics,
+        }))?
+    } else {
+        let simulated = if head.simulated { "SIMULATED " } else { "" };
+        let topics: Vec<String> =
+            bag.topics.iter().map(|(topic, count)| format!("{topic} {count}")).collect();
+        Content::Text(format!("{simulated}{}: {}\n", head.machine, topics.join(", ")))
+    };
+    Ok(Answer::done(content, written))
 }
 
 /// Formats of a table.

@@ -118,9 +118,9 @@ impl<'a> Door<'a> {
     pub(super) fn setup(&self) -> Result<Setup, Error> {
         let motion = &self.arguments.motion;
         if self.is_linked() {
-            Setup::with_default_path(motion, |_| PathArgument::Tour)
+            Setup::with_default_path(motion, self.bus, |_| PathArgument::Tour)
         } else {
-            Setup::new(motion)
+            Setup::new(motion, self.bus)
         }
     }
 

@@ -6,17 +6,17 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::output::print;
 use crate::verbs::machine_source::load_machine;
-use crate::verbs::simulated_arm::{end_after, simulated_arm};
+use crate::verbs::simulated_arm::{end_after, simulated_arm, step_ns};
 use sinew_runtime::PseudoTerminal;
 use sinew_runtime::servos::{ServoDevice, ServoError, SimulatedMachine, serve};
 
 pub(super) fn run(arguments: &ServosSimulateArguments, general: &General) -> Result<Answer, Error> {
-    let (described, devices) = load_machine(&arguments.machine, None)?;
+    let (described, devices) = load_machine(&arguments.simulated.machine, None)?;
     let (machine, servos) = (described.machine, devices.of::<ServoDevice>());
     if servos.is_empty() {
         return Err(ServoError::OtherBus.into());
     }
-    let arm = simulated_arm(&machine, arguments.seed)?;
+    let arm = simulated_arm(&machine, arguments.simulated.seed)?;
     let ports = ServoDevice::ports(servos);
     let mut simulated = SimulatedMachine::new(arm, &machine, servos, &ports, true);
     let refused = |source| ServoError::Port { port: "a pseudo-terminal".to_owned(), source };
@@ -31,8 +31,8 @@ pub(super) fn run(arguments: &ServosSimulateArguments, general: &General) -> Res
         print(&format!("{paths}SIMULATED {name}: {} servos answer; Ctrl-C ends\n", servos.len()))?;
     }
     let stop = interrupt::answer();
-    end_after(arguments.duration, stop);
-    let octets = serve(&mut terminals, &mut simulated, machine.period_ns(), stop).map_err(refused)?;
+    end_after(arguments.simulated.duration, stop);
+    let octets = serve(&mut terminals, &mut simulated, step_ns(&machine), stop).map_err(refused)?;
     let all = || simulated.chains().iter().flat_map(|chain| chain.servos());
     let powered = all().filter(|servo| servo.has_torque()).count();
     let content = if general.json {

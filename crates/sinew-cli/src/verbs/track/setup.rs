@@ -1,7 +1,7 @@
 //! A tracking run as valid: machine, feasible trajectory, payload and faults from the arguments.
 
 use super::{fault, motion};
-use crate::arguments::{FaultArgument, MotionArguments, PathArgument};
+use crate::arguments::{BusArgument, FaultArgument, MotionArguments, PathArgument};
 use crate::error::Error;
 use crate::verbs::calibrate::calibrated;
 use crate::verbs::machine_source::{self, Loaded, MachineSource};
@@ -51,8 +51,8 @@ pub(crate) struct Setup {
 
 impl Setup {
     /// Loads the machine, plans the trajectory and refuses what the machine cannot track.
-    pub(crate) fn new(arguments: &MotionArguments) -> Result<Self, Error> {
-        let setup = Self::with_default_path(arguments, motion::default_path)?;
+    pub(crate) fn new(arguments: &MotionArguments, bus: BusArgument) -> Result<Self, Error> {
+        let setup = Self::with_default_path(arguments, bus, motion::default_path)?;
         setup.check_faults(&arguments.fault)?;
         Ok(setup)
     }
@@ -67,12 +67,14 @@ impl Setup {
     /// The same with another path where none is given.
     pub(crate) fn with_default_path(
         arguments: &MotionArguments,
+        bus: BusArgument,
         default_path: impl FnOnce(&Machine) -> PathArgument,
     ) -> Result<Self, Error> {
         let Loaded { described, devices, source } = machine_source::load(&arguments.model)?;
         let (machine, places) = (described.machine, described.places);
         let payload = arguments.payload.unwrap_or(machine.payload);
-        let machine = Machine { payload, ..machine };
+        let reading_age = bus.real().map_or(machine.reading_age, |bus| bus.reading_age(machine.period));
+        let machine = Machine { payload, reading_age, ..machine };
         let machine = match arguments.tolerances {
             Some(workshop) => machine.built_by(workshop),
             None => machine,
