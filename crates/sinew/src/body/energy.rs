@@ -15,14 +15,15 @@ impl Robot {
     pub fn kinetic_energy(&self, q: &[f64], v: &[f64], scratch: &mut Scratch) -> Result<f64, Error> {
         self.check_coordinates(q)?;
         self.check_velocities("v", v)?;
-        check_length("scratch", scratch.links.len(), self.tree.links.len())?;
+        check_length("scratch", scratch.places.len(), self.tree.links.len())?;
         self.velocities(q, v, scratch);
         let mut twice = 0.0;
         for (index, link) in self.tree.links.iter().enumerate().skip(1) {
-            let (moving, body) = (&scratch.links[index], &link.inertia);
-            let momentum = add_scaled(cross(moving.omega, body.moment), body.mass, moving.velocity);
-            let spin = add(symmetric(&body.about_origin, moving.omega), cross(body.moment, moving.velocity));
-            twice += dot(moving.velocity, momentum) + dot(moving.omega, spin);
+            let (moving, body) = (&scratch.forward.links[index], &link.inertia);
+            let (omega, velocity) = (moving.omega.at(0), moving.velocity.at(0));
+            let momentum = add_scaled(cross(omega, body.moment), body.mass, velocity);
+            let spin = add(symmetric(&body.about_origin, omega), cross(body.moment, velocity));
+            twice += dot(velocity, momentum) + dot(omega, spin);
             let rates = &v[link.v..link.v + link.kind.velocities()];
             twice += link.armature * product(rates, rates);
         }

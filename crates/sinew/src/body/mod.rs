@@ -29,6 +29,7 @@ pub(crate) mod vector;
 pub use coupling::Reduction;
 pub use displacement::{Displacement, JointCorrection};
 pub use geom::{Geom, GeomKind, MeshGeom, TriangleSurface};
+pub(crate) use kinematics::PoseRows;
 pub use kinematics::{MotionAxis, Pose, Poses};
 pub use part_error::PartError;
 pub use parts::{

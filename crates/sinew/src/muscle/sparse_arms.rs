@@ -51,7 +51,7 @@ impl SparseArms {
     pub(super) fn gather(&mut self, geometry: &Geometry, slope: impl Fn(usize) -> f64) {
         self.arms.fill(0.0);
         for &Term { slot, velocity, entry } in &self.terms {
-            self.arms[entry] += slope(velocity) * geometry.arms[slot];
+            self.arms[entry] += slope(velocity) * geometry.arms[slot][0];
         }
     }
 
