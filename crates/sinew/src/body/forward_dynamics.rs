@@ -179,10 +179,16 @@ impl Robot {
         let (q, v, tau) = (q.as_chunks().0, v.as_chunks().0, tau.as_chunks().0);
         let rows = &self.tree.rows;
         let [singular] = accelerations(links, rows, ground, [q, v, tau], &mut scratch.forward, a.as_chunks_mut().0);
+        self.check_accelerations(singular, a)
+    }
+
+    /// Refuses accelerations that are not finite, and those with a link that moves nothing with mass, unless
+    /// it is the ground.
+    pub(crate) fn check_accelerations(&self, singular: usize, a: &[f64]) -> Result<(), Error> {
         if singular != 0 {
             let expected = "above zero (mass on the bodies it moves, or armature)";
-            let field = "the inertia it moves";
-            return Err(Error::Part { kind: "joint", index: links[singular].joint, field, expected });
+            let (field, index) = ("the inertia it moves", self.tree.links[singular].joint);
+            return Err(Error::Part { kind: "joint", index, field, expected });
         }
         check_entries("a", a, self.nv())
     }

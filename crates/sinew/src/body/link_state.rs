@@ -7,7 +7,7 @@ use alloc::vec::Vec;
 
 /// Pose and velocity of one link in several worlds: pose in its parent's frame, velocities in its own.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct LinkState<const N: usize> {
+pub(crate) struct LinkState<const N: usize> {
     pub(super) axes: lanes::Frame<N>,
     pub(super) origin: lanes::Vector<N>,
     /// Angular velocity.
@@ -40,7 +40,7 @@ pub(super) struct Wrench {
 /// acceleration `alpha` and linear acceleration `a`, the moment is `angular alpha + coupling a + moment`, the
 /// force `coupling^T alpha + linear a + force`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct ArticulatedBody<const N: usize> {
+pub(crate) struct ArticulatedBody<const N: usize> {
     pub(super) angular: lanes::Frame<N>,
     pub(super) coupling: lanes::Frame<N>,
     pub(super) linear: lanes::Frame<N>,

@@ -29,7 +29,10 @@ pub(crate) mod vector;
 pub use coupling::Reduction;
 pub use displacement::{Displacement, JointCorrection};
 pub use geom::{Geom, GeomKind, MeshGeom, TriangleSurface};
+pub(crate) use energy::JointSpring;
+pub(crate) use forward_dynamics::accelerations;
 pub(crate) use kinematics::PoseRows;
+pub(crate) use link_state::ForwardScratch;
 pub use kinematics::{MotionAxis, Pose, Poses};
 pub use part_error::PartError;
 pub use parts::{

@@ -63,15 +63,6 @@ impl<const N: usize> Row<N> {
         Self([x; N])
     }
 
-    /// `function` of every lane, for what has no vector form.
-    #[inline(always)]
-    pub(crate) fn each(mut self, function: impl Fn(f64) -> f64) -> Self {
-        for k in 0..N {
-            self.0[k] = function(self.0[k]);
-        }
-        self
-    }
-
     #[inline(always)]
     pub(crate) fn abs(mut self) -> Self {
         for k in 0..N {
