@@ -178,7 +178,8 @@ impl Robot {
         let ground = Vector::all(self.parts().gravity);
         let (q, v, tau) = (q.as_chunks().0, v.as_chunks().0, tau.as_chunks().0);
         let rows = &self.tree.rows;
-        let [singular] = accelerations(links, rows, ground, [q, v, tau], &mut scratch.forward, a.as_chunks_mut().0);
+        let [singular] =
+            accelerations(links, rows, ground, [q, v, tau], &mut scratch.forward, a.as_chunks_mut().0);
         self.check_accelerations(singular, a)
     }
 
@@ -310,9 +311,7 @@ fn drift<const N: usize>(link: &Link, moving: &LinkState<N>, v: &[[f64; N]]) -> 
             let across = |a: Vector<N>| Vector([a[1] * rate(0), -(a[0] * rate(0)), none]);
             [across(omega), across(velocity)]
         }
-        JointKind::Slide => {
-            [Vector::default(), Vector([omega[1] * rate(0), -(omega[0] * rate(0)), none])]
-        }
+        JointKind::Slide => [Vector::default(), Vector([omega[1] * rate(0), -(omega[0] * rate(0)), none])],
         JointKind::Ball => {
             let turn = Vector([rate(0), rate(1), rate(2)]);
             [omega.cross(turn), velocity.cross(turn)]

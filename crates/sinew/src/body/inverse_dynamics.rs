@@ -6,9 +6,7 @@ use super::parts::JointKind;
 use super::robot::Robot;
 use super::scratch::Scratch;
 use super::tree::Tree;
-use super::vector::{
-    Frame, Vector, add, add_scaled, cross, dot, rotate, scale, unrotate,
-};
+use super::vector::{Frame, Vector, add, add_scaled, cross, dot, rotate, scale, unrotate};
 use crate::dispatch::{Arithmetic, InstructionSet, Plain, Work};
 use crate::error::{Error, check_entries, check_length};
 use crate::lanes::Row;

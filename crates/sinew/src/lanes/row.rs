@@ -151,8 +151,12 @@ impl<const N: usize> Row<N> {
     /// Reduction and polynomial of `fdlibm1993`, with selections for branches.
     #[inline(always)]
     pub(crate) fn atan2(self, x: Self) -> Self {
-        const HIGH: [f64; 4] =
-            [4.636_476_090_008_061e-1, 7.853_981_633_974_483e-1, 9.827_937_232_473_29e-1, 1.570_796_326_794_896_6];
+        const HIGH: [f64; 4] = [
+            4.636_476_090_008_061e-1,
+            7.853_981_633_974_483e-1,
+            9.827_937_232_473_29e-1,
+            1.570_796_326_794_896_6,
+        ];
         const LOW: [f64; 4] = [
             2.269_877_745_296_168_7e-17,
             3.061_616_997_868_383e-17,

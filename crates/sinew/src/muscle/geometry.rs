@@ -114,7 +114,8 @@ impl Topology {
                 geometry.motion_axes[link.v + k] = pose.motion_axis(link.kind, k);
             }
         }
-        for ((point, anchor), position) in geometry.points.iter_mut().zip(&self.anchors).zip(&numbers.anchors) {
+        for ((point, anchor), position) in geometry.points.iter_mut().zip(&self.anchors).zip(&numbers.anchors)
+        {
             *point = geometry.links[anchor.link].point(*position);
         }
         let surfaces = self.surfaces.iter().zip(&numbers.surfaces);
@@ -150,15 +151,8 @@ impl Topology {
         let contact = around.and_then(|around| self.wrap(numbers, span, around, geometry));
         let touches = contact.map_or(Mask::NONE, |contact| contact.at);
         let none = Row::default();
-        let mut strand = Strand {
-            out: start,
-            into: start,
-            length: none,
-            touches,
-            before: none,
-            graze: none,
-            angle: none,
-        };
+        let mut strand =
+            Strand { out: start, into: start, length: none, touches, before: none, graze: none, angle: none };
         if !touches.all() {
             let way = end - start;
             let length = way.norm();
@@ -170,7 +164,13 @@ impl Topology {
         }
         if let (Some(around), Some(contact), true) = (around, contact, touches.any()) {
             let Contact { into, out, .. } = contact;
-            self.accumulate_moment_arms(around.before.clone(), span.fraction, [start, into], touches, geometry);
+            self.accumulate_moment_arms(
+                around.before.clone(),
+                span.fraction,
+                [start, into],
+                touches,
+                geometry,
+            );
             self.accumulate_moment_arms(around.after.clone(), span.fraction, [end, out], touches, geometry);
             strand = Strand {
                 out: Vector::select(touches, into, strand.out),

@@ -154,8 +154,8 @@ fn any_normal(x: [f64; 3], axes: &[[f64; 3]; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::{add_scaled, any_normal, cross, dot, norm, scale};
-    use crate::lanes::{Frame, Row};
     use crate::body::vector::{frame_of, rotate, sub, unit_quaternion};
+    use crate::lanes::{Frame, Row};
     use core::f64::consts::{FRAC_1_SQRT_2, PI};
 
     type Vector = [f64; 3];

@@ -4,8 +4,8 @@ use crate::body::link::{Link, LinkFrame, LinkRows};
 use crate::body::vector::Vector;
 use crate::body::{PathElement, PoseRows, Robot, TendonPath, WrapKind};
 use crate::lanes::{self, Row};
-use alloc::vec;
 use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::Range;
 
@@ -148,9 +148,7 @@ impl Topology {
             (cable.spans.clone(), cable.slots.clone(), sheath, cable.terms.len())
         };
         let term = |cable: &Cable, k: usize| (cable.terms[k].0, cable.terms[k].1);
-        let terms = |(one, two): (&Cable, &Cable)| {
-            (0..one.terms.len()).all(|k| term(one, k) == term(two, k))
-        };
+        let terms = |(one, two): (&Cable, &Cable)| (0..one.terms.len()).all(|k| term(one, k) == term(two, k));
         self.links.iter().map(link).eq(other.links.iter().map(link))
             && self.anchors.iter().map(|at| at.link).eq(other.anchors.iter().map(|at| at.link))
             && self.surfaces.iter().map(surface).eq(other.surfaces.iter().map(surface))

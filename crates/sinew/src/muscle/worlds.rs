@@ -6,8 +6,8 @@ use crate::lanes::{Mask, Row, Vector};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Muscles and bodies of several worlds of one machine of hinges and slides: same tree, routes and joints, other
-/// numbers. Couplings of joints are not held.
+/// Muscles and bodies of several worlds of one machine of hinges and slides: same tree, routes and joints,
+/// other numbers. Couplings of joints are not held.
 #[derive(Debug, Clone)]
 pub(crate) struct MuscleWorlds<const N: usize> {
     pub(super) topology: Topology,
@@ -62,7 +62,8 @@ impl<const N: usize> MuscleWorlds<N> {
     /// Whether a world differs in numbers alone.
     pub(crate) fn is_alike(&self, world: &MuscleWorlds<1>) -> bool {
         let link = |link: &Link| (link.parent, link.kind, link.q, link.v);
-        self.links.iter().map(link).eq(world.links.iter().map(link)) && self.topology.is_alike(&world.topology)
+        self.links.iter().map(link).eq(world.links.iter().map(link))
+            && self.topology.is_alike(&world.topology)
     }
 
     /// Sets the numbers of world `k`, which is [alike](Self::is_alike).
@@ -111,8 +112,8 @@ impl<const N: usize> MuscleWorlds<N> {
         }
     }
 
-    /// Accelerations under [`torque`](Self::torque), `a: [nv]`; of every world the first link that moves nothing
-    /// with mass, 0 where there is none.
+    /// Accelerations under [`torque`](Self::torque), `a: [nv]`; of every world the first link that moves
+    /// nothing with mass, 0 where there is none.
     #[inline(always)]
     pub(super) fn accelerations(&mut self, q: &[[f64; N]], v: &[[f64; N]], a: &mut [[f64; N]]) -> [usize; N] {
         let Self { links, bodies, gravity, torque, scratch, .. } = self;

@@ -5,7 +5,8 @@
 //! ```
 //!
 //! An [`ArmSpecimen`] holds the parameters, as designed or sampled from a seed; an [`ArmTwin`] simulates it,
-//! [`ArmTwins`] several of one machine at once; a list of [`InjectedFault`]s gives the failures and their times.
+//! [`ArmTwins`] several of one machine at once; a list of [`InjectedFault`]s gives the failures and their
+//! times.
 
 mod body;
 mod deviation;

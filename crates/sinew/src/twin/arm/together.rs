@@ -16,14 +16,14 @@ use crate::error::within;
 /// use sinew::machine::Machine;
 /// use sinew::twin::arm::{ArmSpecimen, ArmTwin, ArmTwins};
 /// let text = include_str!("../../../../../models/bench_joint.toml");
-/// let machine = sinew::description::machine_from_toml("bench_joint.toml", text, &mut |_| Err("none".into()))?.machine;
-/// let muscles = machine.muscles.len();
-/// let arm = |seed| ArmTwin::new(&ArmSpecimen::draw(&machine, seed)?, &machine.start, &vec![40.0; muscles], seed);
+/// let read = sinew::description::machine_from_toml("bench_joint.toml", text, &mut |_| Err("none".into()))?;
+/// let (machine, pull) = (read.machine, [40.0; 2]);
+/// let arm = |seed| ArmTwin::new(&ArmSpecimen::draw(&machine, seed)?, &machine.start, &pull, seed);
 /// let mut arms = (0..8).map(arm).collect::<Result<Vec<_>, _>>()?;
 /// let mut alone = arms[3].clone();
 /// let mut twins = ArmTwins::new(&arms[0]);
 /// let mut group: Vec<&mut ArmTwin> = arms.iter_mut().collect();
-/// let hold = vec![DriveCommand::Velocity(0.0); muscles];
+/// let hold = [DriveCommand::Velocity(0.0); 2];
 /// let mut together = twins.gather(&mut group)?;
 /// for _ in 0..10 {
 ///     assert!(together.step(&[&hold[..]; 8], 1e-3).iter().all(Result::is_ok));
