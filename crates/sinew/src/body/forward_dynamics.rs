@@ -130,8 +130,8 @@ impl<const N: usize> ArticulatedBody<N> {
             moved.0[k] = coupling.0[k] + origin.cross(linear.0[k]);
         }
         let back = moved.transpose();
-        for k in 0..3 {
-            let lever = coupling.rotate(origin.cross(Vector::all(IDENTITY[k])));
+        for (k, axis) in IDENTITY.into_iter().enumerate() {
+            let lever = coupling.rotate(origin.cross(Vector::all(axis)));
             let arm = origin.cross(back.0[k]);
             self.angular.0[k] = self.angular.0[k] + ((angular.0[k] - lever) + arm);
             self.coupling.0[k] = self.coupling.0[k] + moved.0[k];
@@ -248,9 +248,9 @@ pub(crate) fn accelerations<const N: usize>(
     for (index, (link, rows)) in links.iter().zip(rows).enumerate().skip(1).rev() {
         let sound = inward(index, link, rows, tau, scratch);
         if !sound.all() {
-            for k in 0..N {
-                if sound.0[k] == 0 && singular[k] == 0 {
-                    singular[k] = index;
+            for (first, sound) in singular.iter_mut().zip(sound.0) {
+                if sound == 0 && *first == 0 {
+                    *first = index;
                 }
             }
         }

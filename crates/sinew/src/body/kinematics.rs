@@ -191,9 +191,7 @@ impl<const N: usize> PoseRows<N> {
 #[inline(always)]
 fn orientation<const N: usize>(q: &[[f64; N]]) -> lanes::Frame<N> {
     let mut axes = lanes::Frame::default();
-    for k in 0..N {
-        axes.set(k, frame_of(unit_quaternion([q[0][k], q[1][k], q[2][k], q[3][k]])));
-    }
+    (0..N).for_each(|k| axes.set(k, frame_of(unit_quaternion([q[0][k], q[1][k], q[2][k], q[3][k]]))));
     axes
 }
 

@@ -1,4 +1,4 @@
-use core::f64::consts::{FRAC_PI_2, PI};
+use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 /// The same quantity of `N` worlds. Without an alignment of its own, which would slow down a single world.
@@ -22,7 +22,7 @@ macro_rules! lanewise {
             #[inline(always)]
             fn $method(mut self, other: Self) -> Self {
                 for k in 0..N {
-                    self.0[k] = self.0[k] $operator other.0[k];
+                    self.0[k] $operator other.0[k];
                 }
                 self
             }
@@ -36,7 +36,7 @@ macro_rules! lanewise {
         }
     )* };
 }
-lanewise!(Add add +, Sub sub -, Mul mul *, Div div /);
+lanewise!(Add add +=, Sub sub -=, Mul mul *=, Div div /=);
 
 impl<const N: usize> Neg for Row<N> {
     type Output = Self;
@@ -151,12 +151,7 @@ impl<const N: usize> Row<N> {
     /// Reduction and polynomial of `fdlibm1993`, with selections for branches.
     #[inline(always)]
     pub(crate) fn atan2(self, x: Self) -> Self {
-        const HIGH: [f64; 4] = [
-            4.636_476_090_008_061e-1,
-            7.853_981_633_974_483e-1,
-            9.827_937_232_473_29e-1,
-            1.570_796_326_794_896_6,
-        ];
+        const HIGH: [f64; 4] = [4.636_476_090_008_061e-1, FRAC_PI_4, 9.827_937_232_473_29e-1, FRAC_PI_2];
         const LOW: [f64; 4] = [
             2.269_877_745_296_168_7e-17,
             3.061_616_997_868_383e-17,

@@ -133,8 +133,8 @@ impl<const N: usize> MuscleWorlds<N> {
         }
         let singular = self.accelerations(q, v, a);
         let mut sound = finite(a);
-        for k in 0..N {
-            sound.0[k] &= if singular[k] == 0 { !0 } else { 0 };
+        for (sound, singular) in sound.0.iter_mut().zip(singular) {
+            *sound &= if singular == 0 { !0 } else { 0 };
         }
         sound
     }
