@@ -1,5 +1,5 @@
-//! Cost of an action of one environment and of what is told after it, alone and of 64 together on one thread; of
-//! a reset. Items of steps are simulated milliseconds.
+//! Cost of an action of one environment and of what is told after it, alone and of 64 together on one thread;
+//! of a reset. Items of steps are simulated milliseconds.
 
 #![allow(clippy::unwrap_used, reason = "a bench that cannot start may panic")]
 

@@ -145,7 +145,7 @@ impl<const N: usize> Row<N> {
         self.abs().at_most(Self::all(f64::MAX))
     }
 
-    /// Angle of the point `(x, y)`, `y` being `self`: `libm::atan2` to the bit for finite numbers.
+    /// Angle of the point `(x, y)`, `y` being `self`: bit-identical to `libm::atan2` for finite numbers.
     ///
     /// # Source
     /// Reduction and polynomial of `fdlibm1993`, with selections for branches.

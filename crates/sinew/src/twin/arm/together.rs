@@ -6,9 +6,9 @@ use crate::error::within;
 
 /// Memory in which several arms of one machine move together, bit for bit as each of them alone.
 ///
-/// Bodies and muscles of eight worlds are computed at once, in SIMD lanes. The arms may differ in all numbers:
-/// parameters, states, commands, faults. Those of another machine, resolution or period than the first, and
-/// those whose joints are coupled, are stepped one by one.
+/// Bodies and muscles of eight worlds are computed at once, in SIMD lanes. The arms may differ in all
+/// numbers: parameters, states, commands, faults. Where joints are coupled, or an arm is of another machine,
+/// resolution or period than the others, all are stepped one by one.
 ///
 /// # Example
 /// ```
