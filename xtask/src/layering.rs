@@ -34,21 +34,22 @@ sinew-py: sinew sinew-identify sinew-lab sinew-report sinew-runtime sinew-mujoco
 const ROOMS: &str = "
 dispatch:
 error:
+lanes: dispatch
 math: error
 metrics: error math
 random:
 trajectory: error math random muscle body
 drive: error math random transmission
 transmission: dispatch error math
-muscle: error math body
-body: dispatch error math
+muscle: error lanes math body
+body: dispatch error lanes math
 predictor: error math transmission
 compensator: error predictor transmission
 machine: error random body drive muscle predictor trajectory transmission
 description: error math drive transmission muscle body predictor trajectory machine
 control: compensator dispatch random error math trajectory drive transmission muscle body predictor machine
-twin: error math random trajectory drive transmission muscle body machine
-lib: dispatch error math metrics random trajectory drive transmission muscle body predictor compensator \
+twin: dispatch error lanes math random trajectory drive transmission muscle body machine
+lib: dispatch error lanes math metrics random trajectory drive transmission muscle body predictor compensator \
 machine description control twin
 ";
 

@@ -1,12 +1,14 @@
-//! Cost of an action of one environment and of what is told after it; of a reset. Items of steps are
-//! simulated milliseconds.
+//! Cost of an action of one environment and of what is told after it, alone and of 64 together on one thread;
+//! of a reset. Items of steps are simulated milliseconds.
 
 #![allow(clippy::unwrap_used, reason = "a bench that cannot start may panic")]
 
 use divan::{Bencher, counter::ItemsCount};
 use sinew::machine::Machine;
 use sinew::twin::cable::Resolution;
-use sinew_gym::{Environment, EnvironmentDesign, Randomisation, Settings, Task};
+use sinew_gym::{
+    Environment, EnvironmentBatch, EnvironmentDesign, Outcomes, Randomisation, ResetMode, Settings, Task,
+};
 use std::sync::Arc;
 
 fn main() {
@@ -16,7 +18,7 @@ fn main() {
 /// Milliseconds of an action.
 const INTERVAL: u32 = 10;
 
-fn environment(name: &str, cells: usize, substeps: usize) -> Environment {
+fn design(name: &str, cells: usize, substeps: usize) -> Arc<EnvironmentDesign> {
     let path = format!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/{}.toml"), name);
     let text = std::fs::read_to_string(path).unwrap();
     let read = sinew::description::machine_from_toml(name, &text, &mut |_| Err("no other file".into()));
@@ -27,8 +29,11 @@ fn environment(name: &str, cells: usize, substeps: usize) -> Environment {
         resolution: Resolution { cells, substeps },
         ..Settings::default()
     };
-    let design = EnvironmentDesign::new(&machine, Task::Reach, settings, Randomisation::default()).unwrap();
-    Environment::new(Arc::new(design), 1).unwrap()
+    Arc::new(EnvironmentDesign::new(&machine, Task::Reach, settings, Randomisation::default()).unwrap())
+}
+
+fn environment(name: &str, cells: usize, substeps: usize) -> Environment {
+    Environment::new(design(name, cells, substeps), 1).unwrap()
 }
 
 #[divan::bench(args = [("bench_joint", 24, 2), ("lm_arm", 24, 2), ("lm_arm", 12, 1)])]
@@ -42,6 +47,44 @@ fn step(bencher: Bencher, (name, cells, substeps): (&str, usize, usize)) {
             }
         },
     );
+}
+
+const WORLDS: u64 = 64;
+
+#[divan::bench(args = [(24, 2), (12, 1)])]
+fn worlds_one_by_one(bencher: Bencher, (cells, substeps): (usize, usize)) {
+    let design = design("lm_arm", cells, substeps);
+    let mut worlds: Vec<Environment> =
+        (0..WORLDS).map(|seed| Environment::new(design.clone(), seed).unwrap()).collect();
+    let (action, mut out) = (vec![0.0; design.actions()], vec![0.0; design.observations()]);
+    bencher.counter(ItemsCount::new(WORLDS * u64::from(INTERVAL))).bench_local(|| {
+        for world in &mut worlds {
+            let ended = world.step(&action).unwrap().terminated;
+            if ended {
+                world.reset(None).unwrap();
+            }
+            world.observe(divan::black_box(&mut out));
+        }
+    });
+}
+
+#[divan::bench(args = [(24, 2), (12, 1)])]
+fn worlds_together(bencher: Bencher, (cells, substeps): (usize, usize)) {
+    let design = design("lm_arm", cells, substeps);
+    let seeds: Vec<u64> = (0..WORLDS).collect();
+    let mut batch = EnvironmentBatch::new(&design, &seeds, ResetMode::SameStep, 1).unwrap();
+    let count = seeds.len();
+    let actions = vec![0.0; count * design.actions()];
+    let mut told = [(); 2].map(|()| vec![0.0; count * design.observations()]);
+    let mut numbers = [(); 3].map(|()| vec![0.0; count]);
+    let mut ends = [(); 2].map(|()| vec![false; count]);
+    bencher.counter(ItemsCount::new(WORLDS * u64::from(INTERVAL))).bench_local(|| {
+        let ([observations, last_observations], [rewards, errors, last_errors]) = (&mut told, &mut numbers);
+        let [terminated, truncated] = &mut ends;
+        let mut out =
+            Outcomes { observations, rewards, terminated, truncated, errors, last_observations, last_errors };
+        batch.step(&actions, &mut out).unwrap();
+    });
 }
 
 #[divan::bench]

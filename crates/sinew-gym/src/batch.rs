@@ -1,7 +1,8 @@
 use crate::design::EnvironmentDesign;
-use crate::environment::{Environment, check_actions};
+use crate::environment::{Environment, advance_together, check_actions};
 use crate::threads::Threads;
 use sinew::Error;
+use sinew::twin::arm::ArmTwins;
 use std::sync::Arc;
 
 /// When an environment whose episode has ended begins another one.
@@ -15,10 +16,14 @@ pub enum ResetMode {
     Disabled,
 }
 
-/// Many environments of one design, stepped together.
+/// Many environments of one design, stepped together: in groups of up to eight ([`ArmTwins`]), with the bits
+/// of one by one.
 #[derive(Debug)]
 pub struct EnvironmentBatch {
     environments: Vec<Environment>,
+    /// Memory of every group, and environments in it.
+    groups: Vec<ArmTwins>,
+    size: usize,
     mode: ResetMode,
     threads: Threads,
 }
@@ -77,7 +82,11 @@ impl EnvironmentBatch {
             *place = Some(Environment::new(design.clone(), *seed)?);
             Ok(())
         })?;
-        Ok(Self { environments: environments.into_iter().flatten().collect(), mode, threads })
+        let environments: Vec<Environment> = environments.into_iter().flatten().collect();
+        // As large as leaves a group to every thread.
+        let size = seeds.len().div_ceil(threads.count()).min(ArmTwins::LANES);
+        let groups = vec![ArmTwins::new(environments[0].twin()); seeds.len().div_ceil(size)];
+        Ok(Self { environments, groups, size, mode, threads })
     }
 
     /// The environments.
@@ -151,11 +160,14 @@ impl EnvironmentBatch {
             out.observations.chunks_exact_mut(width).zip(out.last_observations.chunks_exact_mut(width));
         let rewards = out.rewards.iter_mut().zip(out.errors.iter_mut().zip(out.last_errors.iter_mut()));
         let ends = out.terminated.iter_mut().zip(out.truncated.iter_mut());
-        let rows =
-            self.environments.iter_mut().zip(actions.chunks_exact(acts)).zip(outputs).zip(rewards).zip(ends);
-        self.threads.share(rows, |((((environment, action), observations), rewards), ends)| {
-            step_one(mode, (environment, action, observations, rewards, ends))
-        })
+        let rows = self.environments.iter_mut().zip(actions.chunks_exact(acts)).zip(outputs).zip(rewards);
+        let mut rows = rows.zip(ends).map(|((((environment, action), observations), rewards), ends)| {
+            (environment, action, observations, rewards, ends)
+        });
+        let size = self.size;
+        let groups =
+            self.groups.iter_mut().map(|twins| (twins, rows.by_ref().take(size).collect::<Vec<_>>()));
+        self.threads.share(groups, |(twins, rows)| step_group(mode, twins, rows))
     }
 
     fn width(&self) -> usize {
@@ -163,25 +175,35 @@ impl EnvironmentBatch {
     }
 }
 
-fn step_one(mode: ResetMode, rows: Rows<'_>) -> Result<(), Error> {
-    let (environment, action, (observation, last), (reward, (error, last_error)), (terminated, truncated)) =
-        rows;
-    if environment.ended() && mode == ResetMode::NextStep {
-        environment.reset(None)?;
-        (*reward, *terminated, *truncated, *error) = (0.0, false, false, environment.error());
+fn step_group(mode: ResetMode, twins: &mut ArmTwins, rows: Vec<Rows<'_>>) -> Result<(), Error> {
+    let (mut moving, mut outputs) = (Vec::new(), Vec::new());
+    for (environment, action, observations, rewards, ends) in rows {
+        if environment.ended() && mode == ResetMode::NextStep {
+            environment.reset(None)?;
+            let ((reward, (error, _)), (terminated, truncated)) = (rewards, ends);
+            (*reward, *terminated, *truncated, *error) = (0.0, false, false, environment.error());
+            environment.observe(observations.0);
+        } else {
+            moving.push((environment, action));
+            outputs.push((observations, rewards, ends));
+        }
+    }
+    advance_together(&mut moving, twins, |k, outcome| {
+        let (_, (reward, (error, _)), (terminated, truncated)) = &mut outputs[k];
+        (**reward, **error) = (outcome.reward, outcome.error);
+        (**terminated, **truncated) = (outcome.terminated, outcome.truncated);
+    })?;
+    for ((environment, _), ((observation, last), (_, (error, last_error)), _)) in
+        moving.into_iter().zip(outputs)
+    {
+        if environment.ended() && mode == ResetMode::SameStep {
+            environment.observe(last);
+            *last_error = *error;
+            environment.reset(None)?;
+            *error = environment.error();
+        }
         environment.observe(observation);
-        return Ok(());
     }
-    let outcome = environment.advance(action);
-    (*reward, *error) = (outcome.reward, outcome.error);
-    (*terminated, *truncated) = (outcome.terminated, outcome.truncated);
-    if environment.ended() && mode == ResetMode::SameStep {
-        environment.observe(last);
-        *last_error = outcome.error;
-        environment.reset(None)?;
-        *error = environment.error();
-    }
-    environment.observe(observation);
     Ok(())
 }
 

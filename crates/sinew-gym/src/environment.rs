@@ -6,7 +6,7 @@ use sinew::drive::{Delay, DriveCommand};
 use sinew::machine::Task as Space;
 use sinew::random::Random;
 use sinew::trajectory::Reference;
-use sinew::twin::arm::ArmTwin;
+use sinew::twin::arm::{ArmTwin, ArmTwins};
 use std::sync::Arc;
 
 /// One environment: a simulated machine, its sensors, and what it is asked for.
@@ -16,11 +16,9 @@ pub struct Environment {
     random: Random,
     twin: ArmTwin,
     place: Place,
-    /// Delays of the joints' encoders: `[encoded]`.
-    delays: Vec<Delay>,
     /// What is added to the motors' encoders so that they count from home, m: `[muscles]`.
     homing: Vec<f64>,
-    readings: Readings,
+    sensed: Sensed,
     action: Vec<f64>,
     commands: Vec<DriveCommand>,
     target: Vec<f64>,
@@ -33,6 +31,24 @@ pub struct Environment {
     steps: u32,
     error: f64,
     ended: bool,
+}
+
+/// What the sensors tell.
+#[derive(Debug, Clone)]
+struct Sensed {
+    /// Of the joints' encoders: `[encoded]`.
+    delays: Vec<Delay>,
+    readings: Readings,
+}
+
+impl Sensed {
+    /// Reads the joints' encoders after a cycle.
+    fn pass(&mut self, design: &EnvironmentDesign, twin: &ArmTwin) {
+        let joints = design.encoded.iter().zip(&mut self.delays).zip(&mut self.readings.joint);
+        for ((k, delay), reading) in joints {
+            *reading = delay.pass(twin.reading().joint[*k]);
+        }
+    }
 }
 
 /// Readings now, and their rates since the last action.
@@ -75,13 +91,15 @@ impl Environment {
         let mut environment = Self {
             place: Place::new(&design.machine),
             random,
-            delays: Vec::with_capacity(encoded),
             homing: vec![0.0; muscles],
-            readings: Readings {
-                motor: vec![0.0; muscles],
-                motor_rate: vec![0.0; muscles],
-                joint: vec![0.0; encoded],
-                joint_rate: vec![0.0; encoded],
+            sensed: Sensed {
+                delays: Vec::with_capacity(encoded),
+                readings: Readings {
+                    motor: vec![0.0; muscles],
+                    motor_rate: vec![0.0; muscles],
+                    joint: vec![0.0; encoded],
+                    joint_rate: vec![0.0; encoded],
+                },
             },
             action: vec![0.0; muscles],
             commands: vec![DriveCommand::Off; muscles],
@@ -155,25 +173,33 @@ impl Environment {
     }
 
     /// Applies an action that was checked.
-    pub(crate) fn advance(&mut self, action: &[f32]) -> Outcome {
-        let Self { design, twin, delays, readings, commands, .. } = self;
+    fn advance(&mut self, action: &[f32]) -> Outcome {
+        self.command(action);
+        let Self { design, twin, sensed, commands, .. } = self;
+        let failed = (0..design.cycles).any(|_| {
+            let failed = twin.step(commands, design.machine.period).is_err();
+            if !failed {
+                sensed.pass(design, twin);
+            }
+            failed
+        });
+        self.conclude(failed)
+    }
+
+    /// Takes an action that was checked.
+    fn command(&mut self, action: &[f32]) {
+        let Self { design, sensed: Sensed { readings, .. }, commands, .. } = self;
         for (muscle, (told, kept)) in action.iter().zip(&mut self.action).enumerate() {
             *kept = f64::from(*told).clamp(-1.0, 1.0);
             commands[muscle] = design.command(muscle, *kept);
         }
         readings.motor_rate.copy_from_slice(&readings.motor);
         readings.joint_rate.copy_from_slice(&readings.joint);
-        let mut failed = false;
-        for _ in 0..design.cycles {
-            if twin.step(commands, design.machine.period).is_err() {
-                failed = true;
-                break;
-            }
-            let joints = design.encoded.iter().zip(delays.iter_mut()).zip(&mut readings.joint);
-            for ((k, delay), reading) in joints {
-                *reading = delay.pass(twin.reading().joint[*k]);
-            }
-        }
+    }
+
+    /// What follows from an action after its interval, or after the cycle in which the plant failed.
+    fn conclude(&mut self, failed: bool) -> Outcome {
+        let Self { design, twin, sensed: Sensed { readings, .. }, .. } = self;
         let motors = readings.motor.iter_mut().zip(&twin.reading().motor).zip(&self.homing);
         motors.for_each(|((told, measured), homing)| *told = measured + homing);
         let rate = 1.0 / (MILLISECOND * f64::from(design.settings.interval_ms));
@@ -206,7 +232,7 @@ impl Environment {
 
     /// Writes what the agent is told: `out: [observations]`.
     pub fn observe(&self, out: &mut [f32]) {
-        let Readings { motor, motor_rate, joint, joint_rate } = &self.readings;
+        let Readings { motor, motor_rate, joint, joint_rate } = &self.sensed.readings;
         let moving: &[f64] = if self.design.task.moves() { &self.target_rate } else { &[] };
         let tension = &self.twin.reading().tension;
         let parts: [&[f64]; 9] = [
@@ -228,23 +254,23 @@ impl Environment {
         (self.offset, self.steps, self.ended) = (episode.offset, 0, false);
         self.target.copy_from_slice(&episode.target);
         let truth = self.twin.truth();
-        self.delays.clear();
-        for (k, reading) in self.design.encoded.iter().zip(&mut self.readings.joint) {
+        let Sensed { delays, readings } = &mut self.sensed;
+        delays.clear();
+        for (k, reading) in self.design.encoded.iter().zip(&mut readings.joint) {
             *reading = self.twin.reading().joint[*k];
-            self.delays
-                .push(Delay::new(episode.delay_ms * (MILLISECOND / self.design.machine.period), *reading)?);
+            delays.push(Delay::new(episode.delay_ms * (MILLISECOND / self.design.machine.period), *reading)?);
         }
         // The encoders were set to zero in the start, with cables that hardly stretched.
         let places = truth.lengths.iter().zip(truth.cables).zip(&self.design.home);
-        let readings = self.twin.reading().motor.iter().zip(&mut self.readings.motor);
+        let motors = self.twin.reading().motor.iter().zip(&mut readings.motor);
         for ((homing, ((length, cable), home)), (reading, told)) in
-            self.homing.iter_mut().zip(places).zip(readings)
+            self.homing.iter_mut().zip(places).zip(motors)
         {
             *homing = home - length + cable.stretch - reading;
             *told = reading + *homing;
         }
-        self.readings.motor_rate.fill(0.0);
-        self.readings.joint_rate.fill(0.0);
+        readings.motor_rate.fill(0.0);
+        readings.joint_rate.fill(0.0);
         self.action.fill(0.0);
         self.update_target()?;
         self.update_error()
@@ -279,6 +305,42 @@ impl Environment {
         self.error = self.design.error(q, point, &self.target, self.target_point);
         Ok(())
     }
+}
+
+/// Applies one action each, all checked, to at most [`ArmTwins::LANES`] environments of one design.
+///
+/// # Errors
+/// As [`ArmTwins::gather`].
+pub(crate) fn advance_together(
+    environments: &mut [(&mut Environment, &[f32])],
+    twins: &mut ArmTwins,
+    mut outcome: impl FnMut(usize, Outcome),
+) -> Result<(), Error> {
+    let mut failed = [false; ArmTwins::LANES];
+    let (mut arms, mut rest) = (Vec::new(), Vec::new());
+    for (environment, action) in environments.iter_mut() {
+        environment.command(action);
+        let Environment { design, twin, sensed, commands, .. } = &mut **environment;
+        arms.push(twin);
+        rest.push((&**design, sensed, commands.as_slice()));
+    }
+    let Some((design, ..)) = rest.first() else { return Ok(()) };
+    let (cycles, period) = (design.cycles, design.machine.period);
+    let commands: Vec<_> = rest.iter().map(|(.., commands)| *commands).collect();
+    let mut together = twins.gather(&mut arms)?;
+    for _ in 0..cycles {
+        let results = together.step(&commands, period);
+        for (k, (design, sensed, _)) in rest.iter_mut().enumerate() {
+            failed[k] |= results[k].is_err();
+            if let (false, Some(twin)) = (failed[k], together.twin(k)) {
+                sensed.pass(design, twin);
+            }
+        }
+    }
+    for (k, (environment, _)) in environments.iter_mut().enumerate() {
+        outcome(k, environment.conclude(failed[k]));
+    }
+    Ok(())
 }
 
 /// Refuses actions of the wrong number and those that are not numbers.

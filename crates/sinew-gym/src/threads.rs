@@ -28,6 +28,11 @@ impl Threads {
         Ok(Self { others })
     }
 
+    /// How many.
+    pub(crate) fn count(&self) -> usize {
+        1 + self.others.as_ref().map_or(0, ThreadPool::current_num_threads)
+    }
+
     /// Does `work` on every item. Each thread takes the next one when it is free, so that a thread that
     /// begins late, or an item that lasts longer, delays no other.
     ///

@@ -5,9 +5,18 @@
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 mod x86 {
     #[cfg(target_arch = "x86")]
-    use core::arch::x86::{_mm_cvtsd_f64, _mm_fmadd_sd, _mm_set_sd};
+    use core::arch::x86::{_mm_cvtsd_f64, _mm_fmadd_sd, _mm_set_sd, _mm_sqrt_sd};
     #[cfg(target_arch = "x86_64")]
-    use core::arch::x86_64::{_mm_cvtsd_f64, _mm_fmadd_sd, _mm_set_sd};
+    use core::arch::x86_64::{_mm_cvtsd_f64, _mm_fmadd_sd, _mm_set_sd, _mm_sqrt_sd};
+
+    /// Square root as an instruction that vectorises, which the assembly of `libm` does not: the same bits.
+    #[cfg(target_feature = "sse2")]
+    #[expect(unsafe_code, reason = "see the module")]
+    #[inline(always)]
+    pub(super) fn sqrt(x: f64) -> f64 {
+        // SAFETY: the whole crate is compiled for SSE2.
+        unsafe { _mm_cvtsd_f64(_mm_sqrt_sd(_mm_set_sd(x), _mm_set_sd(x))) }
+    }
 
     cpufeatures::new!(has_avx2, "avx2", "fma");
     cpufeatures::new!(has_avx512, "avx512f", "avx512dq", "avx512vl", "fma");
@@ -30,6 +39,15 @@ mod x86 {
         // SAFETY: as asked of the caller.
         unsafe { _mm_cvtsd_f64(_mm_fmadd_sd(_mm_set_sd(a), _mm_set_sd(b), _mm_set_sd(c))) }
     }
+}
+
+/// Square root.
+#[inline(always)]
+pub(crate) fn sqrt(x: f64) -> f64 {
+    #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), target_feature = "sse2"))]
+    return x86::sqrt(x);
+    #[cfg(not(all(any(target_arch = "x86", target_arch = "x86_64"), target_feature = "sse2")))]
+    libm::sqrt(x)
 }
 
 /// An instruction set of the present processor.

@@ -69,6 +69,7 @@ pub mod description;
 mod dispatch;
 pub mod drive;
 mod error;
+mod lanes;
 pub mod machine;
 pub mod math;
 pub mod metrics;

@@ -236,6 +236,15 @@ fn the_arm_and_its_trajectory_never_allocate_not_even_in_failing() {
     };
     assert_eq!(calls(&mut work), 0);
     assert!(moved > 0.01, "{moved}");
+    let mut arms = vec![arm; 3];
+    let mut group: Vec<&mut ArmTwin> = arms.iter_mut().collect();
+    let mut twins = sinew::twin::arm::ArmTwins::new(group[0]);
+    let commands = [DriveCommand::Velocity(0.01); 15];
+    let mut together = || {
+        let mut together = twins.gather(&mut group).unwrap();
+        (0..100).for_each(|_| together.step(&[&commands[..]; 3], 1e-3).into_iter().for_each(Result::unwrap));
+    };
+    assert_eq!(calls(&mut together), 0);
 }
 
 #[test]

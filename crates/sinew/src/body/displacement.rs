@@ -153,7 +153,7 @@ impl Robot {
             let about = sub(moment, scale(mass, poses.links[index].origin));
             // The origin of the rigid pose is overwritten only now.
             let bend = scale(joints[link.joint].flex, cross(about, self.parts().gravity));
-            poses.place(index, link, q);
+            poses.place(self, index, q);
             let pose = &mut poses.links[index];
             pose.axes = compose(&frame_of(quaternion_of(bend)), &pose.axes);
         }

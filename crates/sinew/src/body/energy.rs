@@ -1,11 +1,47 @@
 use super::Poses;
-use super::parts::JointKind;
+use super::parts::{Joint, JointKind};
 use super::robot::Robot;
 use super::scratch::Scratch;
 use super::vector::{
     add, add_scaled, cross, dot, product, quaternion_product, rotation_of, symmetric, unit_quaternion,
 };
 use crate::error::{Error, check_entries, check_length};
+use crate::lanes::Row;
+
+/// Spring and damper of a joint in several worlds.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct JointSpring<const N: usize> {
+    stiffness: Row<N>,
+    damping: Row<N>,
+    reference: Row<N>,
+}
+
+impl<const N: usize> JointSpring<N> {
+    /// Takes that of another world as world `k`.
+    pub(crate) fn set(&mut self, k: usize, one: &JointSpring<1>) {
+        self.stiffness.0[k] = one.stiffness.0[0];
+        (self.damping.0[k], self.reference.0[k]) = (one.damping.0[0], one.reference.0[0]);
+    }
+
+    /// Deflection of a hinge or slide.
+    #[inline(always)]
+    pub(crate) fn stretch(&self, q: Row<N>) -> Row<N> {
+        q - self.reference
+    }
+
+    /// Force along a velocity.
+    #[inline(always)]
+    pub(crate) fn force(&self, stretch: Row<N>, v: Row<N>) -> Row<N> {
+        -self.stiffness * stretch - self.damping * v
+    }
+}
+
+impl From<&Joint> for JointSpring<1> {
+    fn from(joint: &Joint) -> Self {
+        let [stiffness, damping] = [joint.stiffness, joint.damping].map(Row::all);
+        Self { stiffness, damping, reference: Row::all(joint.spring_reference) }
+    }
+}
 
 impl Robot {
     /// Kinetic energy `v^T M v / 2`, armature included, J.
@@ -15,14 +51,15 @@ impl Robot {
     pub fn kinetic_energy(&self, q: &[f64], v: &[f64], scratch: &mut Scratch) -> Result<f64, Error> {
         self.check_coordinates(q)?;
         self.check_velocities("v", v)?;
-        check_length("scratch", scratch.links.len(), self.tree.links.len())?;
+        check_length("scratch", scratch.places.len(), self.tree.links.len())?;
         self.velocities(q, v, scratch);
         let mut twice = 0.0;
         for (index, link) in self.tree.links.iter().enumerate().skip(1) {
-            let (moving, body) = (&scratch.links[index], &link.inertia);
-            let momentum = add_scaled(cross(moving.omega, body.moment), body.mass, moving.velocity);
-            let spin = add(symmetric(&body.about_origin, moving.omega), cross(body.moment, moving.velocity));
-            twice += dot(moving.velocity, momentum) + dot(moving.omega, spin);
+            let (moving, body) = (&scratch.forward.links[index], &link.inertia);
+            let (omega, velocity) = (moving.omega.at(0), moving.velocity.at(0));
+            let momentum = add_scaled(cross(omega, body.moment), body.mass, velocity);
+            let spin = add(symmetric(&body.about_origin, omega), cross(body.moment, velocity));
+            twice += dot(velocity, momentum) + dot(omega, spin);
             let rates = &v[link.v..link.v + link.kind.velocities()];
             twice += link.armature * product(rates, rates);
         }
@@ -72,7 +109,7 @@ impl Robot {
             let mut stretch = [0.0; 6];
             self.stretch(link.joint, q, &mut stretch);
             for (k, stretch) in stretch.into_iter().enumerate().take(link.kind.velocities()) {
-                tau[link.v + k] = -joint.stiffness * stretch - joint.damping * v[link.v + k];
+                tau[link.v + k] = JointSpring::from(joint).force(Row([stretch]), Row([v[link.v + k]])).0[0];
             }
         }
         check_entries("tau", tau, self.nv())
@@ -88,7 +125,9 @@ impl Robot {
             rotation_of(quaternion_product(back, now))
         };
         match part.kind {
-            JointKind::Hinge | JointKind::Slide => out[0] = q[0] - part.spring_reference,
+            JointKind::Hinge | JointKind::Slide => {
+                out[0] = JointSpring::from(part).stretch(Row([q[0]])).0[0];
+            }
             JointKind::Ball => out[..3].copy_from_slice(&turn(q, [1.0, 0.0, 0.0, 0.0])),
             JointKind::Free => {
                 let body = &self.parts().bodies[part.body];

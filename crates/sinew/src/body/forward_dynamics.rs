@@ -1,64 +1,141 @@
-use super::link::{Inertia, Link};
-use super::link_state::ArticulatedBody;
+use super::kinematics::PoseRows;
+use super::link::{Link, LinkRows};
+use super::link_state::{ArticulatedBody, ForwardScratch, LinkState};
 use super::parts::JointKind;
 use super::robot::Robot;
 use super::scratch::Scratch;
-use super::vector::{
-    Frame, IDENTITY, Vector, add, add_scaled, columns, compose, cross, dot, rotate, scale, sub, symmetric,
-    transpose, unrotate,
-};
+use super::tree::Tree;
+use super::vector::IDENTITY;
 use crate::error::{Error, check_entries, check_length};
+use crate::lanes::{Frame, Mask, Row, Vector};
 
-impl ArticulatedBody {
-    fn rigid(body: &Inertia, omega: Vector, velocity: Vector) -> ArticulatedBody {
-        let coupling = columns(|k| cross(body.moment, IDENTITY[k]));
-        let momentum = add_scaled(cross(omega, body.moment), body.mass, velocity);
-        let spin = add(symmetric(&body.about_origin, omega), cross(body.moment, velocity));
-        ArticulatedBody {
-            angular: columns(|k| symmetric(&body.about_origin, IDENTITY[k])),
-            coupling,
-            linear: columns(|k| scale(body.mass, IDENTITY[k])),
-            moment: add(cross(omega, spin), cross(velocity, momentum)),
-            force: cross(omega, momentum),
-            ..ArticulatedBody::default()
+/// Motion of a link along one of its velocities, in its own frame: about an axis, along z, or along a
+/// direction.
+#[derive(Clone, Copy)]
+enum Way<const N: usize> {
+    About(usize),
+    AlongZ,
+    Along(Vector<N>),
+}
+
+impl<const N: usize> Way<N> {
+    /// Of the `k`th velocity of a link with these axes in its parent's frame.
+    #[inline(always)]
+    fn new(kind: JointKind, axes: &Frame<N>, k: usize) -> Self {
+        match kind {
+            JointKind::Hinge => Self::About(2),
+            JointKind::Slide => Self::AlongZ,
+            JointKind::Ball => Self::About(k),
+            JointKind::Free if k < 3 => Self::Along(Vector([axes.0[0][k], axes.0[1][k], axes.0[2][k]])),
+            JointKind::Free => Self::About(k - 3),
         }
     }
 
-    #[inline]
-    fn times(&self, turn: Vector, shift: Vector) -> (Vector, Vector) {
-        let moment = add(rotate(&self.angular, turn), rotate(&self.coupling, shift));
-        (moment, add(unrotate(&self.coupling, turn), rotate(&self.linear, shift)))
+    /// Component of a wrench.
+    #[inline(always)]
+    fn of(self, [moment, force]: &[Vector<N>; 2]) -> Row<N> {
+        match self {
+            Self::About(axis) => moment[axis],
+            Self::AlongZ => force[2],
+            Self::Along(direction) => direction.dot(*force),
+        }
+    }
+
+    /// Adds this motion, `amount` times.
+    #[inline(always)]
+    fn add(self, amount: Row<N>, [turn, shift]: &mut [Vector<N>; 2]) {
+        match self {
+            Self::About(axis) => turn[axis] += amount,
+            Self::AlongZ => shift[2] += amount,
+            Self::Along(direction) => *shift = *shift + amount * direction,
+        }
+    }
+}
+
+impl<const N: usize> ArticulatedBody<N> {
+    #[inline(always)]
+    fn rigid(rows: &LinkRows<N>, omega: Vector<N>, velocity: Vector<N>) -> Self {
+        let (mass, m, none) = (rows.mass, rows.moment, Row::default());
+        let [xx, yy, zz, xy, xz, yz] = rows.about_origin;
+        let momentum = omega.cross(m) + mass * velocity;
+        let angular = Frame([Vector([xx, xy, xz]), Vector([xy, yy, yz]), Vector([xz, yz, zz])]);
+        let spin = Vector([
+            xx * omega[0] + xy * omega[1] + xz * omega[2],
+            xy * omega[0] + yy * omega[1] + yz * omega[2],
+            xz * omega[0] + yz * omega[1] + zz * omega[2],
+        ]) + m.cross(velocity);
+        Self {
+            angular,
+            coupling: Frame([
+                Vector([none, m[2], -m[1]]),
+                Vector([-m[2], none, m[0]]),
+                Vector([m[1], -m[0], none]),
+            ]),
+            linear: Frame([
+                Vector([mass, none, none]),
+                Vector([none, mass, none]),
+                Vector([none, none, mass]),
+            ]),
+            moment: omega.cross(spin) + velocity.cross(momentum),
+            force: omega.cross(momentum),
+            ..Self::default()
+        }
+    }
+
+    #[inline(always)]
+    fn times(&self, [turn, shift]: [Vector<N>; 2]) -> [Vector<N>; 2] {
+        let moment = self.angular.rotate(turn) + self.coupling.rotate(shift);
+        [moment, self.coupling.unrotate(turn) + self.linear.rotate(shift)]
+    }
+
+    /// The same along one velocity.
+    #[inline(always)]
+    fn along(&self, way: Way<N>) -> [Vector<N>; 2] {
+        let row = |frame: &Frame<N>, k: usize| Vector([frame.0[0][k], frame.0[1][k], frame.0[2][k]]);
+        match way {
+            Way::About(axis) => [self.angular.0[axis], row(&self.coupling, axis)],
+            Way::AlongZ => [self.coupling.0[2], self.linear.0[2]],
+            Way::Along(direction) => [self.coupling.rotate(direction), self.linear.rotate(direction)],
+        }
     }
 
     /// Projects out one velocity: the remaining inertia is that with this joint free under its force.
-    fn eliminate(&mut self, (moment, force): (Vector, Vector), pivot: f64, left: f64) {
+    #[inline(always)]
+    fn eliminate(&mut self, [moment, force]: [Vector<N>; 2], pivot: Row<N>, left: Row<N>) {
         for k in 0..3 {
-            self.angular[k] = add_scaled(self.angular[k], -moment[k] / pivot, moment);
-            self.coupling[k] = add_scaled(self.coupling[k], -force[k] / pivot, moment);
-            self.linear[k] = add_scaled(self.linear[k], -force[k] / pivot, force);
+            let (turn, shift) = (-moment[k] / pivot, -force[k] / pivot);
+            self.angular.0[k] = self.angular.0[k] + turn * moment;
+            self.coupling.0[k] = self.coupling.0[k] + shift * moment;
+            self.linear.0[k] = self.linear.0[k] + shift * force;
         }
-        self.moment = add_scaled(self.moment, left / pivot, moment);
-        self.force = add_scaled(self.force, left / pivot, force);
+        let share = left / pivot;
+        self.moment = self.moment + share * moment;
+        self.force = self.force + share * force;
     }
 
     /// Adds the articulated inertia and bias wrench of a child.
-    fn add_child(&mut self, child: &ArticulatedBody, axes: &Frame, origin: Vector) {
-        let (moment, force) = child.times(child.drift.0, child.drift.1);
-        let force = rotate(axes, add(child.force, force));
-        let moment = rotate(axes, add(child.moment, moment));
-        self.force = add(self.force, force);
-        self.moment = add(self.moment, add(moment, cross(origin, force)));
-        let turned = |block: &Frame| compose(&compose(axes, block), &transpose(axes));
-        let (angular, coupling, linear) =
-            (turned(&child.angular), turned(&child.coupling), turned(&child.linear));
-        let moved = columns(|k| add(coupling[k], cross(origin, linear[k])));
-        let back = transpose(&moved);
-        let arms = columns(|k| cross(origin, back[k]));
+    #[inline(always)]
+    fn add_child(&mut self, child: &Self, axes: &Frame<N>, origin: Vector<N>) {
+        let [moment, force] = child.times(child.drift);
+        let force = axes.rotate(child.force + force);
+        let moment = axes.rotate(child.moment + moment);
+        self.force = self.force + force;
+        self.moment = self.moment + (moment + origin.cross(force));
+        let back = axes.transpose();
+        let angular = axes.compose(&child.angular).compose(&back);
+        let coupling = axes.compose(&child.coupling).compose(&back);
+        let linear = axes.compose(&child.linear).compose(&back);
+        let mut moved = coupling;
         for k in 0..3 {
-            let lever = rotate(&coupling, cross(origin, IDENTITY[k]));
-            self.angular[k] = add(self.angular[k], add(sub(angular[k], lever), arms[k]));
-            self.coupling[k] = add(self.coupling[k], moved[k]);
-            self.linear[k] = add(self.linear[k], linear[k]);
+            moved.0[k] = coupling.0[k] + origin.cross(linear.0[k]);
+        }
+        let back = moved.transpose();
+        for (k, axis) in IDENTITY.into_iter().enumerate() {
+            let lever = coupling.rotate(origin.cross(Vector::all(axis)));
+            let arm = origin.cross(back.0[k]);
+            self.angular.0[k] = self.angular.0[k] + ((angular.0[k] - lever) + arm);
+            self.coupling.0[k] = self.coupling.0[k] + moved.0[k];
+            self.linear.0[k] = self.linear.0[k] + linear.0[k];
         }
     }
 }
@@ -96,107 +173,172 @@ impl Robot {
         self.check_velocities("v", v)?;
         self.check_velocities("tau", tau)?;
         let links = &self.tree.links;
-        check_length("scratch", scratch.links.len(), links.len())?;
+        check_length("scratch", scratch.places.len(), links.len())?;
         check_length("a", a.len(), self.nv())?;
-        self.velocities(q, v, scratch);
-        for (index, link) in links.iter().enumerate().skip(1) {
-            let moving = &scratch.links[index];
-            let mut own = ArticulatedBody::rigid(&link.inertia, moving.omega, moving.velocity);
-            own.drift = drift(link, &moving.axes, moving.omega, moving.velocity, v);
-            scratch.articulated[index] = own;
-        }
-        for (index, link) in links.iter().enumerate().skip(1).rev() {
-            self.inward(index, link, tau, scratch)?;
-        }
-        let ground = scale(-1.0, self.parts().gravity);
-        for (index, link) in links.iter().enumerate().skip(1) {
-            let parent = match link.parent {
-                0 => ([0.0; 3], ground),
-                parent => scratch.articulated[parent].acceleration,
-            };
-            outward(link, parent, scratch, index, a);
+        let ground = Vector::all(self.parts().gravity);
+        let (q, v, tau) = (q.as_chunks().0, v.as_chunks().0, tau.as_chunks().0);
+        let rows = &self.tree.rows;
+        let [singular] =
+            accelerations(links, rows, ground, [q, v, tau], &mut scratch.forward, a.as_chunks_mut().0);
+        self.check_accelerations(singular, a)
+    }
+
+    /// Refuses accelerations that are not finite, and those with a link that moves nothing with mass, unless
+    /// it is the ground.
+    pub(crate) fn check_accelerations(&self, singular: usize, a: &[f64]) -> Result<(), Error> {
+        if singular != 0 {
+            let expected = "above zero (mass on the bodies it moves, or armature)";
+            let (field, index) = ("the inertia it moves", self.tree.links[singular].joint);
+            return Err(Error::Part { kind: "joint", index, field, expected });
         }
         check_entries("a", a, self.nv())
     }
 
     /// Poses and velocities of all links, each in its own frame.
     pub(super) fn velocities(&self, q: &[f64], v: &[f64], scratch: &mut Scratch) {
-        for (index, link) in self.tree.links.iter().enumerate().skip(1) {
-            let (axes, origin) = link.pose_in_parent(q);
-            let (mut omega, mut velocity) = ([0.0; 3], [0.0; 3]);
-            if link.parent != 0 {
-                let parent = &scratch.links[link.parent];
-                omega = unrotate(&axes, parent.omega);
-                velocity = unrotate(&axes, add(parent.velocity, cross(parent.omega, origin)));
-            }
-            for k in 0..link.kind.velocities() {
-                let (turn, shift) = link.subspace(&axes, k);
-                omega = add_scaled(omega, v[link.v + k], turn);
-                velocity = add_scaled(velocity, v[link.v + k], shift);
-            }
-            let moving = &mut scratch.links[index];
-            (moving.axes, moving.origin) = (axes, origin);
-            (moving.omega, moving.velocity) = (omega, velocity);
-        }
+        let Tree { links, rows, .. } = &self.tree;
+        velocities(links, rows, q.as_chunks().0, v.as_chunks().0, &mut scratch.forward.links);
     }
+}
 
-    fn inward(&self, index: usize, link: &Link, tau: &[f64], scratch: &mut Scratch) -> Result<(), Error> {
-        let (axes, origin) = (scratch.links[index].axes, scratch.links[index].origin);
-        let (before, rest) = scratch.articulated.split_at_mut(index);
-        let own = &mut rest[0];
-        for k in 0..link.kind.velocities() {
-            let (turn, shift) = link.subspace(&axes, k);
-            let (moment, force) = own.times(turn, shift);
-            let rigid = dot(turn, moment) + dot(shift, force);
-            let pivot = rigid + link.armature;
-            let left = tau[link.v + k] - dot(turn, own.moment) - dot(shift, own.force);
-            // Scale of rounding errors: the inertia of the link itself.
-            let whole = own.linear[0][0].abs() + own.angular.iter().flatten().map(|x| x.abs()).sum::<f64>();
-            if pivot.is_nan() || pivot <= 1e-14 * whole || pivot <= 0.0 {
-                let expected = "above zero (mass on the bodies it moves, or armature)";
-                let field = "the inertia it moves";
-                return Err(Error::Part { kind: "joint", index: link.joint, field, expected });
-            }
-            scratch.pivots[link.v + k] = [left, pivot];
-            scratch.columns[link.v + k] = [moment[0], moment[1], moment[2], force[0], force[1], force[2]];
-            own.eliminate((moment, force), pivot, left);
-        }
+#[inline(always)]
+fn velocities<const N: usize>(
+    links: &[Link],
+    rows: &[LinkRows<N>],
+    q: &[[f64; N]],
+    v: &[[f64; N]],
+    states: &mut [LinkState<N>],
+) {
+    for (index, (link, rows)) in links.iter().zip(rows).enumerate().skip(1) {
+        let start = PoseRows { axes: rows.axes, origin: rows.origin };
+        let PoseRows { axes, origin } = start.moved(link, rows.reference, q);
+        let mut moving = [Vector::default(); 2];
         if link.parent != 0 {
-            before[link.parent].add_child(own, &axes, origin);
+            let parent = &states[link.parent];
+            moving[0] = axes.unrotate(parent.omega);
+            moving[1] = axes.unrotate(parent.velocity + parent.omega.cross(origin));
         }
-        Ok(())
+        for k in 0..link.kind.velocities() {
+            Way::new(link.kind, &axes, k).add(Row(v[link.v + k]), &mut moving);
+        }
+        let [omega, velocity] = moving;
+        states[index] = LinkState { axes, origin, omega, velocity };
     }
+}
+
+/// [`Robot::forward_dynamics`] in several worlds: `[q, v, tau]` with the acceleration of gravity in each. The
+/// first link of every world that moves nothing with mass, 0 where there is none.
+#[inline(always)]
+pub(crate) fn accelerations<const N: usize>(
+    links: &[Link],
+    rows: &[LinkRows<N>],
+    gravity: Vector<N>,
+    [q, v, tau]: [&[[f64; N]]; 3],
+    scratch: &mut ForwardScratch<N>,
+    a: &mut [[f64; N]],
+) -> [usize; N] {
+    velocities(links, rows, q, v, &mut scratch.links);
+    for (index, (link, rows)) in links.iter().zip(rows).enumerate().skip(1) {
+        let moving = &scratch.links[index];
+        let mut own = ArticulatedBody::rigid(rows, moving.omega, moving.velocity);
+        own.drift = drift(link, moving, v);
+        scratch.bodies[index] = own;
+    }
+    let mut singular = [0; N];
+    for (index, (link, rows)) in links.iter().zip(rows).enumerate().skip(1).rev() {
+        let sound = inward(index, link, rows, tau, scratch);
+        if !sound.all() {
+            for (first, sound) in singular.iter_mut().zip(sound.0) {
+                if sound == 0 && *first == 0 {
+                    *first = index;
+                }
+            }
+        }
+    }
+    for (index, link) in links.iter().enumerate().skip(1) {
+        let parent = match link.parent {
+            0 => [Vector::default(), Row::all(-1.0) * gravity],
+            parent => scratch.bodies[parent].acceleration,
+        };
+        outward(link, parent, scratch, index, a);
+    }
+    singular
+}
+
+/// Eliminates the velocities of a link and adds what is left to its parent; the worlds in which it moves
+/// something with mass.
+#[inline(always)]
+fn inward<const N: usize>(
+    index: usize,
+    link: &Link,
+    rows: &LinkRows<N>,
+    tau: &[[f64; N]],
+    scratch: &mut ForwardScratch<N>,
+) -> Mask<N> {
+    let LinkState { axes, origin, .. } = scratch.links[index];
+    let (before, rest) = scratch.bodies.split_at_mut(index);
+    let own = &mut rest[0];
+    let mut sound = !Mask::NONE;
+    for k in 0..link.kind.velocities() {
+        let way = Way::new(link.kind, &axes, k);
+        let wrench = own.along(way);
+        let pivot = way.of(&wrench) + rows.armature;
+        let left = Row(tau[link.v + k]) - way.of(&[own.moment, own.force]);
+        // Scale of rounding errors: the inertia of the link itself.
+        let mut whole = Row::default();
+        for column in &own.angular.0 {
+            whole = whole + column[0].abs() + column[1].abs() + column[2].abs();
+        }
+        let whole = own.linear.0[0][0].abs() + whole;
+        sound = sound & (1e-14 * whole).less(pivot) & Row::default().less(pivot);
+        scratch.pivots[link.v + k] = [left, pivot];
+        scratch.columns[link.v + k] = wrench;
+        own.eliminate(wrench, pivot, left);
+    }
+    if link.parent != 0 {
+        before[link.parent].add_child(own, &axes, origin);
+    }
+    sound
 }
 
 /// Velocity-product acceleration of a link relative to its parent.
-fn drift(link: &Link, axes: &Frame, omega: Vector, velocity: Vector, v: &[f64]) -> (Vector, Vector) {
-    if link.kind == JointKind::Free {
-        return ([0.0; 3], cross(scale(-1.0, omega), velocity));
+#[inline(always)]
+fn drift<const N: usize>(link: &Link, moving: &LinkState<N>, v: &[[f64; N]]) -> [Vector<N>; 2] {
+    let (omega, velocity, none) = (moving.omega, moving.velocity, Row::default());
+    let rate = |k: usize| Row(v[link.v + k]);
+    match link.kind {
+        JointKind::Hinge => {
+            let across = |a: Vector<N>| Vector([a[1] * rate(0), -(a[0] * rate(0)), none]);
+            [across(omega), across(velocity)]
+        }
+        JointKind::Slide => [Vector::default(), Vector([omega[1] * rate(0), -(omega[0] * rate(0)), none])],
+        JointKind::Ball => {
+            let turn = Vector([rate(0), rate(1), rate(2)]);
+            [omega.cross(turn), velocity.cross(turn)]
+        }
+        JointKind::Free => [Vector::default(), (Row::all(-1.0) * omega).cross(velocity)],
     }
-    let (mut turn, mut shift) = ([0.0; 3], [0.0; 3]);
-    for k in 0..link.kind.velocities() {
-        let (one_turn, one_shift) = link.subspace(axes, k);
-        turn = add_scaled(turn, v[link.v + k], one_turn);
-        shift = add_scaled(shift, v[link.v + k], one_shift);
-    }
-    (cross(omega, turn), add(cross(omega, shift), cross(velocity, turn)))
 }
 
-fn outward(link: &Link, parent: (Vector, Vector), scratch: &mut Scratch, index: usize, a: &mut [f64]) {
+#[inline(always)]
+fn outward<const N: usize>(
+    link: &Link,
+    [alpha, linear]: [Vector<N>; 2],
+    scratch: &mut ForwardScratch<N>,
+    index: usize,
+    a: &mut [[f64; N]],
+) {
     let moving = &scratch.links[index];
-    let own = &mut scratch.articulated[index];
-    let carried = add(parent.1, cross(parent.0, moving.origin));
-    let mut turn = add(unrotate(&moving.axes, parent.0), own.drift.0);
-    let mut shift = add(unrotate(&moving.axes, carried), own.drift.1);
+    let own = &mut scratch.bodies[index];
+    let carried = linear + alpha.cross(moving.origin);
+    let [turn, shift] = own.drift;
+    let mut motion = [moving.axes.unrotate(alpha) + turn, moving.axes.unrotate(carried) + shift];
     for k in (0..link.kind.velocities()).rev() {
         let [left, pivot] = scratch.pivots[link.v + k];
-        let [m0, m1, m2, f0, f1, f2] = scratch.columns[link.v + k];
-        let resisted = dot([m0, m1, m2], turn) + dot([f0, f1, f2], shift);
-        let one = (left - resisted) / pivot;
-        let (one_turn, one_shift) = link.subspace(&moving.axes, k);
-        turn = add_scaled(turn, one, one_turn);
-        shift = add_scaled(shift, one, one_shift);
-        a[link.v + k] = one;
+        let [moment, force] = scratch.columns[link.v + k];
+        let one = (left - (moment.dot(motion[0]) + force.dot(motion[1]))) / pivot;
+        Way::new(link.kind, &moving.axes, k).add(one, &mut motion);
+        a[link.v + k] = one.0;
     }
-    own.acceleration = (turn, shift);
+    own.acceleration = motion;
 }

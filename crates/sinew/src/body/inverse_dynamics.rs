@@ -1,4 +1,4 @@
-use super::kinematics::orientation;
+use super::kinematics::PoseRows;
 use super::link::Link;
 use super::link_state::{LinkMotion, Wrench};
 use super::lumped::{LumpedLink, axes_of, set_axes};
@@ -6,27 +6,20 @@ use super::parts::JointKind;
 use super::robot::Robot;
 use super::scratch::Scratch;
 use super::tree::Tree;
-use super::vector::{
-    Frame, Vector, add, add_scaled, compose, cross, dot, rotate, scale, turn_about_z, unrotate,
-};
+use super::vector::{Frame, Vector, add, add_scaled, cross, dot, rotate, scale, unrotate};
 use crate::dispatch::{Arithmetic, InstructionSet, Plain, Work};
 use crate::error::{Error, check_entries, check_length};
+use crate::lanes::Row;
 
 impl Link {
     /// Axes and origin in the parent's frame.
     #[inline]
     pub(super) fn pose_in_parent(&self, q: &[f64]) -> (Frame, Vector) {
-        match self.kind {
-            JointKind::Hinge => {
-                (turn_about_z(&self.axes, libm::sincos(q[self.q] - self.reference)), self.origin)
-            }
-            JointKind::Slide => {
-                let offset = q[self.q] - self.reference;
-                (self.axes, add_scaled(self.origin, offset, self.axes[2]))
-            }
-            JointKind::Ball => (compose(&self.axes, &orientation(&q[self.q..])), self.origin),
-            JointKind::Free => (orientation(&q[self.q + 3..]), [q[self.q], q[self.q + 1], q[self.q + 2]]),
-        }
+        let mut start = PoseRows::<1>::default();
+        start.axes.set(0, self.axes);
+        start.origin.set(0, self.origin);
+        let PoseRows { axes, origin } = start.moved(self, Row([self.reference]), q.as_chunks().0);
+        (axes.at(0), origin.at(0))
     }
 }
 

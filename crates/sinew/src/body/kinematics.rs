@@ -1,11 +1,10 @@
-use super::link::{Link, LinkFrame};
+use super::link::{Link, LinkFrame, LinkRows};
 use super::parts::JointKind;
 use super::robot::Robot;
-use super::vector::{
-    Frame, IDENTITY, Vector, add, add_scaled, compose, cross, frame_of, rotate, turn_about_z, unit_quaternion,
-};
+use super::vector::{Frame, IDENTITY, Vector, add, compose, cross, frame_of, rotate, unit_quaternion};
 use super::vector::{quaternion_of, quaternion_of_axes, sub, unrotate};
 use crate::error::{Error, check_length};
+use crate::lanes::{self, Row};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -109,46 +108,91 @@ impl Poses {
 
     /// Pose of one link from that of its parent.
     #[inline]
-    pub(crate) fn place(&mut self, index: usize, link: &Link, q: &[f64]) {
-        let parent = &self.links[link.parent];
-        let start = parent.inner(&link.axes, link.origin);
-        let pose = match link.kind {
-            JointKind::Hinge => {
-                let turned = turn_about_z(&start.axes, libm::sincos(q[link.q] - link.reference));
-                Pose { axes: turned, origin: start.origin }
-            }
-            JointKind::Slide => {
-                let offset = q[link.q] - link.reference;
-                Pose { axes: start.axes, origin: add_scaled(start.origin, offset, start.axes[2]) }
-            }
-            JointKind::Ball => {
-                Pose { axes: compose(&start.axes, &orientation(&q[link.q..])), origin: start.origin }
-            }
-            JointKind::Free => Pose {
-                axes: orientation(&q[link.q + 3..]),
-                origin: [q[link.q], q[link.q + 1], q[link.q + 2]],
-            },
-        };
-        self.links[index] = pose;
-        let motion_axes = &mut self.motion_axes[link.v..link.v + link.kind.velocities()];
-        let about = |axis: Vector| MotionAxis { angular: axis, linear: cross(pose.origin, axis) };
+    pub(crate) fn place(&mut self, robot: &Robot, index: usize, q: &[f64]) {
+        let (link, rows) = (&robot.tree.links[index], &robot.tree.rows[index]);
+        let Pose { axes, origin } = self.links[link.parent];
+        let mut parent = PoseRows::default();
+        parent.axes.set(0, axes);
+        parent.origin.set(0, origin);
+        let pose = parent.child(link, rows, q.as_chunks().0);
+        self.links[index] = Pose { axes: pose.axes.at(0), origin: pose.origin.at(0) };
+        for (k, axis) in self.motion_axes[link.v..link.v + link.kind.velocities()].iter_mut().enumerate() {
+            let [angular, linear] = pose.motion_axis(link.kind, k);
+            *axis = MotionAxis { angular: angular.at(0), linear: linear.at(0) };
+        }
+    }
+}
+
+/// Pose of a frame in several worlds.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct PoseRows<const N: usize> {
+    pub(crate) axes: lanes::Frame<N>,
+    pub(crate) origin: lanes::Vector<N>,
+}
+
+impl<const N: usize> PoseRows<N> {
+    /// The ground.
+    pub(crate) fn world() -> Self {
+        let axis = |k: usize| lanes::Vector::all(IDENTITY[k]);
+        Self { axes: lanes::Frame([axis(0), axis(1), axis(2)]), origin: lanes::Vector::default() }
+    }
+
+    /// A point of this frame, in the world.
+    #[inline(always)]
+    pub(crate) fn point(&self, local: lanes::Vector<N>) -> lanes::Vector<N> {
+        self.origin + self.axes.rotate(local)
+    }
+
+    /// A frame given in this one, in the world.
+    #[inline(always)]
+    pub(crate) fn inner(&self, axes: &lanes::Frame<N>, origin: lanes::Vector<N>) -> Self {
+        Self { axes: self.axes.compose(axes), origin: self.point(origin) }
+    }
+
+    /// Pose of a link whose parent has this one; `q: [nq]`.
+    #[inline(always)]
+    pub(crate) fn child(&self, link: &Link, rows: &LinkRows<N>, q: &[[f64; N]]) -> Self {
+        let start = self.inner(&rows.axes, rows.origin);
+        start.moved(link, rows.reference, q)
+    }
+
+    /// A frame moved by the joint of a link from where it is at its reference.
+    #[inline(always)]
+    pub(super) fn moved(self, link: &Link, reference: Row<N>, q: &[[f64; N]]) -> Self {
+        let Self { axes, origin } = self;
         match link.kind {
-            JointKind::Hinge => motion_axes[0] = about(pose.axes[2]),
-            JointKind::Slide => motion_axes[0] = MotionAxis { angular: [0.0; 3], linear: pose.axes[2] },
-            JointKind::Ball => motion_axes.copy_from_slice(&pose.axes.map(about)),
-            JointKind::Free => {
-                motion_axes[..3]
-                    .copy_from_slice(&IDENTITY.map(|linear| MotionAxis { angular: [0.0; 3], linear }));
-                motion_axes[3..].copy_from_slice(&pose.axes.map(about));
+            JointKind::Hinge => {
+                Self { axes: axes.turn_about_z((Row(q[link.q]) - reference).sincos()), origin }
             }
+            JointKind::Slide => Self { axes, origin: origin + (Row(q[link.q]) - reference) * axes.0[2] },
+            JointKind::Ball => Self { axes: axes.compose(&orientation(&q[link.q..])), origin },
+            JointKind::Free => Self {
+                axes: orientation(&q[link.q + 3..]),
+                origin: lanes::Vector([Row(q[link.q]), Row(q[link.q + 1]), Row(q[link.q + 2])]),
+            },
+        }
+    }
+
+    /// Motion axis of the `k`th velocity of a link with this pose: angular, and linear at the world's origin.
+    #[inline(always)]
+    pub(crate) fn motion_axis(&self, kind: JointKind, k: usize) -> [lanes::Vector<N>; 2] {
+        let about = |axis: usize| [self.axes.0[axis], self.origin.cross(self.axes.0[axis])];
+        match kind {
+            JointKind::Hinge => about(2),
+            JointKind::Slide => [lanes::Vector::default(), self.axes.0[2]],
+            JointKind::Ball => about(k),
+            JointKind::Free if k < 3 => [lanes::Vector::default(), lanes::Vector::all(IDENTITY[k])],
+            JointKind::Free => about(k - 3),
         }
     }
 }
 
 /// The axes of the quaternion that `q` begins with, normalised.
-#[inline]
-pub(super) fn orientation(q: &[f64]) -> Frame {
-    frame_of(unit_quaternion([q[0], q[1], q[2], q[3]]))
+#[inline(always)]
+fn orientation<const N: usize>(q: &[[f64; N]]) -> lanes::Frame<N> {
+    let mut axes = lanes::Frame::default();
+    (0..N).for_each(|k| axes.set(k, frame_of(unit_quaternion([q[0][k], q[1][k], q[2][k], q[3][k]]))));
+    axes
 }
 
 impl Robot {
@@ -163,9 +207,7 @@ impl Robot {
     pub fn forward_kinematics(&self, q: &[f64], poses: &mut Poses) -> Result<(), Error> {
         self.check_coordinates(q)?;
         self.check_poses(poses)?;
-        for (index, link) in self.tree.links.iter().enumerate().skip(1) {
-            poses.place(index, link, q);
-        }
+        (1..self.tree.links.len()).for_each(|index| poses.place(self, index, q));
         Ok(())
     }
 

@@ -2,6 +2,7 @@
 
 use super::parts::JointKind;
 use super::vector::{Frame, IDENTITY, Vector, add, compose, point_inertia, rotate, rotate_symmetric, scale};
+use crate::lanes::{self, Row};
 
 /// A rigid body that moves by one joint relative to its parent. The origin of its frame is the joint's
 /// anchor; the z axis of a hinge's or slide's frame is the joint's axis, so that the joint is a rotation
@@ -55,6 +56,40 @@ impl Inertia {
             *entry += extra;
         }
         Inertia { mass, moment: scale(mass, center), about_origin }
+    }
+}
+
+/// The numbers of a link in several worlds, which differ in them alone.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct LinkRows<const N: usize> {
+    pub(crate) axes: lanes::Frame<N>,
+    pub(crate) origin: lanes::Vector<N>,
+    pub(crate) reference: Row<N>,
+    pub(super) armature: Row<N>,
+    pub(super) mass: Row<N>,
+    pub(super) moment: lanes::Vector<N>,
+    pub(super) about_origin: [Row<N>; 6],
+}
+
+impl<const N: usize> LinkRows<N> {
+    /// Sets the numbers of world `k`.
+    pub(crate) fn set(&mut self, k: usize, link: &Link) {
+        self.axes.set(k, link.axes);
+        self.origin.set(k, link.origin);
+        self.moment.set(k, link.inertia.moment);
+        (self.reference.0[k], self.armature.0[k]) = (link.reference, link.armature);
+        self.mass.0[k] = link.inertia.mass;
+        for (row, entry) in self.about_origin.iter_mut().zip(link.inertia.about_origin) {
+            row.0[k] = entry;
+        }
+    }
+}
+
+impl From<&Link> for LinkRows<1> {
+    fn from(link: &Link) -> Self {
+        let mut rows = Self::default();
+        rows.set(0, link);
+        rows
     }
 }
 

@@ -1,16 +1,19 @@
 //! Per-link intermediate results of the dynamics algorithms, in the link's own frame.
 
 use super::vector::{Frame, Vector};
+use crate::lanes::{self, Row};
+use alloc::vec;
+use alloc::vec::Vec;
 
-/// Pose and velocity of one link: pose in its parent's frame, velocities in its own.
+/// Pose and velocity of one link in several worlds: pose in its parent's frame, velocities in its own.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct LinkState {
-    pub(super) axes: Frame,
-    pub(super) origin: Vector,
+pub(crate) struct LinkState<const N: usize> {
+    pub(super) axes: lanes::Frame<N>,
+    pub(super) origin: lanes::Vector<N>,
     /// Angular velocity.
-    pub(super) omega: Vector,
+    pub(super) omega: lanes::Vector<N>,
     /// Velocity of the origin.
-    pub(super) velocity: Vector,
+    pub(super) velocity: lanes::Vector<N>,
 }
 
 /// Motion of a link: a point at `r` has the acceleration `a + U r` relative to free fall.
@@ -37,13 +40,35 @@ pub(super) struct Wrench {
 /// acceleration `alpha` and linear acceleration `a`, the moment is `angular alpha + coupling a + moment`, the
 /// force `coupling^T alpha + linear a + force`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct ArticulatedBody {
-    pub(super) angular: Frame,
-    pub(super) coupling: Frame,
-    pub(super) linear: Frame,
-    pub(super) moment: Vector,
-    pub(super) force: Vector,
-    /// Velocity-product acceleration, spatial: angular and linear.
-    pub(super) drift: (Vector, Vector),
-    pub(super) acceleration: (Vector, Vector),
+pub(crate) struct ArticulatedBody<const N: usize> {
+    pub(super) angular: lanes::Frame<N>,
+    pub(super) coupling: lanes::Frame<N>,
+    pub(super) linear: lanes::Frame<N>,
+    pub(super) moment: lanes::Vector<N>,
+    pub(super) force: lanes::Vector<N>,
+    /// Velocity-product acceleration: angular and linear.
+    pub(super) drift: [lanes::Vector<N>; 2],
+    pub(super) acceleration: [lanes::Vector<N>; 2],
+}
+
+/// Working memory of forward dynamics in several worlds.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ForwardScratch<const N: usize> {
+    pub(super) links: Vec<LinkState<N>>,
+    pub(super) bodies: Vec<ArticulatedBody<N>>,
+    /// Per velocity: generalised force minus bias, and articulated inertia along the joint axis.
+    pub(super) pivots: Vec<[Row<N>; 2]>,
+    /// Per velocity: articulated inertia times the joint axis, moment and force.
+    pub(super) columns: Vec<[lanes::Vector<N>; 2]>,
+}
+
+impl<const N: usize> ForwardScratch<N> {
+    pub(crate) fn new(links: usize, nv: usize) -> Self {
+        Self {
+            links: vec![LinkState::default(); links],
+            bodies: vec![ArticulatedBody::default(); links],
+            pivots: vec![Default::default(); nv],
+            columns: vec![Default::default(); nv],
+        }
+    }
 }

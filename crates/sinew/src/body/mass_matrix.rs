@@ -73,19 +73,18 @@ impl Robot {
     pub fn mass_matrix(&self, q: &[f64], scratch: &mut Scratch, mass: &mut [f64]) -> Result<(), Error> {
         self.check_coordinates(q)?;
         let (links, nv) = (&self.tree.links, self.nv());
-        check_length("scratch", scratch.links.len(), links.len())?;
+        check_length("scratch", scratch.places.len(), links.len())?;
         check_length("mass", mass.len(), nv * nv)?;
         mass.fill(0.0);
         for (index, link) in links.iter().enumerate().skip(1) {
-            let moving = &mut scratch.links[index];
-            (moving.axes, moving.origin) = link.pose_in_parent(q);
+            scratch.places[index] = link.pose_in_parent(q);
             scratch.composite[index] = link.inertia;
         }
         for (index, link) in links.iter().enumerate().skip(1).rev() {
             let composite = scratch.composite[index];
             if link.parent != 0 {
-                let moving = &scratch.links[index];
-                let transformed = composite.in_parent(&moving.axes, moving.origin);
+                let (axes, origin) = &scratch.places[index];
+                let transformed = composite.in_parent(axes, *origin);
                 scratch.composite[link.parent].add(&transformed);
             }
             for k in 0..link.kind.velocities() {
@@ -101,19 +100,19 @@ impl Robot {
         let (links, nv) = (&self.tree.links, self.nv());
         let link = &links[index];
         let own = link.v + k;
-        let (turn, shift) = link.subspace(&scratch.links[index].axes, k);
+        let (turn, shift) = link.subspace(&scratch.places[index].0, k);
         let (mut moment, mut force) = composite.times(turn, shift);
         let (mut at, mut count) = (index, k + 1);
         while at != 0 {
-            let (here, moving) = (&links[at], &scratch.links[at]);
+            let (here, (axes, origin)) = (&links[at], &scratch.places[at]);
             for other in 0..count {
-                let (turn, shift) = here.subspace(&moving.axes, other);
+                let (turn, shift) = here.subspace(axes, other);
                 let entry = dot(turn, moment) + dot(shift, force);
                 mass[own * nv + here.v + other] = entry;
                 mass[(here.v + other) * nv + own] = entry;
             }
-            force = rotate(&moving.axes, force);
-            moment = add(rotate(&moving.axes, moment), cross(moving.origin, force));
+            force = rotate(axes, force);
+            moment = add(rotate(axes, moment), cross(*origin, force));
             at = here.parent;
             count = links[at].kind.velocities();
         }

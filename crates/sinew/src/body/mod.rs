@@ -29,9 +29,13 @@ pub(crate) mod vector;
 
 pub use coupling::Reduction;
 pub use displacement::{Displacement, JointCorrection};
+pub(crate) use energy::JointSpring;
+pub(crate) use forward_dynamics::accelerations;
 pub use geom::{Geom, GeomKind, MeshGeom, TriangleSurface};
 pub(crate) use independent::IndependentKinematics;
+pub(crate) use kinematics::PoseRows;
 pub use kinematics::{MotionAxis, Pose, Poses};
+pub(crate) use link_state::ForwardScratch;
 pub use part_error::PartError;
 pub use parts::{
     Actuator, ActuatorKind, Body, Coupling, Joint, JointKind, Key, Parts, PathElement, SheathGeometry, Site,

@@ -1,6 +1,6 @@
 //! The kinematic tree: links with one joint each; bodies welded together are one link.
 
-use super::link::{Inertia, Link, LinkFrame};
+use super::link::{Inertia, Link, LinkFrame, LinkRows};
 use super::lumped::{LinkChain, LinkQuad, LumpedLink, chains, lumped_links, quads};
 use super::parts::{JointKind, Parts};
 use super::vector::{IDENTITY, frame_about, frame_of, rotate, scale, transpose};
@@ -11,6 +11,8 @@ use alloc::vec::Vec;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Tree {
     pub(crate) links: Vec<Link>,
+    /// The same as forward kinematics and dynamics need them.
+    pub(crate) rows: Vec<LinkRows<1>>,
     /// The same links as inverse dynamics needs them.
     pub(crate) lumped_links: Vec<LumpedLink>,
     pub(crate) quads: Vec<LinkQuad>,
@@ -40,6 +42,7 @@ impl Tree {
         let bodies = vec![LinkFrame::WORLD; parts.bodies.len()];
         let mut tree = Tree {
             links: vec![ground],
+            rows: Vec::new(),
             lumped_links: Vec::new(),
             quads: Vec::new(),
             chains: Vec::new(),
@@ -62,6 +65,7 @@ impl Tree {
         }
         (tree.lumped_links, tree.quads) = (lumped_links(&tree.links), quads(&tree.links));
         tree.chains = chains(&tree.links);
+        tree.rows = tree.links.iter().map(LinkRows::from).collect();
         tree
     }
 

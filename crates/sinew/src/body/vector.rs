@@ -9,13 +9,6 @@ pub(crate) type Frame = [Vector; 3];
 /// The identity.
 pub(crate) const IDENTITY: Frame = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// The frame with these columns. Not `array::map`, whose closures are not inlined: forward dynamics took half
-/// as long again.
-#[inline(always)]
-pub(crate) fn columns(column: impl Fn(usize) -> Vector) -> Frame {
-    [column(0), column(1), column(2)]
-}
-
 #[inline]
 pub(crate) fn add(a: Vector, b: Vector) -> Vector {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
@@ -78,13 +71,6 @@ pub(crate) fn compose(outer: &Frame, inner: &Frame) -> Frame {
 pub(crate) fn transpose(frame: &Frame) -> Frame {
     let [x, y, z] = frame;
     [[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]]
-}
-
-/// `frame` turned about its own z by an angle given as (sine, cosine).
-#[inline]
-pub(crate) fn turn_about_z(frame: &Frame, (sine, cosine): (f64, f64)) -> Frame {
-    let [x, y, z] = *frame;
-    [add_scaled(scale(cosine, x), sine, y), add_scaled(scale(cosine, y), -sine, x), z]
 }
 
 /// A right-handed frame whose z is the unit vector `axis`; exact when the axis is one of the three.

@@ -1,6 +1,7 @@
 use super::geometry::{Geometry, Muscles};
-use crate::body::vector::{Vector, cross, dot, norm, rotate};
+use super::topology::{Numbers, Topology};
 use crate::error::{Error, check_length};
+use crate::lanes::{Row, Vector};
 
 impl Muscles {
     /// Wrap angle of each muscle: the sum over its surfaces, rad.
@@ -14,7 +15,7 @@ impl Muscles {
         self.check(geometry)?;
         check_length("angles", angles.len(), self.count())?;
         for (cable, angle) in self.topology.cables.iter().zip(angles.iter_mut()) {
-            *angle = geometry.strands[cable.spans.clone()].iter().map(|strand| strand.angle).sum();
+            *angle = geometry.strands[cable.spans.clone()].iter().map(|strand| strand.angle.0[0]).sum();
         }
         Ok(())
     }
@@ -45,16 +46,30 @@ impl Muscles {
 
     /// The same of one muscle, 0 for an index out of range, with a geometry of these muscles.
     pub(super) fn bend(&self, geometry: &Geometry, muscle: usize) -> f64 {
-        let Some(cable) = self.topology.cables.get(muscle) else { return 0.0 };
+        if muscle < self.count() { self.topology.bend(&self.numbers, geometry, muscle).0[0] } else { 0.0 }
+    }
+}
+
+impl Topology {
+    /// Bend of one muscle in every world.
+    #[inline(always)]
+    pub(super) fn bend<const N: usize>(
+        &self,
+        numbers: &Numbers<N>,
+        geometry: &Geometry<N>,
+        muscle: usize,
+    ) -> Row<N> {
+        let cable = &self.cables[muscle];
         let mut before =
-            cable.sheath_end.map(|end| rotate(&geometry.poses.links[end.link].axes, end.position));
-        let mut bend = 0.0;
-        for (index, span) in cable.spans.clone().zip(&self.topology.spans[cable.spans.clone()]) {
+            cable.sheath_end.map(|end| geometry.links[end.link].axes.rotate(numbers.sheath_ends[muscle]));
+        let mut bend = Row::default();
+        for (index, span) in cable.spans.clone().zip(&self.spans[cable.spans.clone()]) {
             let strand = &geometry.strands[index];
             if span.begins && index != cable.spans.start {
                 before = None;
             }
-            bend += before.map_or(0.0, |before| between(before, strand.out)) + strand.angle;
+            let turn = before.map_or(Row::default(), |before| between(before, strand.out));
+            bend += turn + strand.angle;
             before = Some(strand.into);
         }
         bend
@@ -62,6 +77,7 @@ impl Muscles {
 }
 
 /// Angle between two unit vectors.
-fn between(a: Vector, b: Vector) -> f64 {
-    libm::atan2(norm(cross(a, b)), dot(a, b))
+#[inline(always)]
+fn between<const N: usize>(a: Vector<N>, b: Vector<N>) -> Row<N> {
+    a.cross(b).norm().atan2(a.dot(b))
 }

@@ -1,60 +1,94 @@
 //! Wrapping of a cable in the plane of a circle: around it, and inside it.
 
+use crate::lanes::{Mask, Row};
 use core::f64::consts::{FRAC_PI_2, PI};
 
-/// A point of the plane, from the circle's centre.
-pub(super) type Point = [f64; 2];
+/// A point of the plane in several worlds, from the circle's centre.
+pub(super) type Point<const N: usize> = [Row<N>; 2];
 
 /// Below this, numbers count as zero: MuJoCo's bound.
 pub(super) const TINY: f64 = 1e-15;
 
-/// Contact of a cable with a circle.
+/// Contact of a cable with a circle in the worlds where it touches.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Touch {
+pub(super) struct Touch<const N: usize> {
+    /// Where it touches.
+    pub(super) at: Mask<N>,
     /// Direction in which it arrives, unit.
-    pub(super) into: Point,
+    pub(super) into: Point<N>,
     /// Direction in which it leaves, unit.
-    pub(super) out: Point,
+    pub(super) out: Point<N>,
     /// Free lengths before and after.
-    pub(super) free: [f64; 2],
+    pub(super) free: [Row<N>; 2],
     /// Length on the circle, 0 inside.
-    pub(super) on: f64,
+    pub(super) on: Row<N>,
     /// Angle by which the cable turns, rad.
-    pub(super) angle: f64,
+    pub(super) angle: Row<N>,
     /// To the left (+1) or to the right.
-    pub(super) sense: f64,
+    pub(super) sense: Row<N>,
     /// Angle between the cable and the radius where it touches: a quarter turn around, less inside.
-    pub(super) graze: f64,
+    pub(super) graze: Row<N>,
 }
 
-#[inline]
-pub(super) fn dot(a: Point, b: Point) -> f64 {
+impl<const N: usize> Touch<N> {
+    /// In no world.
+    pub(super) fn none() -> Self {
+        let (none, point) = (Row::default(), [Row::default(); 2]);
+        let [into, out, free] = [point; 3];
+        Self { at: Mask::NONE, into, out, free, on: none, angle: none, sense: none, graze: none }
+    }
+
+    /// Takes the contact of one world.
+    pub(super) fn set(&mut self, k: usize, one: &Touch<1>) {
+        self.at.0[k] = one.at.0[0];
+        let pairs = [(&mut self.into, one.into), (&mut self.out, one.out), (&mut self.free, one.free)];
+        for (mine, one) in pairs {
+            (mine[0].0[k], mine[1].0[k]) = (one[0].0[0], one[1].0[0]);
+        }
+        for (mine, one) in [
+            (&mut self.on, one.on),
+            (&mut self.angle, one.angle),
+            (&mut self.sense, one.sense),
+            (&mut self.graze, one.graze),
+        ] {
+            mine.0[k] = one.0[0];
+        }
+    }
+}
+
+#[inline(always)]
+pub(super) fn dot<const N: usize>(a: Point<N>, b: Point<N>) -> Row<N> {
     a[0] * b[0] + a[1] * b[1]
 }
 
-#[inline]
-pub(super) fn cross(a: Point, b: Point) -> f64 {
+#[inline(always)]
+pub(super) fn cross<const N: usize>(a: Point<N>, b: Point<N>) -> Row<N> {
     a[0] * b[1] - a[1] * b[0]
 }
 
 /// A quarter turn to the left.
-#[inline]
-fn left(a: Point) -> Point {
+#[inline(always)]
+fn left<const N: usize>(a: Point<N>) -> Point<N> {
     [-a[1], a[0]]
 }
 
 /// `a x + b y`.
-#[inline]
-fn mix(a: f64, x: Point, b: f64, y: Point) -> Point {
+#[inline(always)]
+fn mix<const N: usize>(a: Row<N>, x: Point<N>, b: Row<N>, y: Point<N>) -> Point<N> {
     [a * x[0] + b * y[0], a * x[1] + b * y[1]]
+}
+
+#[inline(always)]
+fn sub<const N: usize>(a: Point<N>, b: Point<N>) -> Point<N> {
+    [a[0] - b[0], a[1] - b[1]]
 }
 
 /// Point of the segment between `start` and `start + way` that is nearest to the centre; the squared
 /// length of `way` is `squared`.
-#[inline]
-fn nearest(start: Point, way: Point, squared: f64) -> Point {
+#[inline(always)]
+fn nearest<const N: usize>(start: Point<N>, way: Point<N>, squared: Row<N>) -> Point<N> {
     let fraction = (-dot(way, start) / squared).clamp(0.0, 1.0);
-    mix(1.0, start, fraction, way)
+    mix(Row::all(1.0), start, fraction, way)
 }
 
 /// Wraps a cable around a circle if the circle is in the way, or if it has to pass the other side.
@@ -77,47 +111,46 @@ fn nearest(start: Point, way: Point, squared: f64) -> Point {
 ///
 /// # Source
 /// `mujoco2012`; the rule of the side is the one that version 4.0 is observed to follow.
-#[inline]
-pub(super) fn around(ends: [Point; 2], side: Option<Point>, radius: f64) -> Option<Touch> {
+#[inline(always)]
+pub(super) fn around<const N: usize>(
+    ends: [Point<N>; 2],
+    side: Option<Point<N>>,
+    radius: Row<N>,
+) -> Option<Touch<N>> {
     let [e0, e1] = ends;
+    let tiny = Row::all(TINY);
     let (square0, square1, square) = (dot(e0, e0), dot(e1, e1), radius * radius);
-    if square0 < square || square1 < square || radius < TINY {
-        return None;
-    }
-    let way = mix(1.0, e1, -1.0, e0);
+    let way = sub(e1, e0);
     let squared = dot(way, way);
-    if squared < TINY {
+    let (c, k) = (dot(e0, e1), cross(e0, e1));
+    let none = Row::default();
+    let long =
+        side.map_or(Mask::NONE, |side| (cross(e0, side) * k).less(none) & (cross(side, e1) * k).less(none));
+    let near = nearest(e0, way, squared);
+    let within = square0.less(square) | square1.less(square) | radius.less(tiny);
+    let clear = within | squared.less(tiny) | (!long & square.less(dot(near, near)));
+    if clear.all() {
         return None;
     }
-    let (c, k) = (dot(e0, e1), cross(e0, e1));
-    let long = side.is_some_and(|side| cross(e0, side) * k < 0.0 && cross(side, e1) * k < 0.0);
-    if !long {
-        let near = nearest(e0, way, squared);
-        if dot(near, near) > square {
-            return None;
-        }
-    }
-    let short = 1_f64.copysign(k);
-    let sense = if long { -short } else { short };
-    let free = [libm::sqrt(square0 - square), libm::sqrt(square1 - square)];
+    let short = Row::all(1.0).copysign(k);
+    let sense = long.select(-short, short);
+    let free = [(square0 - square).sqrt(), (square1 - square).sqrt()];
     // Cosine and sine of the angle wrapped, times the squares of both distances.
     let (same, mixed) = (square - free[0] * free[1], sense * radius * (free[0] + free[1]));
-    let angle = libm::atan2(sense * (same * k - mixed * c), same * c + mixed * k);
-    let angle = match angle < 0.0 {
-        true if long => angle + 2.0 * PI,
-        // Rounding, where the cable just touches.
-        true => return None,
-        false => angle,
-    };
+    let angle = (sense * (same * k - mixed * c)).atan2(same * c + mixed * k);
+    let back = angle.less(none);
+    let angle = (back & long).select(angle + Row::all(2.0 * PI), angle);
     let lean = sense * radius;
     Some(Touch {
+        // Without those that only touch, by rounding.
+        at: !clear & (long | !back),
         into: mix(-free[0] / square0, e0, lean / square0, left(e0)),
         out: mix(free[1] / square1, e1, lean / square1, left(e1)),
         free,
         on: radius * angle,
         angle,
         sense,
-        graze: FRAC_PI_2,
+        graze: Row::all(FRAC_PI_2),
     })
 }
 
@@ -137,36 +170,38 @@ pub(super) fn around(ends: [Point; 2], side: Option<Point>, radius: f64) -> Opti
 ///
 /// # Source
 /// `mujoco2012`: rules and equation of `wrap_inside`.
-#[inline]
-pub(super) fn inside(ends: [Point; 2], radius: f64) -> Option<Touch> {
+pub(super) fn inside(ends: [Point<1>; 2], radius: Row<1>) -> Option<Touch<1>> {
     let [e0, e1] = ends;
-    let (length0, length1) = (libm::sqrt(dot(e0, e0)), libm::sqrt(dot(e1, e1)));
-    if length0 <= radius || length1 <= radius || radius < TINY {
+    let (Row([length0]), Row([length1])) = (dot(e0, e0).sqrt(), dot(e1, e1).sqrt());
+    let Row([r]) = radius;
+    if length0 <= r || length1 <= r || r < TINY {
         return None;
     }
-    let way = mix(1.0, e1, -1.0, e0);
+    let way = sub(e1, e0);
     let squared = dot(way, way);
-    if squared > TINY {
+    if squared.0[0] > TINY {
         let near = nearest(e0, way, squared);
-        if dot(near, near) <= radius * radius {
+        if dot(near, near).0[0] <= r * r {
             return None;
         }
     }
-    let gap = libm::atan2(cross(e0, e1).abs(), dot(e0, e1));
-    let [a, b] = [radius / length0, radius / length1];
-    let t = grazing_angle(a, b, gap);
+    let around = cross(e0, e1);
+    let Row([gap]) = around.abs().atan2(dot(e0, e1));
+    let t = grazing_angle(r / length0, r / length1, gap);
     // From e_0 towards e_1.
-    let turn = (t - libm::asin(a * libm::sin(t))).copysign(cross(e0, e1));
-    let (sine, cosine) = libm::sincos(turn);
-    let point = mix(radius / length0 * cosine, e0, radius / length0 * sine, left(e0));
-    let (before, after) = (mix(1.0, point, -1.0, e0), mix(1.0, e1, -1.0, point));
-    let free = [libm::sqrt(dot(before, before)), libm::sqrt(dot(after, after))];
-    if free[0] < TINY || free[1] < TINY {
+    let turn = Row([t - libm::asin(r / length0 * libm::sin(t))]).copysign(around);
+    let (sine, cosine) = turn.sincos();
+    let scale = Row([r / length0]);
+    let point = mix(scale * cosine, e0, scale * sine, left(e0));
+    let (before, after) = (sub(point, e0), sub(e1, point));
+    let free = [dot(before, before).sqrt(), dot(after, after).sqrt()];
+    if free[0].0[0] < TINY || free[1].0[0] < TINY {
         return None;
     }
     let (into, out) = (before.map(|x| x / free[0]), after.map(|x| x / free[1]));
-    let angle = libm::atan2(cross(into, out).abs(), dot(into, out));
-    Some(Touch { into, out, free, on: 0.0, angle, sense: 1_f64.copysign(cross(e0, e1)), graze: t })
+    let angle = cross(into, out).abs().atan2(dot(into, out));
+    let sense = Row::all(1.0).copysign(around);
+    Some(Touch { at: !Mask::NONE, into, out, free, on: Row::default(), angle, sense, graze: Row([t]) })
 }
 
 /// Root in `[0, pi/2]` of the concave function above, by Newton's iteration from where it is negative.
@@ -188,7 +223,59 @@ fn grazing_angle(a: f64, b: f64, gap: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{FRAC_PI_2, PI, grazing_angle};
+    use crate::lanes::Row;
+
+    type Point = [f64; 2];
+
+    /// Contact in one world.
+    #[derive(Debug, PartialEq)]
+    struct Touch {
+        into: Point,
+        out: Point,
+        free: [f64; 2],
+        on: f64,
+        angle: f64,
+        sense: f64,
+    }
+
+    fn row(point: Point) -> super::Point<1> {
+        point.map(Row::all)
+    }
+
+    fn number([x, y]: super::Point<1>) -> Point {
+        [x.0[0], y.0[0]]
+    }
+
+    fn of(touch: super::Touch<1>) -> Option<Touch> {
+        let (into, out, free) = (number(touch.into), number(touch.out), number(touch.free));
+        let (on, angle, sense) = (touch.on.0[0], touch.angle.0[0], touch.sense.0[0]);
+        touch.at.any().then_some(Touch { into, out, free, on, angle, sense })
+    }
+
+    fn around(ends: [Point; 2], side: Option<Point>, radius: f64) -> Option<Touch> {
+        super::around(ends.map(row), side.map(row), Row([radius])).and_then(of)
+    }
+
+    fn inside(ends: [Point; 2], radius: f64) -> Option<Touch> {
+        super::inside(ends.map(row), Row([radius])).and_then(of)
+    }
+
+    fn dot(a: Point, b: Point) -> f64 {
+        super::dot(row(a), row(b)).0[0]
+    }
+
+    fn cross(a: Point, b: Point) -> f64 {
+        super::cross(row(a), row(b)).0[0]
+    }
+
+    fn left(a: Point) -> Point {
+        number(super::left(row(a)))
+    }
+
+    fn mix(a: f64, x: Point, b: f64, y: Point) -> Point {
+        number(super::mix(Row([a]), row(x), Row([b]), row(y)))
+    }
 
     /// Length by two tangents and an arc in one sense: to the left (+1) or to the right.
     fn length(ends: [Point; 2], sense: f64, radius: f64) -> f64 {

@@ -1,5 +1,5 @@
-use super::geometry::{Geometry, Muscles};
 use super::sparse_arms::SparseArms;
+use super::worlds::MuscleWorlds;
 use crate::body::{Reduction, Robot, Scratch};
 use crate::error::{Error, check_entries, check_length};
 use alloc::vec;
@@ -27,8 +27,7 @@ use alloc::vec::Vec;
 #[derive(Debug, Clone)]
 pub struct MuscleDynamics {
     robot: Robot,
-    muscles: Muscles,
-    geometry: Geometry,
+    worlds: MuscleWorlds<1>,
     scratch: Scratch,
     /// None where no joint is coupled.
     reduction: Option<Reduction>,
@@ -41,7 +40,6 @@ pub struct MuscleDynamics {
     q: Vec<f64>,
     v: Vec<f64>,
     a: Vec<f64>,
-    passive: Vec<f64>,
     torque: Vec<f64>,
     /// Zeros, one for each independent joint.
     rest: Vec<f64>,
@@ -55,28 +53,26 @@ impl MuscleDynamics {
     pub fn new(robot: &Robot) -> Result<Self, Error> {
         let (nq, nv) = (robot.nq(), robot.nv());
         crate::error::within("joints", "hinges and slides", nq as f64, nq == nv)?;
-        let muscles = Muscles::new(robot);
+        let worlds = MuscleWorlds::new(robot);
         let coupled = !robot.parts().couplings.is_empty();
         let joints = robot.independent_joints();
         let independent: Vec<usize> =
             joints.into_iter().map(|joint| robot.velocities_of(joint).start).collect();
-        let (m, n) = (muscles.count(), independent.len());
+        let (m, n) = (worlds.topology.cables.len(), independent.len());
         let reduction = coupled.then(|| Reduction::new(robot));
         let leader = |velocity| reduction.as_ref().map_or(Some(velocity), |all| all.leader(velocity));
         Ok(Self {
-            geometry: Geometry::new(robot, &muscles),
             scratch: Scratch::new(robot),
-            arms: SparseArms::new(&muscles, leader),
+            arms: SparseArms::new(&worlds.topology, leader),
             reduction,
             moment_arms: vec![0.0; m * n],
             q: robot.reference_pose(),
             v: vec![0.0; nv],
             a: vec![0.0; nv],
-            passive: vec![0.0; nv],
             torque: vec![0.0; nv],
             rest: vec![0.0; n],
             independent,
-            muscles,
+            worlds,
             robot: robot.clone(),
         })
     }
@@ -90,7 +86,7 @@ impl MuscleDynamics {
     /// Number of muscles.
     #[must_use]
     pub fn muscles(&self) -> usize {
-        self.muscles.count()
+        self.worlds.topology.cables.len()
     }
 
     /// Number of independent joints.
@@ -120,7 +116,7 @@ impl MuscleDynamics {
     /// Length of every muscle in the evaluated pose, m: `[muscles]`.
     #[must_use]
     pub fn lengths(&self) -> &[f64] {
-        self.geometry.lengths()
+        self.worlds.geometry.lengths()
     }
 
     /// `R` in the evaluated pose, m, row by row: `[muscles x joints]`.
@@ -132,7 +128,7 @@ impl MuscleDynamics {
     /// `phi`, wrap angle of a muscle at its joints in the evaluated pose, rad; 0 for an index out of range.
     #[must_use]
     pub fn wrap_angle(&self, muscle: usize) -> f64 {
-        self.muscles.bend(&self.geometry, muscle)
+        if muscle < self.muscles() { self.worlds.bend(muscle).0[0] } else { 0.0 }
     }
 
     /// Sets the pose by the independent joints, rad or m: lengths (19), moment arms (20), wrap angles.
@@ -147,12 +143,16 @@ impl MuscleDynamics {
         if self.reduction.is_some() {
             self.robot.apply_couplings(&mut self.q)?;
         }
-        self.muscles.evaluate(&self.q, &mut self.geometry)?;
+        check_entries("q", &self.q, self.robot.nq())?;
+        self.worlds.evaluate(self.q.as_chunks().0);
+        let Self { worlds, .. } = self;
+        check_entries("lengths", worlds.geometry.lengths(), worlds.topology.cables.len())?;
+        check_entries("moment arms", worlds.geometry.moment_arms(), worlds.topology.columns.len())?;
         match &mut self.reduction {
-            None => self.arms.gather(&self.geometry, |_| 1.0),
+            None => self.arms.gather(&self.worlds.geometry, |_| 1.0),
             Some(reduction) => {
                 reduction.update(&self.robot, &self.q)?;
-                self.arms.gather(&self.geometry, |velocity| reduction.slope(velocity));
+                self.arms.gather(&self.worlds.geometry, |velocity| reduction.slope(velocity));
             }
         }
         self.arms.spread(&mut self.moment_arms, self.independent.len());
@@ -204,16 +204,25 @@ impl MuscleDynamics {
         out: &mut [f64],
     ) -> Result<(), Error> {
         self.expand_velocities(v)?;
-        let Self { robot, muscles, geometry, scratch, reduction, q, torque, passive, .. } = self;
-        muscles.torque(geometry, tension, torque)?;
-        robot.passive_force(q, &self.v, passive)?;
-        torque.iter_mut().zip(&*passive).for_each(|(torque, passive)| *torque += passive);
+        check_entries("tensions", tension, self.muscles())?;
+        let Self { robot, worlds, scratch, reduction, q, independent, .. } = self;
+        check_entries("v", &self.v, robot.nv())?;
+        let [q_row, v_row] = [&*q, &self.v].map(|entries| entries.as_chunks().0);
+        worlds.forces(q_row, v_row, tension.as_chunks().0);
         if let Some(external) = external {
-            self.independent.iter().zip(external).for_each(|(&k, external)| torque[k] += external);
+            let forces = worlds.torque.as_flattened_mut();
+            independent.iter().zip(external).for_each(|(&k, external)| forces[k] += external);
         }
+        check_entries("tau", worlds.torque.as_flattened(), robot.nv())?;
         match reduction {
-            None => robot.forward_dynamics(q, &self.v, torque, scratch, out),
-            Some(reduction) => reduction.forward_dynamics(robot, q, v, torque, scratch, out),
+            None => {
+                check_length("a", out.len(), robot.nv())?;
+                let [singular] = worlds.accelerations(q_row, v_row, out.as_chunks_mut().0);
+                robot.check_accelerations(singular, out)
+            }
+            Some(reduction) => {
+                reduction.forward_dynamics(robot, q, v, worlds.torque.as_flattened(), scratch, out)
+            }
         }
     }
 
@@ -224,18 +233,20 @@ impl MuscleDynamics {
     /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where an entry is not finite.
     pub fn inverse_dynamics(&mut self, v: &[f64], a: &[f64], out: &mut [f64]) -> Result<(), Error> {
         self.expand_velocities(v)?;
-        let Self { robot, scratch, reduction, q, torque, passive, .. } = self;
-        robot.passive_force(q, &self.v, passive)?;
+        let Self { robot, scratch, reduction, q, torque, worlds, .. } = self;
+        check_entries("v", &self.v, robot.nv())?;
+        worlds.passive(q.as_chunks().0, self.v.as_chunks().0);
+        let passive = worlds.torque.as_flattened();
         match reduction {
             None => {
                 robot.inverse_dynamics(q, v, a, scratch, out)?;
-                out.iter_mut().zip(&*passive).for_each(|(torque, passive)| *torque -= passive);
+                out.iter_mut().zip(passive).for_each(|(torque, passive)| *torque -= passive);
                 Ok(())
             }
             Some(reduction) => {
                 reduction.accelerations(v, a, &mut self.a)?;
                 robot.inverse_dynamics(q, &self.v, &self.a, scratch, torque)?;
-                torque.iter_mut().zip(&*passive).for_each(|(torque, passive)| *torque -= passive);
+                torque.iter_mut().zip(passive).for_each(|(torque, passive)| *torque -= passive);
                 reduction.forces(torque, out)
             }
         }
@@ -251,6 +262,11 @@ impl MuscleDynamics {
             None => robot.mass_matrix(q, scratch, out),
             Some(reduction) => reduction.mass_matrix(robot, q, scratch, out),
         }
+    }
+
+    /// Geometry and dynamics over rows of one world; none where joints are coupled.
+    pub(crate) fn worlds(&self) -> Option<&MuscleWorlds<1>> {
+        self.reduction.is_none().then_some(&self.worlds)
     }
 
     fn expand_velocities(&mut self, v: &[f64]) -> Result<(), Error> {

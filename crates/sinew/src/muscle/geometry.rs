@@ -1,23 +1,27 @@
 use super::surface::{Contact, cylinder, sphere};
-use super::topology::{Around, Span, Surface, Topology};
-use crate::body::vector::{Vector, cross, dot, norm, rotate, scale, sub, unrotate};
-use crate::body::{Pose, Poses, Robot, WrapKind};
+use super::topology::{Around, Numbers, Span, Topology};
+use crate::body::{PoseRows, Robot, WrapKind};
 use crate::error::{Error, check_entries, check_length};
+use crate::lanes::{Mask, Row, Vector};
 use alloc::vec;
 use alloc::vec::Vec;
+use core::ops::Range;
 
-/// A span of cable in one pose.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Strand {
+/// A span of cable in one pose of several worlds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Strand<const N: usize> {
     /// Direction in which it leaves its first site.
-    pub(super) out: Vector,
+    pub(super) out: Vector<N>,
     /// Direction in which it comes to its second site.
-    pub(super) into: Vector,
-    pub(super) length: f64,
-    /// The surface it touches, if it does.
-    pub(super) contact: Option<Contact>,
+    pub(super) into: Vector<N>,
+    pub(super) length: Row<N>,
+    /// Where it touches its surface.
+    pub(super) touches: Mask<N>,
+    /// Length before the surface, and angle between the cable and the radius there.
+    pub(super) before: Row<N>,
+    pub(super) graze: Row<N>,
     /// Angle by which it turns on the surface, rad.
-    pub(super) angle: f64,
+    pub(super) angle: Row<N>,
 }
 
 /// The muscles of a robot: every tendon is one, spatial or fixed.
@@ -38,49 +42,209 @@ pub(super) struct Strand {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Muscles {
     pub(super) topology: Topology,
+    pub(super) numbers: Numbers<1>,
     nq: usize,
     pub(super) nv: usize,
 }
 
 /// Lengths, moment arms and contact points of the muscles in one pose, written by [`Muscles::evaluate`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Geometry {
-    pub(super) poses: Poses,
-    pub(super) points: Vec<Vector>,
-    pub(super) surfaces: Vec<Pose>,
-    pub(super) strands: Vec<Strand>,
-    pub(super) lengths: Vec<f64>,
-    pub(super) arms: Vec<f64>,
+pub struct Geometry<const N: usize = 1> {
+    pub(super) links: Vec<PoseRows<N>>,
+    pub(super) motion_axes: Vec<[Vector<N>; 2]>,
+    pub(super) points: Vec<Vector<N>>,
+    pub(super) surfaces: Vec<PoseRows<N>>,
+    pub(super) strands: Vec<Strand<N>>,
+    pub(super) lengths: Vec<[f64; N]>,
+    pub(super) arms: Vec<[f64; N]>,
+}
+
+impl<const N: usize> Geometry<N> {
+    /// Memory for so many links and velocities.
+    pub(super) fn with_size(topology: &Topology, links: usize, nv: usize) -> Self {
+        let (none, at) = (Row::default(), Vector::default());
+        let (length, before, graze, angle) = (none, none, none, none);
+        let strand = Strand { out: at, into: at, length, touches: Mask::NONE, before, graze, angle };
+        Self {
+            links: vec![PoseRows::world(); links],
+            motion_axes: vec![[at; 2]; nv],
+            points: vec![at; topology.anchors.len()],
+            surfaces: vec![PoseRows::world(); topology.surfaces.len()],
+            strands: vec![strand; topology.spans.len()],
+            lengths: vec![[0.0; N]; topology.cables.len()],
+            arms: vec![[0.0; N]; topology.columns.len()],
+        }
+    }
 }
 
 impl Geometry {
     /// Memory for the muscles of a robot; not evaluated yet.
     #[must_use]
     pub fn new(robot: &Robot, muscles: &Muscles) -> Geometry {
-        let topology = &muscles.topology;
-        let poses = Poses::new(robot);
-        let surfaces = topology.surfaces.iter().map(|_| robot.body_pose(&poses, 0)).collect();
-        Geometry {
-            poses,
-            points: vec![[0.0; 3]; topology.anchors.len()],
-            surfaces,
-            strands: vec![Strand::default(); topology.spans.len()],
-            lengths: vec![0.0; topology.cables.len()],
-            arms: vec![0.0; topology.columns.len()],
-        }
+        Self::with_size(&muscles.topology, robot.tree.links.len(), robot.nv())
     }
 
     /// Lengths, m: `[muscles]`.
     #[must_use]
     pub fn lengths(&self) -> &[f64] {
-        &self.lengths
+        self.lengths.as_flattened()
     }
 
     /// Moment arms of all muscles one after the other, each about the joints it crosses only
     /// ([`Muscles::columns`]).
     #[must_use]
     pub fn moment_arms(&self) -> &[f64] {
-        &self.arms
+        self.arms.as_flattened()
+    }
+}
+
+impl Topology {
+    /// Lengths and moment arms in one pose of every world, `q: [nq]`.
+    #[inline(always)]
+    pub(super) fn evaluate<const N: usize>(
+        &self,
+        numbers: &Numbers<N>,
+        q: &[[f64; N]],
+        geometry: &mut Geometry<N>,
+    ) {
+        for ((index, link), rows) in self.links.iter().zip(&numbers.links) {
+            let pose = geometry.links[link.parent].child(link, rows, q);
+            geometry.links[*index] = pose;
+            for k in 0..link.kind.velocities() {
+                geometry.motion_axes[link.v + k] = pose.motion_axis(link.kind, k);
+            }
+        }
+        for ((point, anchor), position) in geometry.points.iter_mut().zip(&self.anchors).zip(&numbers.anchors)
+        {
+            *point = geometry.links[anchor.link].point(*position);
+        }
+        let surfaces = self.surfaces.iter().zip(&numbers.surfaces);
+        for (pose, (surface, (_, place))) in geometry.surfaces.iter_mut().zip(surfaces) {
+            *pose = geometry.links[surface.place.link].inner(&place.axes, place.origin);
+        }
+        geometry.arms.fill([0.0; N]);
+        let mut coefficients = numbers.coefficients.iter();
+        for (muscle, cable) in self.cables.iter().enumerate() {
+            let mut total = Row::default();
+            for (&(coordinate, slot, _), coefficient) in cable.terms.iter().zip(&mut coefficients) {
+                total += *coefficient * Row(q[coordinate]);
+                geometry.arms[slot] = (-*coefficient).0;
+            }
+            for index in cable.spans.clone() {
+                total += self.evaluate_span(numbers, index, geometry);
+            }
+            geometry.lengths[muscle] = total.0;
+        }
+    }
+
+    /// Evaluates one span, adds its moment arms, and returns its weighted length.
+    #[inline(always)]
+    fn evaluate_span<const N: usize>(
+        &self,
+        numbers: &Numbers<N>,
+        index: usize,
+        geometry: &mut Geometry<N>,
+    ) -> Row<N> {
+        let span = &self.spans[index];
+        let (start, end) = (geometry.points[span.from], geometry.points[span.to]);
+        let around = span.around.as_ref();
+        let contact = around.and_then(|around| self.wrap(numbers, span, around, geometry));
+        let touches = contact.map_or(Mask::NONE, |contact| contact.at);
+        let none = Row::default();
+        let mut strand =
+            Strand { out: start, into: start, length: none, touches, before: none, graze: none, angle: none };
+        if !touches.all() {
+            let way = end - start;
+            let length = way.norm();
+            // MuJoCo's direction of a segment of zero length.
+            let point = length.less(Row::all(super::circle::TINY));
+            let u = Vector::select(point, Vector::all([1.0, 0.0, 0.0]), (1.0 / length) * way);
+            self.accumulate_moment_arms(span.direct.clone(), span.fraction, [start, u], !touches, geometry);
+            (strand.out, strand.into, strand.length) = (u, u, length);
+        }
+        if let (Some(around), Some(contact), true) = (around, contact, touches.any()) {
+            let Contact { into, out, .. } = contact;
+            self.accumulate_moment_arms(
+                around.before.clone(),
+                span.fraction,
+                [start, into],
+                touches,
+                geometry,
+            );
+            self.accumulate_moment_arms(around.after.clone(), span.fraction, [end, out], touches, geometry);
+            strand = Strand {
+                out: Vector::select(touches, into, strand.out),
+                into: Vector::select(touches, out, strand.into),
+                length: touches.select(contact.length, strand.length),
+                touches,
+                before: contact.free[0],
+                graze: contact.touch.1,
+                angle: touches.select(contact.angle, none),
+            };
+        }
+        geometry.strands[index] = strand;
+        span.fraction * strand.length
+    }
+
+    #[inline(always)]
+    fn wrap<const N: usize>(
+        &self,
+        numbers: &Numbers<N>,
+        span: &Span,
+        around: &Around,
+        geometry: &Geometry<N>,
+    ) -> Option<Contact<N>> {
+        let pose = &geometry.surfaces[around.surface];
+        let (radius, _) = numbers.surfaces[around.surface];
+        let seen = |anchor: usize| geometry.points[anchor] - pose.origin;
+        let ends = [seen(span.from), seen(span.to)];
+        match self.surfaces[around.surface].kind {
+            WrapKind::Sphere => sphere(ends, around.side.map(seen), radius, &pose.axes),
+            WrapKind::Cylinder => {
+                let ends = [pose.axes.unrotate(ends[0]), pose.axes.unrotate(ends[1])];
+                let side = around.side.map(|side| pose.axes.unrotate(seen(side)));
+                let contact = cylinder(ends, side, radius)?;
+                let (into, out) = (pose.axes.rotate(contact.into), pose.axes.rotate(contact.out));
+                Some(Contact { into, out, ..contact })
+            }
+        }
+    }
+
+    /// Adds the moment arms of a straight segment along `u` through `x` about the joints it crosses.
+    #[inline(always)]
+    fn accumulate_moment_arms<const N: usize>(
+        &self,
+        crossings: Range<usize>,
+        fraction: f64,
+        [x, u]: [Vector<N>; 2],
+        worlds: Mask<N>,
+        geometry: &mut Geometry<N>,
+    ) {
+        let moment = x.cross(u);
+        for crossing in &self.crossings[crossings] {
+            let [angular, linear] = geometry.motion_axes[crossing.velocity];
+            let along = angular.dot(moment) + linear.dot(u);
+            let arm = worlds.select((fraction * crossing.sign) * along, Row::default());
+            let arms = &mut geometry.arms[crossing.slot];
+            *arms = (Row(*arms) - arm).0;
+        }
+    }
+
+    /// Joint torques of tensions.
+    #[inline(always)]
+    pub(super) fn torque<const N: usize>(
+        &self,
+        geometry: &Geometry<N>,
+        tensions: &[[f64; N]],
+        tau: &mut [[f64; N]],
+    ) {
+        tau.fill([0.0; N]);
+        for (cable, tension) in self.cables.iter().zip(tensions) {
+            for slot in cable.slots.clone() {
+                let tau = &mut tau[self.columns[slot]];
+                *tau = (Row(*tau) + Row(geometry.arms[slot]) * Row(*tension)).0;
+            }
+        }
     }
 }
 
@@ -88,7 +252,8 @@ impl Muscles {
     /// The muscles of a robot.
     #[must_use]
     pub fn new(robot: &Robot) -> Muscles {
-        Muscles { topology: Topology::new(robot), nq: robot.nq(), nv: robot.nv() }
+        let topology = Topology::new(robot);
+        Muscles { numbers: Numbers::new(&topology), topology, nq: robot.nq(), nv: robot.nv() }
     }
 
     /// Number of muscles.
@@ -108,7 +273,7 @@ impl Muscles {
     #[must_use]
     pub fn arms<'a>(&self, geometry: &'a Geometry, muscle: usize) -> &'a [f64] {
         let slots = self.topology.cables.get(muscle).map(|cable| cable.slots.clone());
-        slots.and_then(|slots| geometry.arms.get(slots)).unwrap_or_default()
+        slots.and_then(|slots| geometry.moment_arms().get(slots)).unwrap_or_default()
     }
 
     /// Lengths and moment arms of all muscles.
@@ -122,91 +287,9 @@ impl Muscles {
         check_entries("q", q, self.nq)?;
         self.check(geometry)?;
         let topology = &self.topology;
-        for (index, link) in &topology.links {
-            geometry.poses.place(*index, link, q);
-        }
-        for (point, anchor) in geometry.points.iter_mut().zip(&topology.anchors) {
-            *point = geometry.poses.links[anchor.link].point(anchor.position);
-        }
-        for (pose, surface) in geometry.surfaces.iter_mut().zip(&topology.surfaces) {
-            let Surface { place, .. } = surface;
-            *pose = geometry.poses.of(place);
-        }
-        geometry.arms.fill(0.0);
-        for (muscle, cable) in topology.cables.iter().enumerate() {
-            let mut total = 0.0;
-            for &(coordinate, slot, coefficient) in &cable.terms {
-                total += coefficient * q[coordinate];
-                geometry.arms[slot] = -coefficient;
-            }
-            for index in cable.spans.clone() {
-                total += self.evaluate_span(index, geometry);
-            }
-            geometry.lengths[muscle] = total;
-        }
-        check_entries("lengths", &geometry.lengths, topology.cables.len())?;
-        check_entries("moment arms", &geometry.arms, topology.columns.len())
-    }
-
-    /// Evaluates one span, adds its moment arms, and returns its weighted length.
-    #[inline]
-    fn evaluate_span(&self, index: usize, geometry: &mut Geometry) -> f64 {
-        let span = &self.topology.spans[index];
-        let (start, end) = (geometry.points[span.from], geometry.points[span.to]);
-        let contact = span.around.as_ref().and_then(|around| self.wrap(span, around, geometry));
-        let strand = match (&span.around, contact) {
-            (Some(around), Some(contact)) => {
-                let Contact { into, out, length, angle, .. } = contact;
-                self.accumulate_moment_arms(around.before.clone(), span.fraction, start, into, geometry);
-                self.accumulate_moment_arms(around.after.clone(), span.fraction, end, out, geometry);
-                Strand { out: into, into: out, length, contact: Some(contact), angle }
-            }
-            _ => {
-                let way = sub(end, start);
-                let length = norm(way);
-                // MuJoCo's direction of a segment of zero length.
-                let u = if length < super::circle::TINY { [1.0, 0.0, 0.0] } else { scale(1.0 / length, way) };
-                self.accumulate_moment_arms(span.direct.clone(), span.fraction, start, u, geometry);
-                Strand { out: u, into: u, length, contact: None, angle: 0.0 }
-            }
-        };
-        geometry.strands[index] = strand;
-        span.fraction * strand.length
-    }
-
-    #[inline]
-    fn wrap(&self, span: &Span, around: &Around, geometry: &Geometry) -> Option<Contact> {
-        let surface = &self.topology.surfaces[around.surface];
-        let pose = &geometry.surfaces[around.surface];
-        let seen = |anchor: usize| sub(geometry.points[anchor], pose.origin);
-        let (ends, side) = ([seen(span.from), seen(span.to)], around.side.map(seen));
-        match surface.kind {
-            WrapKind::Sphere => sphere(ends, side, surface.radius, &pose.axes),
-            WrapKind::Cylinder => {
-                let inner = |v| unrotate(&pose.axes, v);
-                let contact = cylinder(ends.map(inner), side.map(inner), surface.radius)?;
-                let (into, out) = (rotate(&pose.axes, contact.into), rotate(&pose.axes, contact.out));
-                Some(Contact { into, out, ..contact })
-            }
-        }
-    }
-
-    /// Adds the moment arms of a straight segment along `u` through `x` about the joints it crosses.
-    #[inline]
-    fn accumulate_moment_arms(
-        &self,
-        crossings: core::ops::Range<usize>,
-        fraction: f64,
-        x: Vector,
-        u: Vector,
-        geometry: &mut Geometry,
-    ) {
-        let moment = cross(x, u);
-        for crossing in &self.topology.crossings[crossings] {
-            let axis = &geometry.poses.motion_axes[crossing.velocity];
-            let along = dot(axis.angular, moment) + dot(axis.linear, u);
-            geometry.arms[crossing.slot] -= fraction * crossing.sign * along;
-        }
+        topology.evaluate(&self.numbers, q.as_chunks().0, geometry);
+        check_entries("lengths", geometry.lengths(), topology.cables.len())?;
+        check_entries("moment arms", geometry.moment_arms(), topology.columns.len())
     }
 
     /// The whole matrix of moment arms, zeros where a muscle does not cross a joint.
@@ -218,7 +301,7 @@ impl Muscles {
     /// [`Error::WrongLength`] names the slice.
     pub fn dense(&self, geometry: &Geometry, dense: &mut [f64]) -> Result<(), Error> {
         self.check(geometry)?;
-        self.spread(&geometry.arms, dense)
+        self.spread(geometry.moment_arms(), dense)
     }
 
     /// Sparse rows to a whole matrix.
@@ -248,7 +331,7 @@ impl Muscles {
             *rate = -cable
                 .slots
                 .clone()
-                .map(|slot| geometry.arms[slot] * v[self.topology.columns[slot]])
+                .map(|slot| geometry.moment_arms()[slot] * v[self.topology.columns[slot]])
                 .sum::<f64>();
         }
         Ok(())
@@ -265,12 +348,7 @@ impl Muscles {
         self.check(geometry)?;
         check_entries("tensions", tensions, self.count())?;
         check_length("tau", tau.len(), self.nv)?;
-        tau.fill(0.0);
-        for (cable, tension) in self.topology.cables.iter().zip(tensions) {
-            for slot in cable.slots.clone() {
-                tau[self.topology.columns[slot]] += geometry.arms[slot] * tension;
-            }
-        }
+        self.topology.torque(geometry, tensions.as_chunks().0, tau.as_chunks_mut().0);
         Ok(())
     }
 
@@ -282,8 +360,8 @@ impl Muscles {
         check_length("geometry", geometry.strands.len(), topology.spans.len())?;
         check_length("geometry", geometry.points.len(), topology.anchors.len())?;
         check_length("geometry", geometry.surfaces.len(), topology.surfaces.len())?;
-        check_length("geometry", geometry.poses.motion_axes.len(), self.nv)?;
+        check_length("geometry", geometry.motion_axes.len(), self.nv)?;
         let last = topology.links.last().map_or(0, |(index, _)| *index);
-        check_length("geometry", geometry.poses.links.len().max(last + 1), geometry.poses.links.len())
+        check_length("geometry", geometry.links.len().max(last + 1), geometry.links.len())
     }
 }

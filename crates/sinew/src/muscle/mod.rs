@@ -14,7 +14,9 @@ mod surface;
 #[cfg(test)]
 pub(crate) mod tests;
 mod topology;
+mod worlds;
 
 pub use dynamics::MuscleDynamics;
 pub use geometry::{Geometry, Muscles};
 pub use pulleys::{PulleyRouting, with_pulleys};
+pub(crate) use worlds::MuscleWorlds;

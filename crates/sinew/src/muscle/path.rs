@@ -21,11 +21,11 @@ impl Muscles {
         for index in spans {
             let span = &self.topology.spans[index];
             if span.begins || branches.is_empty() {
-                branches.push(vec![geometry.points[span.from]]);
+                branches.push(vec![geometry.points[span.from].at(0)]);
             }
             if let Some(branch) = branches.last_mut() {
                 self.arc(index, geometry, step, branch);
-                branch.push(geometry.points[span.to]);
+                branch.push(geometry.points[span.to].at(0));
             }
         }
         Ok(branches)
@@ -34,32 +34,33 @@ impl Muscles {
     /// Points on the surface of a span, from where the cable arrives to where it leaves.
     fn arc(&self, index: usize, geometry: &Geometry, step: f64, branch: &mut Vec<Vector>) {
         let (span, strand) = (&self.topology.spans[index], &geometry.strands[index]);
-        let (Some(around), Some(contact)) = (&span.around, strand.contact) else { return };
+        let Some(around) = span.around.as_ref().filter(|_| strand.touches.any()) else { return };
         let (surface, pose) = (&self.topology.surfaces[around.surface], &geometry.surfaces[around.surface]);
-        let arrival = add_scaled(geometry.points[span.from], contact.free[0], strand.out);
-        if contact.touch.1 < core::f64::consts::FRAC_PI_2 {
+        let (out, origin) = (strand.out.at(0), pose.origin.at(0));
+        let arrival = add_scaled(geometry.points[span.from].at(0), strand.before.0[0], out);
+        if strand.graze.0[0] < core::f64::consts::FRAC_PI_2 {
             branch.push(arrival);
             return;
         }
         let axis = match surface.kind {
             WrapKind::Sphere => [0.0; 3],
-            WrapKind::Cylinder => pose.axes[2],
+            WrapKind::Cylinder => pose.axes.0[2].at(0),
         };
-        let from_center = sub(arrival, pose.origin);
+        let from_center = sub(arrival, origin);
         let height = dot(from_center, axis);
         let radius = add_scaled(from_center, -height, axis);
-        let climb = dot(strand.out, axis);
-        let around = add_scaled(strand.out, -climb, axis);
+        let climb = dot(out, axis);
+        let around = add_scaled(out, -climb, axis);
         let (size, level) = (norm(radius), norm(around));
         let forward = scale(size / level, around);
-        let turn = strand.angle / level;
+        let turn = strand.angle.0[0] / level;
         let count = libm::ceil(turn / step).max(1.0) as usize;
         for k in 0..=count {
             let angle = turn * k as f64 / count as f64;
             let (sine, cosine) = libm::sincos(angle);
             let spoke = add(scale(cosine, radius), scale(sine, forward));
             let up = scale(height + size * angle * climb / level, axis);
-            branch.push(add(pose.origin, add(spoke, up)));
+            branch.push(add(origin, add(spoke, up)));
         }
     }
 }

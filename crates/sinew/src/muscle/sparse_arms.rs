@@ -1,4 +1,5 @@
-use super::geometry::{Geometry, Muscles};
+use super::geometry::Geometry;
+use super::topology::Topology;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -28,12 +29,12 @@ struct Term {
 
 impl SparseArms {
     /// `leader` is the independent joint that a velocity follows, or is.
-    pub(super) fn new(muscles: &Muscles, leader: impl Fn(usize) -> Option<usize>) -> Self {
+    pub(super) fn new(topology: &Topology, leader: impl Fn(usize) -> Option<usize>) -> Self {
         let (mut start, mut joints, mut terms) = (vec![0], Vec::new(), Vec::new());
-        for cable in &muscles.topology.cables {
+        for cable in &topology.cables {
             let first = joints.len();
             for slot in cable.slots.clone() {
-                let velocity = muscles.topology.columns[slot];
+                let velocity = topology.columns[slot];
                 let Some(joint) = leader(velocity) else { continue };
                 let known = joints[first..].iter().position(|other| *other == joint);
                 let entry = first + known.unwrap_or(joints.len() - first);
@@ -51,7 +52,7 @@ impl SparseArms {
     pub(super) fn gather(&mut self, geometry: &Geometry, slope: impl Fn(usize) -> f64) {
         self.arms.fill(0.0);
         for &Term { slot, velocity, entry } in &self.terms {
-            self.arms[entry] += slope(velocity) * geometry.arms[slot];
+            self.arms[entry] += slope(velocity) * geometry.arms[slot][0];
         }
     }
 

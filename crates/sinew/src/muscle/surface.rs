@@ -1,50 +1,60 @@
 //! Wrapping around a sphere or a cylinder: reduction to a circle in a plane, and back to space.
 
 use super::circle::{Point, TINY, Touch, around, inside};
-use crate::body::vector::{Vector, add_scaled, cross, dot, norm, scale};
+use crate::body::vector::{add_scaled, cross, dot, norm, scale};
+use crate::lanes::{Frame, Mask, Row, Vector};
 
-/// Contact of a cable with a surface, in the frame of its ends.
+/// Contact of a cable with a surface, in the frame of its ends, in the worlds where it touches.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Contact {
+pub(super) struct Contact<const N: usize> {
+    /// Where it touches.
+    pub(super) at: Mask<N>,
     /// Direction in which it arrives, unit.
-    pub(super) into: Vector,
+    pub(super) into: Vector<N>,
     /// Direction in which it leaves, unit.
-    pub(super) out: Vector,
+    pub(super) out: Vector<N>,
     /// Length from end to end.
-    pub(super) length: f64,
+    pub(super) length: Row<N>,
     /// Lengths before and after the surface.
-    pub(super) free: [f64; 2],
+    pub(super) free: [Row<N>; 2],
     /// Angle by which it turns on the surface, rad: the wrap angle of friction.
-    pub(super) angle: f64,
+    pub(super) angle: Row<N>,
     /// Sense and grazing angle in the plane it wraps in.
-    pub(super) touch: (f64, f64),
+    pub(super) touch: (Row<N>, Row<N>),
 }
 
 /// A cable around a sphere at the origin. `axes` matters only where ends and centre are collinear.
-#[inline]
-pub(super) fn sphere(
-    ends: [Vector; 2],
-    side: Option<Vector>,
-    radius: f64,
-    axes: &[Vector; 3],
-) -> Option<Contact> {
+#[inline(always)]
+pub(super) fn sphere<const N: usize>(
+    ends: [Vector<N>; 2],
+    side: Option<Vector<N>>,
+    radius: Row<N>,
+    axes: &Frame<N>,
+) -> Option<Contact<N>> {
     let [p0, p1] = ends;
-    let (square0, square1, c) = (dot(p0, p0), dot(p1, p1), dot(p0, p1));
-    if side.is_none() && misses(square0, square1, c, radius) {
+    let (square0, square1, c) = (p0.dot(p0), p1.dot(p1), p0.dot(p1));
+    let missed = if side.is_none() { misses(square0, square1, c, radius) } else { Mask::NONE };
+    if missed.all() {
         return None;
     }
-    let length0 = libm::sqrt(square0);
-    let x = scale(1.0 / length0, p0);
-    let normal = cross(p0, p1);
-    let size = norm(normal);
-    let y = if size < TINY { any_normal(x, axes) } else { scale(1.0 / (size * length0), cross(normal, p0)) };
+    let length0 = square0.sqrt();
+    let x = (1.0 / length0) * p0;
+    let normal = p0.cross(p1);
+    let size = normal.norm();
+    let mut y = (1.0 / (size * length0)) * normal.cross(p0);
+    let collinear = size.less(Row::all(TINY));
+    if collinear.any() {
+        for k in (0..N).filter(|&k| collinear.0[k] != 0) {
+            y.set(k, any_normal(x.at(k), &axes.at(k)));
+        }
+    }
     // An end at the centre is within the circle, whatever the plane.
-    let planar = [[length0, 0.0], [c / length0, dot(p1, y)]];
-    let touch = wrap_in_plane(planar, side.map(|s| ([dot(s, x), dot(s, y)], norm(s))), radius)?;
-    let lift = |[a, b]: Point| add_scaled(scale(a, x), b, y);
+    let planar = [[length0, Row::default()], [c / length0, p1.dot(y)]];
+    let touch = wrap_in_plane(planar, side.map(|s| ([s.dot(x), s.dot(y)], s.norm())), radius)?;
     Some(Contact {
-        into: lift(touch.into),
-        out: lift(touch.out),
+        at: touch.at & !missed,
+        into: touch.into[0] * x + touch.into[1] * y,
+        out: touch.out[0] * x + touch.out[1] * y,
         length: touch.free[0] + touch.on + touch.free[1],
         free: touch.free,
         angle: touch.angle,
@@ -53,59 +63,81 @@ pub(super) fn sphere(
 }
 
 /// A cable around a cylinder about z: a helix whose slope is that of the free segments.
-#[inline]
-pub(super) fn cylinder(ends: [Vector; 2], side: Option<Vector>, radius: f64) -> Option<Contact> {
+#[inline(always)]
+pub(super) fn cylinder<const N: usize>(
+    ends: [Vector<N>; 2],
+    side: Option<Vector<N>>,
+    radius: Row<N>,
+) -> Option<Contact<N>> {
     let [p0, p1] = ends;
     let planar = [[p0[0], p0[1]], [p1[0], p1[1]]];
-    let touch = wrap_in_plane(planar, side.map(|s| ([s[0], s[1]], norm(s))), radius)?;
+    let touch = wrap_in_plane(planar, side.map(|s| ([s[0], s[1]], s.norm())), radius)?;
     let around = touch.free[0] + touch.on + touch.free[1];
     let rise = p1[2] - p0[2];
-    let length = libm::sqrt(around * around + rise * rise);
+    let length = (around * around + rise * rise).sqrt();
     let (along, up) = (around / length, rise / length);
-    let lift = |[a, b]: Point| [along * a, along * b, up];
     let longer = 1.0 / along;
     // On a helix the direction turns by less than the angle around; at a ring it has a corner.
-    let angle = if touch.on > 0.0 {
-        along * touch.angle
-    } else {
-        2.0 * libm::asin((along * libm::sin(0.5 * touch.angle)).min(1.0))
-    };
+    let mut angle = along * touch.angle;
+    let corner = !Row::default().less(touch.on) & touch.at;
+    if corner.any() {
+        for k in (0..N).filter(|&k| corner.0[k] != 0) {
+            let half = libm::sin(0.5 * touch.angle.0[k]);
+            angle.0[k] = 2.0 * libm::asin((along.0[k] * half).min(1.0));
+        }
+    }
     Some(Contact {
-        into: lift(touch.into),
-        out: lift(touch.out),
+        at: touch.at,
+        into: Vector([along * touch.into[0], along * touch.into[1], up]),
+        out: Vector([along * touch.out[0], along * touch.out[1], up]),
         length,
-        free: touch.free.map(|free| longer * free),
+        free: [longer * touch.free[0], longer * touch.free[1]],
         angle,
         touch: (touch.sense, touch.graze),
     })
 }
 
 /// Whether the straight cable stays clear of the sphere.
-#[inline]
-fn misses(square0: f64, square1: f64, c: f64, radius: f64) -> bool {
+#[inline(always)]
+fn misses<const N: usize>(square0: Row<N>, square1: Row<N>, c: Row<N>, radius: Row<N>) -> Mask<N> {
     let squared = square0 + square1 - 2.0 * c;
     let fraction = ((square0 - c) / squared).clamp(0.0, 1.0);
     let near = square0 + fraction * (2.0 * (c - square0) + fraction * squared);
     // With a margin for rounding; the decision is made in the plane.
-    near > radius * radius * (1.0 + 1e-9)
+    (radius * radius * Row::all(1.0 + 1e-9)).less(near)
 }
 
 /// Inside the circle if the side site lies within the surface, around it otherwise. `side` is given with its
 /// distance from the centre.
-#[inline]
-fn wrap_in_plane(ends: [Point; 2], side: Option<(Point, f64)>, radius: f64) -> Option<Touch> {
-    match side {
-        Some((_, distance)) if distance < radius => inside(ends, radius),
-        Some((side, _)) if side[0] * side[0] + side[1] * side[1] < TINY * TINY => {
-            around(ends, Some([1.0, 0.0]), radius)
-        }
-        side => around(ends, side.map(|(point, _)| point), radius),
+#[inline(always)]
+fn wrap_in_plane<const N: usize>(
+    ends: [Point<N>; 2],
+    side: Option<(Point<N>, Row<N>)>,
+    radius: Row<N>,
+) -> Option<Touch<N>> {
+    let Some((mut side, distance)) = side else { return around(ends, None, radius) };
+    let central = (side[0] * side[0] + side[1] * side[1]).less(Row::all(TINY * TINY));
+    side = [central.select(Row::all(1.0), side[0]), central.select(Row::default(), side[1])];
+    let ring = distance.less(radius);
+    if !ring.any() {
+        return around(ends, Some(side), radius);
     }
+    // A ring has a root to find: world by world.
+    let mut touch: Option<Touch<N>> = if ring.all() { None } else { around(ends, Some(side), radius) };
+    for k in (0..N).filter(|&k| ring.0[k] != 0) {
+        let one = inside(ends.map(|end| end.map(|x| Row([x.0[k]]))), Row([radius.0[k]]));
+        if let Some(one) = one {
+            touch.get_or_insert_with(Touch::none).set(k, &one);
+        } else if let Some(touch) = &mut touch {
+            touch.at.0[k] = 0;
+        }
+    }
+    touch
 }
 
 /// MuJoCo's choice of a plane through a line: the second axis of a frame with first axis `x`.
 #[cold]
-fn any_normal(x: Vector, axes: &[Vector; 3]) -> Vector {
+fn any_normal(x: [f64; 3], axes: &[[f64; 3]; 3]) -> [f64; 3] {
     let local = axes.map(|axis| dot(axis, x));
     let mut largest = 0;
     for k in 1..3 {
@@ -121,9 +153,47 @@ fn any_normal(x: Vector, axes: &[Vector; 3]) -> Vector {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{add_scaled, any_normal, cross, dot, norm, scale};
     use crate::body::vector::{frame_of, rotate, sub, unit_quaternion};
+    use crate::lanes::{Frame, Row};
     use core::f64::consts::{FRAC_1_SQRT_2, PI};
+
+    type Vector = [f64; 3];
+
+    /// Contact in one world.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    struct Contact {
+        into: Vector,
+        out: Vector,
+        length: f64,
+        free: [f64; 2],
+        angle: f64,
+        touch: (f64, f64),
+    }
+
+    fn row(vector: Vector) -> crate::lanes::Vector<1> {
+        crate::lanes::Vector::all(vector)
+    }
+
+    fn of(contact: super::Contact<1>) -> Option<Contact> {
+        let free = contact.free.map(|x| x.0[0]);
+        let (length, angle) = (contact.length.0[0], contact.angle.0[0]);
+        let touch = (contact.touch.0.0[0], contact.touch.1.0[0]);
+        let (into, out) = (contact.into.at(0), contact.out.at(0));
+        contact.at.any().then_some(Contact { into, out, length, free, angle, touch })
+    }
+
+    fn sphere(ends: [Vector; 2], side: Option<Vector>, radius: f64, axes: &[Vector; 3]) -> Option<Contact> {
+        super::sphere(ends.map(row), side.map(row), Row([radius]), &Frame(axes.map(row))).and_then(of)
+    }
+
+    fn cylinder(ends: [Vector; 2], side: Option<Vector>, radius: f64) -> Option<Contact> {
+        super::cylinder(ends.map(row), side.map(row), Row([radius])).and_then(of)
+    }
+
+    fn misses(square0: f64, square1: f64, c: f64, radius: f64) -> bool {
+        super::misses(Row([square0]), Row([square1]), Row([c]), Row([radius])).any()
+    }
 
     /// Numbers between -1 and 1.
     fn numbers() -> impl FnMut() -> f64 {

@@ -1,9 +1,11 @@
 //! The pose-independent part of the muscles: sites, surfaces, and the joints that each cable crosses.
 
-use crate::body::link::{Link, LinkFrame};
+use crate::body::link::{Link, LinkFrame, LinkRows};
 use crate::body::vector::Vector;
-use crate::body::{PathElement, Robot, TendonPath, WrapKind};
+use crate::body::{PathElement, PoseRows, Robot, TendonPath, WrapKind};
+use crate::lanes::{self, Row};
 use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::Range;
 
@@ -83,6 +85,79 @@ pub(super) struct Topology {
     pub(super) crossings: Vec<Crossing>,
     /// Velocity index of each moment arm.
     pub(super) columns: Vec<usize>,
+}
+
+/// The numbers of a topology in several worlds of one machine, which differ in them alone.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Numbers<const N: usize> {
+    pub(super) links: Vec<LinkRows<N>>,
+    pub(super) anchors: Vec<lanes::Vector<N>>,
+    /// Radius, axes and origin on the link.
+    pub(super) surfaces: Vec<(Row<N>, PoseRows<N>)>,
+    /// Terms of the fixed tendons, one after the other.
+    pub(super) coefficients: Vec<Row<N>>,
+    /// Of every cable; zeros where its sheath has no direction.
+    pub(super) sheath_ends: Vec<lanes::Vector<N>>,
+}
+
+impl<const N: usize> Numbers<N> {
+    /// Those of one machine in all worlds.
+    pub(super) fn new(topology: &Topology) -> Self {
+        let terms = topology.cables.iter().map(|cable| cable.terms.len()).sum();
+        let mut numbers = Self {
+            links: vec![LinkRows::default(); topology.links.len()],
+            anchors: vec![lanes::Vector::default(); topology.anchors.len()],
+            surfaces: vec![Default::default(); topology.surfaces.len()],
+            coefficients: vec![Row::default(); terms],
+            sheath_ends: vec![lanes::Vector::default(); topology.cables.len()],
+        };
+        (0..N).for_each(|k| numbers.set(k, topology));
+        numbers
+    }
+
+    /// Sets those of world `k`, from a topology that is [alike](Topology::is_alike).
+    pub(super) fn set(&mut self, k: usize, topology: &Topology) {
+        for (rows, (_, link)) in self.links.iter_mut().zip(&topology.links) {
+            rows.set(k, link);
+        }
+        for (row, anchor) in self.anchors.iter_mut().zip(&topology.anchors) {
+            row.set(k, anchor.position);
+        }
+        for ((radius, pose), surface) in self.surfaces.iter_mut().zip(&topology.surfaces) {
+            radius.0[k] = surface.radius;
+            pose.axes.set(k, surface.place.axes);
+            pose.origin.set(k, surface.place.origin);
+        }
+        let terms = topology.cables.iter().flat_map(|cable| &cable.terms);
+        for (row, (.., coefficient)) in self.coefficients.iter_mut().zip(terms) {
+            row.0[k] = *coefficient;
+        }
+        for (row, cable) in self.sheath_ends.iter_mut().zip(&topology.cables) {
+            row.set(k, cable.sheath_end.map_or([0.0; 3], |end| end.position));
+        }
+    }
+}
+
+impl Topology {
+    /// Whether another one differs in numbers alone: same links, joints, spans and crossings.
+    pub(super) fn is_alike(&self, other: &Self) -> bool {
+        let link = |(index, link): &(usize, Link)| (*index, link.parent, link.kind, link.q, link.v);
+        let surface = |surface: &Surface| (surface.kind, surface.place.link);
+        let cable = |cable: &Cable| {
+            let sheath = cable.sheath_end.map(|end| end.link);
+            (cable.spans.clone(), cable.slots.clone(), sheath, cable.terms.len())
+        };
+        let term = |cable: &Cable, k: usize| (cable.terms[k].0, cable.terms[k].1);
+        let terms = |(one, two): (&Cable, &Cable)| (0..one.terms.len()).all(|k| term(one, k) == term(two, k));
+        self.links.iter().map(link).eq(other.links.iter().map(link))
+            && self.anchors.iter().map(|at| at.link).eq(other.anchors.iter().map(|at| at.link))
+            && self.surfaces.iter().map(surface).eq(other.surfaces.iter().map(surface))
+            && self.cables.iter().map(cable).eq(other.cables.iter().map(cable))
+            && self.cables.iter().zip(&other.cables).all(terms)
+            && self.spans == other.spans
+            && self.crossings == other.crossings
+            && self.columns == other.columns
+    }
 }
 
 /// Builds a topology.

@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 mod arm;
+mod arm_twins;
 mod body;
 mod cable;
 mod cable_plant;

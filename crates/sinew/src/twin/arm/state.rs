@@ -4,7 +4,7 @@ use super::sensors::ArmReading;
 use super::specimen::ArmSpecimen;
 use crate::Error;
 use crate::drive::{Drive, DriveCommand, DriveStep};
-use crate::error::{check_entries, within};
+use crate::error::{check_entries, check_length, within};
 use crate::machine::parts_of;
 use crate::transmission::cable::EndMotion;
 use crate::transmission::{SheathBend, Sliding};
@@ -37,15 +37,15 @@ const MAX_WRAP: f64 = 4.0;
 /// ```
 #[derive(Debug, Clone)]
 pub struct ArmTwin {
-    specimen: ArmSpecimen,
-    limb: Limb,
+    pub(super) specimen: ArmSpecimen,
+    pub(super) limb: Limb,
     cables: CablePlants,
     /// Sheaths whose bend depends on the pose, with their muscles.
     bends: Vec<(usize, SheathBend)>,
     drives: Vec<Drive>,
     faults: Vec<InjectedFault>,
     /// Longest step of drives and sensors, s.
-    step: f64,
+    pub(super) step: f64,
     time: f64,
     reading: ArmReading,
     // Of every muscle.
@@ -54,7 +54,7 @@ pub struct ArmTwin {
     /// All steps of the last period together.
     moved: Vec<DriveStep>,
     motions: Vec<EndMotion>,
-    anchor_tension: Vec<f64>,
+    pub(super) anchor_tension: Vec<f64>,
     lengths_before: Vec<f64>,
 }
 
@@ -89,7 +89,7 @@ impl ArmTwin {
     pub fn new(specimen: &ArmSpecimen, q: &[f64], tension_out: &[f64], seed: u64) -> Result<Self, Error> {
         let step = specimen.step();
         let limb = Limb::new(&specimen.robot, q, step / specimen.resolution.substeps as f64)?;
-        let (muscles, joints) = (limb.lengths().len(), q.len());
+        let (muscles, joints) = (limb.lengths.len(), q.len());
         for (name, expected, got) in [
             ("tension_out", muscles, tension_out.len()),
             ("cables", muscles, specimen.cables.len()),
@@ -126,7 +126,7 @@ impl ArmTwin {
             moved: vec![DriveStep::STANDING; muscles],
             motions: vec![EndMotion::default(); muscles],
             anchor_tension: tension_out.to_vec(),
-            lengths_before: limb.lengths().to_vec(),
+            lengths_before: limb.lengths.clone(),
             limb,
             specimen: specimen.clone(),
         };
@@ -139,7 +139,7 @@ impl ArmTwin {
     /// # Errors
     /// As [`InjectedFault::validate`].
     pub fn with_faults(mut self, faults: &[InjectedFault]) -> Result<Self, Error> {
-        let (muscles, joints) = (self.drives.len(), self.limb.q.len());
+        let (muscles, joints) = (self.drives.len(), self.limb.q().len());
         faults.iter().try_for_each(|fault| fault.validate(muscles, joints))?;
         self.faults = faults.to_vec();
         Ok(self)
@@ -150,8 +150,8 @@ impl ArmTwin {
     /// # Errors
     /// [`Error::WrongLength`], and [`Error::EntryOutOfDomain`] where a velocity is not finite.
     pub fn with_velocities(mut self, v: &[f64]) -> Result<Self, Error> {
-        check_entries("velocities", v, self.limb.v.len())?;
-        self.limb.v.copy_from_slice(v);
+        check_entries("velocities", v, self.limb.v().len())?;
+        self.limb.set_velocities(v);
         Ok(self)
     }
 
@@ -165,47 +165,59 @@ impl ArmTwin {
     /// [`Error::WrongLength`] and [`Error::OutOfDomain`] for `h` outside 10 us to 20 ms: the state is then
     /// unchanged. An error of the cables, whose ends moved too fast, ends the run.
     pub fn step(&mut self, commands: &[DriveCommand], h: f64) -> Result<ArmTruth<'_>, Error> {
-        if commands.len() != self.drives.len() {
-            return Err(Error::WrongLength {
-                name: "commands",
-                expected: self.drives.len(),
-                got: commands.len(),
-            });
-        }
-        within("h", "a number of seconds in [1e-5, 0.02]", h, (1e-5..=0.02).contains(&h))?;
-        let parts = parts_of(h, self.step);
-        let step = h / parts as f64;
+        let (parts, step) = self.parts_of(commands, h)?;
         for part in 0..parts {
-            self.advance(commands, step)?;
-            for (sum, next) in self.moved.iter_mut().zip(&self.steps) {
-                *sum = if part == 0 { *next } else { sum.followed_by(*next, (part + 1) as f64 * step) };
+            self.begin(commands, step)?;
+            let substeps = self.specimen.resolution.substeps;
+            for _ in 0..substeps {
+                self.limb.advance(step / substeps as f64, &self.anchor_tension)?;
+                self.pull(step)?;
             }
+            self.limb.update_bends();
+            self.finish(part, step)?;
         }
         Ok(self.truth())
     }
 
-    /// One step of drives and sensors.
-    fn advance(&mut self, commands: &[DriveCommand], h: f64) -> Result<(), Error> {
-        let substeps = self.specimen.resolution.substeps as f64;
+    /// Number and length, s, of the steps of drives and sensors in `h` s.
+    pub(super) fn parts_of(&self, commands: &[DriveCommand], h: f64) -> Result<(usize, f64), Error> {
+        check_length("commands", commands.len(), self.drives.len())?;
+        within("h", "a number of seconds in [1e-5, 0.02]", h, (1e-5..=0.02).contains(&h))?;
+        let parts = parts_of(h, self.step);
+        Ok((parts, h / parts as f64))
+    }
+
+    /// One step of drives and sensors up to the motion of the limb.
+    pub(super) fn begin(&mut self, commands: &[DriveCommand], h: f64) -> Result<(), Error> {
         self.step_drives(commands, h);
         self.measure();
         self.push();
-        self.soften_worn_cables()?;
-        for _ in 0..self.specimen.resolution.substeps {
-            self.lengths_before.copy_from_slice(self.limb.lengths());
-            self.limb.advance(h / substeps, &self.anchor_tension)?;
-            let lengths = self.lengths_before.iter().zip(self.limb.lengths());
-            for ((motion, drive), (before, now)) in self.motions.iter_mut().zip(&self.steps).zip(lengths) {
-                *motion = EndMotion { motor: drive.moved / substeps, anchor: before - now };
-            }
-            self.cables.step(h / substeps, &self.motions, &mut self.cable_readings)?;
-            self.lose_pretension();
-            for (tension, cable) in self.anchor_tension.iter_mut().zip(&self.cable_readings) {
-                *tension = cable.tension_out;
-            }
+        self.soften_worn_cables()
+    }
+
+    /// One substep of the cables, after that of the limb.
+    pub(super) fn pull(&mut self, h: f64) -> Result<(), Error> {
+        let substeps = self.specimen.resolution.substeps as f64;
+        let lengths = self.lengths_before.iter().zip(&self.limb.lengths);
+        for ((motion, drive), (before, now)) in self.motions.iter_mut().zip(&self.steps).zip(lengths) {
+            *motion = EndMotion { motor: drive.moved / substeps, anchor: before - now };
         }
+        self.lengths_before.copy_from_slice(&self.limb.lengths);
+        self.cables.step(h / substeps, &self.motions, &mut self.cable_readings)?;
+        self.lose_pretension();
+        for (tension, cable) in self.anchor_tension.iter_mut().zip(&self.cable_readings) {
+            *tension = cable.tension_out;
+        }
+        Ok(())
+    }
+
+    /// The end of a step of drives and sensors, the `part`th of a period.
+    pub(super) fn finish(&mut self, part: usize, h: f64) -> Result<(), Error> {
         self.update_angles()?;
         self.time += h;
+        for (sum, next) in self.moved.iter_mut().zip(&self.steps) {
+            *sum = if part == 0 { *next } else { sum.followed_by(*next, (part + 1) as f64 * h) };
+        }
         Ok(())
     }
 
@@ -229,9 +241,9 @@ impl ArmTwin {
     pub fn truth(&self) -> ArmTruth<'_> {
         ArmTruth {
             time: self.time,
-            q: &self.limb.q,
-            v: &self.limb.v,
-            lengths: self.limb.lengths(),
+            q: self.limb.q(),
+            v: self.limb.v(),
+            lengths: &self.limb.lengths,
             cables: &self.cable_readings,
             drives: &self.moved,
         }
@@ -264,7 +276,7 @@ impl ArmTwin {
     /// None after a successful [`step`](Self::step).
     pub fn energy(&mut self) -> Result<f64, Error> {
         let mut energy = self.limb.energy()?;
-        for (k, length) in self.limb.lengths().iter().enumerate() {
+        for (k, length) in self.limb.lengths.iter().enumerate() {
             if self.cable_readings[k].broken.is_none() {
                 energy += self.cables.energy(k)? + self.specimen.cables[k].parameters.pretension * length;
             }
@@ -316,10 +328,11 @@ impl ArmTwin {
 
     /// Forces from outside.
     fn push(&mut self) {
-        self.limb.push.fill(0.0);
+        let push = self.limb.push();
+        push.fill(0.0);
         for fault in self.faults.iter().filter(|fault| fault.is_active(self.time)) {
             if let Failure::Push { joint, torque } = fault.failure {
-                self.limb.push[joint] += torque;
+                push[joint] += torque;
             }
         }
     }
@@ -353,7 +366,7 @@ impl ArmTwin {
 
     fn measure(&mut self) {
         let Self { time, drives, specimen, limb, faults, .. } = self;
-        self.reading.update(*time, drives, specimen, &limb.q, faults);
+        self.reading.update(*time, drives, specimen, limb.q(), faults);
     }
 
     /// Sets the wrap of every cable at its joint, and the bend of the sheaths that pass joints, from the
@@ -361,10 +374,10 @@ impl ArmTwin {
     fn update_angles(&mut self) -> Result<(), Error> {
         for (k, cable) in self.specimen.cables.iter().enumerate() {
             let last = cable.path.pulleys().saturating_sub(1);
-            self.cables.set_wrap(k, last, self.limb.bend(k).min(MAX_WRAP))?;
+            self.cables.set_wrap(k, last, self.limb.bends[k].min(MAX_WRAP))?;
         }
         for (k, bend) in &self.bends {
-            self.cables.set_sheath_bend(*k, bend.at(&self.limb.q))?;
+            self.cables.set_sheath_bend(*k, bend.at(self.limb.q()))?;
         }
         let worn = |fault: &InjectedFault| match fault.failure {
             Failure::Wear { muscle, what: Worn::Friction, .. } => Some(muscle),
@@ -374,9 +387,9 @@ impl ArmTwin {
             // More of the friction angle: as by a larger bend of the sheath, which counts for the pulley as
             // well.
             let fraction = self.wear(muscle, Worn::Friction);
-            let own = self.bends.iter().find(|(k, _)| *k == muscle).map(|(_, bend)| bend.at(&self.limb.q));
+            let own = self.bends.iter().find(|(k, _)| *k == muscle).map(|(_, bend)| bend.at(self.limb.q()));
             let sheath = own.unwrap_or(self.specimen.cables[muscle].path.sheath_bend());
-            let all = sheath + self.limb.bend(muscle).min(MAX_WRAP);
+            let all = sheath + self.limb.bends[muscle].min(MAX_WRAP);
             self.cables.set_sheath_bend(muscle, sheath + fraction * all)?;
         }
         Ok(())

@@ -1,0 +1,157 @@
+use super::geometry::Geometry;
+use super::topology::{Numbers, Topology};
+use crate::body::link::{Link, LinkRows};
+use crate::body::{ForwardScratch, JointSpring, Robot, accelerations};
+use crate::lanes::{Mask, Row, Vector};
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// Muscles and bodies of several worlds of one machine of hinges and slides: same tree, routes and joints,
+/// other numbers. Couplings of joints are not held.
+#[derive(Debug, Clone)]
+pub(crate) struct MuscleWorlds<const N: usize> {
+    pub(super) topology: Topology,
+    numbers: Numbers<N>,
+    links: Vec<Link>,
+    bodies: Vec<LinkRows<N>>,
+    springs: Vec<JointSpring<N>>,
+    gravity: Vector<N>,
+    pub(super) geometry: Geometry<N>,
+    scratch: ForwardScratch<N>,
+    /// Forces on the joints: `[nv]`.
+    pub(super) torque: Vec<[f64; N]>,
+}
+
+impl MuscleWorlds<1> {
+    /// Of one robot of hinges and slides.
+    pub(super) fn new(robot: &Robot) -> Self {
+        let (topology, links, nv) = (Topology::new(robot), robot.tree.links.clone(), robot.nv());
+        Self {
+            numbers: Numbers::new(&topology),
+            bodies: robot.tree.rows.clone(),
+            springs: robot.parts().joints.iter().map(JointSpring::from).collect(),
+            gravity: Vector::all(robot.parts().gravity),
+            geometry: Geometry::with_size(&topology, links.len(), nv),
+            scratch: ForwardScratch::new(links.len(), nv),
+            torque: vec![[0.0]; nv],
+            topology,
+            links,
+        }
+    }
+
+    /// The same in every world.
+    pub(crate) fn repeated<const N: usize>(&self) -> MuscleWorlds<N> {
+        let Self { topology, links, torque, .. } = self;
+        let mut worlds = MuscleWorlds {
+            numbers: Numbers::new(topology),
+            bodies: vec![LinkRows::default(); links.len()],
+            springs: vec![JointSpring::default(); self.springs.len()],
+            gravity: Vector::default(),
+            geometry: Geometry::with_size(topology, links.len(), torque.len()),
+            scratch: ForwardScratch::new(links.len(), torque.len()),
+            torque: vec![[0.0; N]; torque.len()],
+            topology: topology.clone(),
+            links: links.clone(),
+        };
+        (0..N).for_each(|k| worlds.set(k, self));
+        worlds
+    }
+}
+
+impl<const N: usize> MuscleWorlds<N> {
+    /// Whether a world differs in numbers alone.
+    pub(crate) fn is_alike(&self, world: &MuscleWorlds<1>) -> bool {
+        let link = |link: &Link| (link.parent, link.kind, link.q, link.v);
+        self.links.iter().map(link).eq(world.links.iter().map(link))
+            && self.topology.is_alike(&world.topology)
+    }
+
+    /// Sets the numbers of world `k`, which is [alike](Self::is_alike).
+    pub(crate) fn set(&mut self, k: usize, world: &MuscleWorlds<1>) {
+        self.numbers.set(k, &world.topology);
+        for (rows, link) in self.bodies.iter_mut().zip(&world.links) {
+            rows.set(k, link);
+        }
+        for (spring, one) in self.springs.iter_mut().zip(&world.springs) {
+            spring.set(k, one);
+        }
+        self.gravity.set(k, world.gravity.at(0));
+    }
+
+    /// Lengths and moment arms, `q: [nq]`.
+    #[inline(always)]
+    pub(crate) fn evaluate(&mut self, q: &[[f64; N]]) {
+        self.topology.evaluate(&self.numbers, q, &mut self.geometry);
+    }
+
+    /// Lengths, m: `[muscles]`.
+    pub(crate) fn lengths(&self) -> &[[f64; N]] {
+        &self.geometry.lengths
+    }
+
+    /// `phi` of a muscle, rad.
+    #[inline(always)]
+    pub(crate) fn bend(&self, muscle: usize) -> Row<N> {
+        self.topology.bend(&self.numbers, &self.geometry, muscle)
+    }
+
+    /// Springs and dampers of the joints.
+    #[inline(always)]
+    pub(super) fn passive(&mut self, q: &[[f64; N]], v: &[[f64; N]]) {
+        for (((torque, spring), q), v) in self.torque.iter_mut().zip(&self.springs).zip(q).zip(v) {
+            *torque = spring.force(spring.stretch(Row(*q)), Row(*v)).0;
+        }
+    }
+
+    /// Tensions in the evaluated pose, springs and dampers of the joints.
+    #[inline(always)]
+    pub(crate) fn forces(&mut self, q: &[[f64; N]], v: &[[f64; N]], tensions: &[[f64; N]]) {
+        self.topology.torque(&self.geometry, tensions, &mut self.torque);
+        for (((torque, spring), q), v) in self.torque.iter_mut().zip(&self.springs).zip(q).zip(v) {
+            *torque = (Row(*torque) + spring.force(spring.stretch(Row(*q)), Row(*v))).0;
+        }
+    }
+
+    /// Accelerations under [`torque`](Self::torque), `a: [nv]`; of every world the first link that moves
+    /// nothing with mass, 0 where there is none.
+    #[inline(always)]
+    pub(super) fn accelerations(&mut self, q: &[[f64; N]], v: &[[f64; N]], a: &mut [[f64; N]]) -> [usize; N] {
+        let Self { links, bodies, gravity, torque, scratch, .. } = self;
+        accelerations(links, bodies, *gravity, [q, v, torque], scratch, a)
+    }
+
+    /// Accelerations under tensions and these forces beside, and whether they are finite.
+    #[inline(always)]
+    pub(crate) fn accelerate(
+        &mut self,
+        [q, v, tensions, external]: [&[[f64; N]]; 4],
+        a: &mut [[f64; N]],
+    ) -> Mask<N> {
+        self.forces(q, v, tensions);
+        for (torque, external) in self.torque.iter_mut().zip(external) {
+            *torque = (Row(*torque) + Row(*external)).0;
+        }
+        let singular = self.accelerations(q, v, a);
+        let mut sound = finite(a);
+        for (sound, singular) in sound.0.iter_mut().zip(singular) {
+            *sound &= if singular == 0 { !0 } else { 0 };
+        }
+        sound
+    }
+
+    /// Whether lengths and moment arms are finite.
+    #[inline(always)]
+    pub(crate) fn is_finite(&self) -> Mask<N> {
+        finite(&self.geometry.lengths) & finite(&self.geometry.arms)
+    }
+}
+
+/// The worlds in which all entries are finite.
+#[inline(always)]
+fn finite<const N: usize>(rows: &[[f64; N]]) -> Mask<N> {
+    let mut finite = !Mask::NONE;
+    for row in rows {
+        finite = finite & Row(*row).is_finite();
+    }
+    finite
+}
