@@ -12,6 +12,7 @@ mod python;
 mod readme;
 mod targets;
 mod tree;
+mod wheel;
 
 use std::process::ExitCode;
 
@@ -25,6 +26,7 @@ usage: cargo xtask check [STEP...]     run every step, or only those named, in t
        cargo xtask check page          the live page in a headless Chromium, where there is one
        cargo xtask check --list        the steps and what each is for
        cargo xtask book                docs/ as a book of HTML, by mdbook
+       cargo xtask wheel               the Python package for Linux on x86-64, tried when installed
        cargo xtask pictures            draw the machines of models/ anew, into docs/machines
        cargo xtask --help              this text
 
@@ -47,11 +49,12 @@ fn main() -> ExitCode {
             ExitCode::SUCCESS
         }
         ["book"] => made(book::make(&tree::root())),
+        ["wheel"] => made(wheel::make(&tree::root())),
         ["pictures"] => made(pictures::make(&tree::root())),
         ["check", names @ ..] => check::run(names).unwrap_or_else(|message| misunderstood(&message)),
-        [other, ..] => {
-            misunderstood(&format!("`{other}` is not a command; expected `check`, `book` or `pictures`"))
-        }
+        [other, ..] => misunderstood(&format!(
+            "`{other}` is not a command; expected `check`, `book`, `wheel` or `pictures`"
+        )),
     }
 }
 

@@ -58,27 +58,18 @@ fn run(root: &Path, page: &Path, blocks: &[Block<'_>], program: &Path) -> Result
     if shell.is_empty() {
         return Err(format!("{}: no `sh` block", page.display()));
     }
-    for block in &shell {
-        let mut command = Command::new("sh");
-        command
-            .args(["-eu", "-c", &block.content])
-            .current_dir(&folder)
-            .env("PATH", &path)
-            .stdin(Stdio::null());
-        let output = command.output().map_err(|e| format!("sh: {e}"))?;
-        if !output.status.success() {
-            return Err(format!(
-                "{}:{}: the block ended with {}\n{}\n{}{}",
-                page.display(),
-                block.line,
-                output.status,
-                block.content.trim_end(),
-                String::from_utf8_lossy(&output.stdout),
-                String::from_utf8_lossy(&output.stderr),
-            ));
-        }
+    // One shell, so that a block begins where the one before it ended.
+    let page = page.display();
+    let named = |block: &&Block<'_>| format!("echo '{page}:{}' >&2\n{}", block.line, block.content);
+    let script: String = shell.iter().map(named).collect();
+    let mut command = Command::new("sh");
+    command.args(["-eu", "-c", &script]).current_dir(&folder).env("PATH", &path).stdin(Stdio::null());
+    let output = command.output().map_err(|e| format!("sh: {e}"))?;
+    if !output.status.success() {
+        let said = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+        return Err(format!("{page}: ended with {}\n{}", output.status, said.concat()));
     }
-    println!("{}: {} blocks ran", page.display(), shell.len());
+    println!("{page}: {} blocks ran", shell.len());
     Ok(())
 }
 

@@ -88,7 +88,7 @@ fn example(name: ExampleName) -> Example {
             commands: ["pip install mujoco gymnasium", "python tendon_hand.py", "python train_policy.py 20"],
         },
         ExampleName::Bus => Example {
-            about: "A leg on four serial servos: run it simulated, scan a port, run the real one.",
+            about: "A leg on serial servos or CAN: run it simulated, scan a port, run the real one.",
             files: vec![("leg.toml", bus())],
             commands: [
                 "sinew run leg.toml --bus chain --virtual-time --duration 10",
@@ -105,16 +105,10 @@ fn bench() -> Vec<(&'static str, String)> {
     ["simulated_day_1.csv", "simulated_day_2.csv", "simulated_day_5.csv"].into_iter().zip(days).collect()
 }
 
-/// A leg with a servo to every muscle, without load cells and encoders at its joints.
+/// A leg without load cells and encoders at its joints, as servos and drives on CAN move it.
 fn bus() -> String {
     let leg = include_str!("../../../../models/planar_leg.toml");
-    let muscles = ["hip_flexor", "hip_extensor", "rectus_femoris", "hamstrings"];
-    let device = |(id, muscle)| {
-        format!(
-            "\n[[device]]\nname = \"servo of {muscle}\"\nmuscle = \"{muscle}\"\nmodel = \"XM430-W210\"\nid = {id}\n"
-        )
-    };
-    leg.replacen("name = \"planar_leg\"\n", "name = \"servo_leg\"\nperiod_s = 0.004\n", 1)
-        + "\n[every_transmission]\nload_cell = \"none\"\n\n[every_joint_encoder]\nnone = true\n"
-        + &(1..).zip(muscles).map(device).collect::<String>()
+    leg.replacen("name = \"planar_leg\"\n", "name = \"bus_leg\"\nperiod_s = 0.004\n", 1)
+        + "\n# As nothing else is said, every muscle has a device, with the ids 1, 2, ... in their order.\n\
+           [every_transmission]\nload_cell = \"none\"\n\n[every_joint_encoder]\nnone = true\n"
 }
