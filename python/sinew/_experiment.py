@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from . import _sinew
@@ -36,19 +37,27 @@ class Run:
         return bool(self.numbers["ended"] == "as_planned")
 
     def plot(self) -> Figure:
-        """Error of the end point and tensions at the anchors over time; needs matplotlib."""
+        """Error of the end point, of the joints where there is none, and tensions at the anchors over time; needs matplotlib."""
         from matplotlib.figure import Figure
 
-        figure = Figure(figsize=(8, 5), layout="constrained")
+        figure = Figure(figsize=(9, 6), layout="constrained")
         above, below = figure.subplots(2, 1, sharex=True)
         time = self.trace["time_s"]
         offset = self.trace["end_point_m"] - self.trace["end_point_reference_m"]
-        above.plot(time, 1e3 * (offset**2).sum(axis=1) ** 0.5)
-        above.set_ylabel("end-point error, mm")
+        if np.isfinite(offset).any():
+            above.plot(time, 1e3 * (offset**2).sum(axis=1) ** 0.5, label="true place from the reference")
+            above.set_ylabel("end-point error, mm")
+        else:
+            errors = 1e3 * (self.trace["joint_true"] - self.trace["joint_reference"])
+            for number, error in enumerate(errors.T, start=1):
+                above.plot(time, error, label=f"joint {number}", linewidth=0.8)
+            above.set_ylabel("joint error, mrad or mm")
         for tension, name in zip(self.trace["tension_out_n"].T, self.muscle_names, strict=True):
             below.plot(time, tension, label=name, linewidth=0.8)
         below.set_ylabel("tension at the anchors, N")
         below.set_xlabel("time, s (simulated)")
+        for axes in (above, below):
+            axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small")
         return figure
 
     def __repr__(self) -> str:

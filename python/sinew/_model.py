@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 from . import _sinew
 from ._display import html_table, number, percent
 from ._logs import Logs, native_logs
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Receives the stage of a long call and the fraction that is done, 0 to 1.
 Progress: TypeAlias = Callable[[str, float], object]
@@ -190,6 +193,38 @@ class Model:
         if text is None:
             raise ValueError("a report belongs to a model of sinew.identify or Model.adapt, this one was read from a file")
         write_whole(path, text)
+
+    def plot(self, logs: Logs | None = None, **keywords: Any) -> Figure:
+        """Prediction of every sample of logs over time with its 95 % band; without logs, errors of the candidates.
+
+        `keywords`: as of :meth:`predict`. Needs matplotlib. Raises `ValueError` for a model that was read from a file where
+        there are no logs.
+        """
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(9, 4), layout="constrained")
+        axes = figure.subplots()
+        if logs is not None:
+            found = self.predict(logs, **keywords)
+            breaks = np.flatnonzero(found.reset[1:]) + 1
+            low, high = found.mean - found.half_width, found.mean + found.half_width
+            for number, part in enumerate(np.split(np.arange(len(found)), breaks)):
+                names = ["predicted", "95 % band"] if number == 0 else [None, None]
+                axes.plot(found.time_s[part], found.mean[part], label=names[0], color="tab:blue", linewidth=0.9)
+                axes.fill_between(found.time_s[part], low[part], high[part], label=names[1], color="tab:blue", alpha=0.25)
+            axes.set(xlabel="time, s", ylabel=self.far)
+        else:
+            report = self.identification
+            if report is None:
+                raise ValueError("candidates belong to a model of sinew.identify, this one was read from a file: plot(logs)")
+            candidates = [c for c in reversed(report["candidates"]) if c["percent_of_range"] is not None]
+            for chosen, name, color in ((True, "chosen", "tab:blue"), (False, "other candidates", "0.7")):
+                rows = [(k, c["percent_of_range"]) for k, c in enumerate(candidates) if c["chosen"] is chosen]
+                axes.barh(*zip(*rows), label=name, color=color) if rows else None
+            axes.set_yticks(range(len(candidates)), [c["name"] for c in candidates])
+            axes.set_xlabel(f"error of {self.far} on unseen data, % of its range")
+        axes.legend()
+        return figure
 
     def evaluate(
         self,

@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
-PAGES = ["docs/python.md", "docs/mujoco.md", "docs/batch.md", "docs/gym.md", "docs/study.md", "README.md"]
+PAGES = ["docs/python.md", "docs/mujoco.md", "docs/batch.md", "docs/gym.md", "docs/study.md", "docs/tutorials/policy.md", "README.md"]
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -22,14 +22,16 @@ def test_the_blocks_of_a_page_run_one_after_the_other(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    if "mujoco" in page or page == "README.md":
+    if "mujoco" in page or "policy" in page or page == "README.md":
         mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
         if not hasattr(mujoco.MjsPlugin, "config"):
             pytest.skip(f"MuJoCo {mujoco.__version__} configures plugins in XML alone")
     if "batch" in page:
         pytest.importorskip("mujoco.mjx", reason="MJX is not installed", exc_type=ImportError)
         pytest.importorskip("mujoco_warp", reason="MuJoCo Warp is not installed")
-    if "gym" in page or page == "README.md":
+    if "policy" in page:
+        pytest.importorskip("matplotlib", reason="matplotlib is not installed")
+    if "gym" in page or "policy" in page or page == "README.md":
         pytest.importorskip("gymnasium", reason="Gymnasium is not installed")
     if "study" in page:
         pytest.importorskip("polars", reason="polars is not installed")

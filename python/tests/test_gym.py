@@ -52,6 +52,30 @@ def test_registered_environments_pass_the_checker_of_gymnasium(name: str) -> Non
         assert all((reset[0] != reset[other]).any() for other in (1, 3))
 
 
+def test_a_picture_shows_the_pose_and_changes_with_it() -> None:
+    pytest.importorskip("matplotlib")
+    mujoco = pytest.importorskip("mujoco")
+    assert MachineEnv(**SHORT).render() is None
+    with pytest.raises(ValueError, match="human"):
+        MachineEnv(render_mode="human", **SHORT)
+    # A finger has a joint that follows another one; its last body is where MuJoCo's constraint would take it.
+    env = MachineEnv(machine="finger", render_mode="rgb_array", interval_ms=5)
+    env.reset(seed=1)
+    first = env.render()
+    assert first is not None and first.shape == (480, 480, 3) and first.dtype == np.uint8
+    assert env.metadata["render_fps"] == 200
+    for _ in range(20):
+        env.step(env.action_space.high)
+    second = env.render()
+    assert second is not None and not np.array_equal(first, second)
+    picture = env._picture
+    assert picture is not None
+    mujoco.mj_makeConstraint(picture._model, picture._data)
+    equalities = picture._data.efc_type[: picture._data.ne] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+    assert equalities.any() and np.abs(picture._data.efc_pos[: picture._data.ne]).max() < 1e-12
+    env.close()
+
+
 def test_every_built_in_machine_has_an_environment_of_every_task() -> None:
     for name in sinew.Machine.built_in():
         machine = sinew.Machine(name)

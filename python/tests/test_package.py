@@ -110,6 +110,25 @@ def test_a_run_can_be_plotted() -> None:
     run = sinew.track(sinew.Machine("planar_leg"), "tour", repeats=1)
     figure = run.plot()
     assert len(figure.axes) == 2 and len(figure.axes[1].lines) == len(run.muscle_names)
+    named = [[text.get_text() for text in axes.get_legend().get_texts()] for axes in figure.axes]
+    assert named[1] == list(run.muscle_names) and named[0]
+
+
+def test_a_model_is_plotted_with_its_candidates_or_its_prediction(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    logs = []
+    for name, text in list(sinew.demo_logs().items())[:2]:
+        logs.append(tmp_path / name)
+        logs[-1].write_text(text, encoding="utf-8")
+    model = sinew.identify(logs, far="tension_out_n", models=["linear", "cell"])
+    compared = model.plot().axes[0]
+    assert {text.get_text() for text in compared.get_yticklabels()} >= {"linear", "cell"}
+    assert [text.get_text() for text in compared.get_legend().get_texts()] == ["chosen", "other candidates"]
+    read = sinew.Model.from_json(model.to_json())
+    predicted = read.plot(logs[0]).axes[0]
+    assert np.array_equal(predicted.lines[0].get_ydata(), read.predict(logs[0]).mean)
+    with pytest.raises(ValueError, match="read from a file"):
+        read.plot()
 
 
 def test_import_is_quick_and_brings_numpy_alone() -> None:

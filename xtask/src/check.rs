@@ -1,6 +1,6 @@
 //! The steps of `cargo xtask check`, in the order in which a mistake is found soonest.
 
-use crate::{commands, hygiene, layering, page, python, readme, targets, tree};
+use crate::{book, commands, hygiene, layering, page, python, readme, targets, tree};
 use commands::{cargo, succeed, target};
 use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
@@ -24,13 +24,14 @@ const fn by_name(name: &'static str, purpose: &'static str, run: fn(&Path) -> Re
 }
 
 /// All steps. Every build uses the dev profile and all features, so that each dependency is compiled once.
-const STEPS: [Step; 15] = [
+const STEPS: [Step; 16] = [
     step("fmt", "the code is formatted", fmt),
     step("hygiene", "no huge files, stubs, conflict markers, private paths or retired words", hygiene::check),
     step("layering", "no room imports what it must not know, no circle between files", layering::check),
+    step("book", "links and chapters of the texts hold; the book where mdbook is installed", book::check),
     step("clippy", "no warning with all features, tests, examples and benches", clippy),
     step("test", "unit and integration tests (nextest where installed)", test),
-    step("readme", "the README's commands run, its usage is the program's", readme::check),
+    step("readme", "commands of README and tutorials run, the list of verbs is the program's", readme::check),
     step("features", "no warning without optional features", features),
     step("targets", "the core has no dependency that a microcontroller refuses", targets::check),
     step("doctest", "the examples in the documentation", doctest),

@@ -1,6 +1,7 @@
 //! The project's own checks: `cargo xtask check` is the test command.
 #![expect(clippy::print_stdout, reason = "a program for people at a terminal and for CI logs")]
 
+mod book;
 mod check;
 mod commands;
 mod hygiene;
@@ -11,6 +12,7 @@ mod python;
 mod readme;
 mod targets;
 mod tree;
+mod wheel;
 
 use std::process::ExitCode;
 
@@ -23,6 +25,8 @@ usage: cargo xtask check [STEP...]     run every step, or only those named, in t
        cargo xtask check batch         long tests of MJX and MuJoCo Warp, with old and new versions
        cargo xtask check page          the live page in a headless Chromium, where there is one
        cargo xtask check --list        the steps and what each is for
+       cargo xtask book                docs/ as a book of HTML, by mdbook
+       cargo xtask wheel               the Python package for Linux on x86-64, tried when installed
        cargo xtask pictures            draw the machines of models/ anew, into docs/machines
        cargo xtask --help              this text
 
@@ -44,16 +48,20 @@ fn main() -> ExitCode {
             println!("{}", check::list());
             ExitCode::SUCCESS
         }
-        ["pictures"] => match pictures::make(&tree::root()) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(message) => {
-                eprintln!("error: {message}");
-                ExitCode::FAILURE
-            }
-        },
+        ["book"] => made(book::make(&tree::root())),
+        ["wheel"] => made(wheel::make(&tree::root())),
+        ["pictures"] => made(pictures::make(&tree::root())),
         ["check", names @ ..] => check::run(names).unwrap_or_else(|message| misunderstood(&message)),
-        [other, ..] => misunderstood(&format!("`{other}` is not a command; expected `check` or `pictures`")),
+        [other, ..] => misunderstood(&format!(
+            "`{other}` is not a command; expected `check`, `book`, `wheel` or `pictures`"
+        )),
     }
+}
+
+fn made(outcome: Result<(), String>) -> ExitCode {
+    let Err(message) = outcome else { return ExitCode::SUCCESS };
+    eprintln!("error: {message}");
+    ExitCode::FAILURE
 }
 
 fn misunderstood(message: &str) -> ExitCode {

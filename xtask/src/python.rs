@@ -69,11 +69,13 @@ pub(crate) fn batch(root: &Path) -> Result<(), String> {
 /// The interpreter of an environment with the package, or nothing and a message.
 fn build(root: &Path) -> Result<Option<PathBuf>, String> {
     let environment = root.join("target/python");
-    let interpreter = environment.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
-    if let Err(missing) = prepare(root, &environment, &interpreter) {
-        println!("skipped: {missing}");
-        return Ok(None);
-    }
+    let interpreter = match prepare(root, &environment) {
+        Ok(interpreter) => interpreter,
+        Err(missing) => {
+            println!("skipped: {missing}");
+            return Ok(None);
+        }
+    };
     // Both packages at once: the features of the dependencies are then those of the build for Python.
     succeed(&mut cargo(
         root,
@@ -114,10 +116,11 @@ fn pytest(root: &Path, interpreter: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-/// An environment with all packages, or what is missing for one.
-fn prepare(root: &Path, environment: &Path, interpreter: &Path) -> Result<(), String> {
+/// The interpreter of an environment, which is made where it is not there.
+pub(crate) fn environment(root: &Path, environment: &Path) -> Result<PathBuf, String> {
+    let interpreter = environment.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
     // One that was left half made has an interpreter, but no pip.
-    let mut pip = python(root, interpreter, &["-m", "pip", "--version"]);
+    let mut pip = python(root, &interpreter, &["-m", "pip", "--version"]);
     if !pip.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success()) {
         let version = "import sys; sys.exit(sys.version_info < (3, 11))";
         let new_enough = |name: &str| {
@@ -131,25 +134,31 @@ fn prepare(root: &Path, environment: &Path, interpreter: &Path) -> Result<(), St
         succeed(&mut python(root, Path::new(name), &["-m", "venv", "--clear", &place]))
             .map_err(|error| format!("no environment could be made: {error}"))?;
     }
-    install(root, interpreter, &PACKAGES)
+    Ok(interpreter)
+}
+
+/// The interpreter of an environment with all packages, or what is missing for one.
+fn prepare(root: &Path, place: &Path) -> Result<PathBuf, String> {
+    let interpreter = environment(root, place)?;
+    install(root, &interpreter, &PACKAGES)
         .map_err(|error| format!("the packages of its tests could not be installed: {error}"))?;
-    if install(root, interpreter, &OPTIONAL).is_err() {
+    if install(root, &interpreter, &OPTIONAL).is_err() {
         // One that is not there, for this interpreter for example, keeps out no other.
         for package in OPTIONAL {
-            if let Err(error) = install(root, interpreter, &[package]) {
+            if let Err(error) = install(root, &interpreter, &[package]) {
                 println!("without {package}: {error}");
             }
         }
     }
-    Ok(())
+    Ok(interpreter)
 }
 
-fn install(root: &Path, interpreter: &Path, packages: &[&str]) -> Result<(), String> {
+pub(crate) fn install(root: &Path, interpreter: &Path, packages: &[&str]) -> Result<(), String> {
     let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
     succeed(python(root, interpreter, &pip).args(packages))
 }
 
-fn python(root: &Path, interpreter: &Path, arguments: &[&str]) -> Command {
+pub(crate) fn python(root: &Path, interpreter: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(interpreter);
     command.current_dir(root).args(arguments);
     command

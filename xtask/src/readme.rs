@@ -1,33 +1,20 @@
-//! The README cannot go stale: its `sh` blocks run, its links lead somewhere, and its pictures are what the
-//! program draws; the list of commands names the program's verbs and flags.
+//! The README and the tutorials cannot go stale: their `sh` blocks run, and the pictures are what the program
+//! draws; the list of commands names the program's verbs and flags.
 
 use crate::commands::{cargo, succeed, target};
-use crate::pictures;
+use crate::{pictures, tree};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Texts whose relative links must lead somewhere, where the text is there.
-const LINKED: [&str; 6] =
-    ["README.md", "ARCHITECTURE.md", "FEATURES.md", "CONTRIBUTING.md", "CHANGELOG.md", "NOTATION.md"];
+/// The page with which a reader begins, and the folder of those that follow.
+const README: &str = "README.md";
+const TUTORIALS: &str = "docs/tutorials";
 
 /// The list of verbs and flags.
 const COMMANDS: &str = "docs/commands.md";
 /// Verbs that `--help` mentions in a sentence.
 const HIDDEN: [&str; 2] = ["completions", "man"];
-
-/// What stands before every block. `cargo run` of the program becomes the program that was just built,
-/// because a release build would double the time; the test command is not started from inside itself; any
-/// other cargo command fails, so that nothing in the README is skipped unnoticed.
-const PRELUDE: &str = r#"
-cargo() {
-  case "$*" in
-    "run --release -p sinew-cli -- "*) shift 5; sinew "$@" ;;
-    "xtask check") ;;
-    *) echo "the README's check does not know how to run: cargo $*" >&2; return 1 ;;
-  esac
-}
-"#;
 
 /// A fenced block of a Markdown text.
 #[derive(Debug, PartialEq)]
@@ -40,13 +27,15 @@ struct Block<'a> {
 
 /// Runs and compares.
 pub(crate) fn check(root: &Path) -> Result<(), String> {
-    links(root)?;
-    let read = |name: &str| std::fs::read_to_string(root.join(name)).map_err(|e| format!("{name}: {e}"));
-    let (text, commands) = (read("README.md")?, read(COMMANDS)?);
+    let read = |name: &Path| {
+        std::fs::read_to_string(root.join(name)).map_err(|e| format!("{}: {e}", name.display()))
+    };
     let program = program(root)?;
-    usage(&blocks(&commands), &program)?;
+    usage(&blocks(&read(Path::new(COMMANDS))?), &program)?;
     pictures::check(root, &program)?;
-    run(root, &blocks(&text), &program)
+    let mut pages = tree::files(root)?;
+    pages.retain(|page| page == Path::new(README) || page.starts_with(TUTORIALS));
+    pages.iter().try_for_each(|page| run(root, page, &blocks(&read(page)?), &program))
 }
 
 /// Builds the program as the tests did, so that nothing is compiled a second time, and says where it is.
@@ -55,9 +44,9 @@ pub(crate) fn program(root: &Path) -> Result<PathBuf, String> {
     Ok(target(root).join(format!("debug/sinew{}", std::env::consts::EXE_SUFFIX)))
 }
 
-/// Runs the `sh` blocks one after another in one empty folder.
-fn run(root: &Path, blocks: &[Block<'_>], program: &Path) -> Result<(), String> {
-    let folder = root.join("target/readme");
+/// Runs the `sh` blocks of a page one after another in one empty folder.
+fn run(root: &Path, page: &Path, blocks: &[Block<'_>], program: &Path) -> Result<(), String> {
+    let folder = root.join("target/readme").join(page.file_stem().unwrap_or_default());
     if folder.exists() {
         std::fs::remove_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     }
@@ -67,25 +56,20 @@ fn run(root: &Path, blocks: &[Block<'_>], program: &Path) -> Result<(), String> 
     let path = std::env::join_paths(places).map_err(|e| format!("PATH: {e}"))?;
     let shell: Vec<_> = blocks.iter().filter(|block| block.language == "sh").collect();
     if shell.is_empty() {
-        return Err("README.md: no `sh` block".into());
+        return Err(format!("{}: no `sh` block", page.display()));
     }
-    for block in &shell {
-        let script = format!("{PRELUDE}\n{}", block.content);
-        let mut command = Command::new("sh");
-        command.args(["-eu", "-c", &script]).current_dir(&folder).env("PATH", &path).stdin(Stdio::null());
-        let output = command.output().map_err(|e| format!("sh: {e}"))?;
-        if !output.status.success() {
-            return Err(format!(
-                "README.md:{}: the block ended with {}\n{}\n{}{}",
-                block.line,
-                output.status,
-                block.content.trim_end(),
-                String::from_utf8_lossy(&output.stdout),
-                String::from_utf8_lossy(&output.stderr),
-            ));
-        }
+    // One shell, so that a block begins where the one before it ended.
+    let page = page.display();
+    let named = |block: &&Block<'_>| format!("echo '{page}:{}' >&2\n{}", block.line, block.content);
+    let script: String = shell.iter().map(named).collect();
+    let mut command = Command::new("sh");
+    command.args(["-eu", "-c", &script]).current_dir(&folder).env("PATH", &path).stdin(Stdio::null());
+    let output = command.output().map_err(|e| format!("sh: {e}"))?;
+    if !output.status.success() {
+        let said = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+        return Err(format!("{page}: ended with {}\n{}", output.status, said.concat()));
     }
-    println!("{} blocks ran", shell.len());
+    println!("{page}: {} blocks ran", shell.len());
     Ok(())
 }
 
@@ -171,24 +155,6 @@ fn verbs(help: &str) -> BTreeSet<String> {
     first.filter_map(|line| Some(line.split_whitespace().next()?.to_owned())).collect()
 }
 
-fn links(root: &Path) -> Result<(), String> {
-    let mut dead = Vec::new();
-    for name in LINKED {
-        let Ok(text) = std::fs::read_to_string(root.join(name)) else { continue };
-        let gone = targets(&text).into_iter().filter(|(_, target)| !root.join(target).exists());
-        dead.extend(gone.map(|(line, target)| format!("{name}:{line}: `{target}` does not exist")));
-    }
-    if dead.is_empty() { Ok(()) } else { Err(dead.join("\nerror: ")) }
-}
-
-/// Relative link targets with their line, without the part after `#`.
-fn targets(text: &str) -> Vec<(usize, &str)> {
-    let lines = text.lines().enumerate();
-    let all = lines.flat_map(|(i, line)| line.split("](").skip(1).map(move |rest| (i + 1, rest)));
-    let inner = all.filter_map(|(line, rest)| Some((line, rest.split([')', '#']).next()?)));
-    inner.filter(|(_, target)| !target.is_empty() && !target.contains("://")).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -220,11 +186,5 @@ mod tests {
                     Options:\n  -h, --help  Print\n      --seed  Of all\n";
         assert_eq!(verbs(help).into_iter().collect::<Vec<_>>(), ["identify"]);
         assert_eq!(flags_in(help).into_iter().collect::<Vec<_>>(), ["--seed"]);
-    }
-
-    #[test]
-    fn relative_links_are_found_and_the_web_is_left_alone() {
-        let text = "![p](docs/p.svg) [w](https://example.org/x)\n[s](A.md#part) [h](#here)";
-        assert_eq!(targets(text), [(1, "docs/p.svg"), (2, "A.md")]);
     }
 }

@@ -63,6 +63,7 @@ fn run(verb: &Verb, general: &General) -> Result<Answer, Error> {
         Verb::Live(arguments) => verbs::live::run(arguments, general),
         Verb::Reproduce(arguments) => verbs::reproduce::run(arguments, general),
         Verb::Twin(arguments) => verbs::twin::run(arguments, general),
+        Verb::Example(arguments) => verbs::example::run(arguments, general),
         Verb::Doctor(_) => verbs::doctor::run(general),
         Verb::Completions(arguments) => verbs::completions::run(arguments, general),
         Verb::Man(arguments) => verbs::man::run(arguments, general),

@@ -113,6 +113,11 @@ impl Plot {
         }
     }
 
+    /// Whether a path of this class was drawn.
+    pub(super) fn has(&self, class: &str) -> bool {
+        self.shapes.iter().any(|shape| shape.class == class)
+    }
+
     /// Entries of the legend: class and name, every name once.
     fn entries(&self) -> Vec<(&str, &str)> {
         let mut entries: Vec<(&str, &str)> = Vec::new();

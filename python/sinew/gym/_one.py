@@ -9,7 +9,8 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import ArrayLike, NDArray
 
-from ._conditions import ObservationPart
+from ._conditions import Conditions, ObservationPart
+from ._picture import Picture
 from ._vector import MachineVectorEnv
 
 
@@ -18,16 +19,19 @@ class MachineEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     With the same seed and actions it does the same, bit for bit, as an environment of a `MachineVectorEnv`. Actions: shape
     `(muscles,)`, from -1 to 1, clipped. `info["error"]`: distance of the end point, m, or root-mean-square error of the
-    joints as a fraction of their ranges.
+    joints as a fraction of their ranges. `render_mode`: `"rgb_array"` for pictures, which need MuJoCo and matplotlib.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 100}
 
-    def __init__(self, *, render_mode: None = None, **conditions: Any) -> None:
-        self._many = MachineVectorEnv(
-            1, autoreset_mode=AutoresetMode.DISABLED, render_mode=render_mode, **conditions
-        )
-        self.render_mode = None
+    def __init__(self, *, render_mode: str | None = None, **conditions: Any) -> None:
+        if render_mode not in (None, "rgb_array"):
+            raise ValueError(f'render_mode must be None or "rgb_array", but is {render_mode!r}')
+        self._many = MachineVectorEnv(1, autoreset_mode=AutoresetMode.DISABLED, **conditions)
+        self.render_mode = render_mode
+        given = Conditions(**conditions)
+        self.metadata = self.metadata | {"render_fps": round(1000 / given.interval_ms)}
+        self._picture = None if render_mode is None else Picture(given.machine)
         self.observation_space = self._many.single_observation_space
         self.action_space = self._many.single_action_space
 
@@ -57,6 +61,10 @@ class MachineEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         observations, rewards, terminated, truncated, infos = self._many.step(given[np.newaxis])
         ended = bool(terminated[0]), bool(truncated[0])
         return observations[0], float(rewards[0]), *ended, {"error": float(infos["error"][0])}
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """The true pose as a picture, shape `(480, 480, 3)`; `None` without a `render_mode`."""
+        return None if self._picture is None else self._picture.draw(self._many.environments.poses[0])
 
     def close(self) -> None:
         """Frees the simulated machine; every later call is refused."""

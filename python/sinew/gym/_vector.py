@@ -49,7 +49,7 @@ class MachineVectorEnv(VectorEnv[_Singles, _Singles, NDArray[Any]]):
         **conditions: Any,
     ) -> None:
         if render_mode is not None:
-            raise ValueError(f"render_mode must be None: there is nothing to render, but is {render_mode!r}")
+            raise ValueError(f"render_mode must be None: a MachineEnv draws pictures, but is {render_mode!r}")
         self.autoreset_mode = mode = AutoresetMode(autoreset_mode)
         self.metadata = {"autoreset_mode": mode, "render_modes": []}
         self.num_envs, self.render_mode, self._copy = num_envs, None, copy

@@ -69,7 +69,7 @@ pub(crate) use values::SpecimenText;
 pub(crate) use verbs::{command, moved};
 
 use crate::version::version;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
 
@@ -126,6 +126,7 @@ pub(crate) enum Verb {
     Adapt(AdaptArguments),
     Export(ExportArguments),
     Demo(DemoArguments),
+    Example(ExampleArguments),
     Machine(MachineArguments),
     Design(DesignArguments),
     Calibrate(Box<CalibrateArguments>),
@@ -144,6 +145,30 @@ pub(crate) enum Verb {
     Completions(CompletionsArguments),
     #[command(hide = true)]
     Man(ManArguments),
+}
+
+/// Write a folder to begin with: its files and three commands to try.
+///
+/// Without a name, list the examples.
+///
+/// Example: sinew example hand
+#[derive(Debug, Args)]
+pub(crate) struct ExampleArguments {
+    /// Which one
+    #[arg(value_enum)]
+    pub(crate) name: Option<ExampleName>,
+    /// Folder; created if missing [default: the example's name]
+    #[arg(long, value_name = "DIR", requires = "name")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// One for every door.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum ExampleName {
+    Bench,
+    Hand,
+    Training,
+    Bus,
 }
 
 /// Say what this computer has of what the verbs may need, and what helps where it is missing.

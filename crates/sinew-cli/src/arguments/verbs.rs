@@ -13,7 +13,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     ("Run it", &["track", "run", "live", "link", "ethercat", "servos", "can"]),
     ("Look at what happened", &["log"]),
     ("Simulate a cable, reproduce the paper", &["twin", "reproduce"]),
-    ("This computer", &["doctor"]),
+    ("Begin", &["example", "doctor"]),
 ];
 
 /// Earlier spellings and the present ones.

@@ -12,6 +12,7 @@ mod device_files;
 pub(crate) mod doctor;
 pub(crate) mod ethercat;
 pub(crate) mod evaluate;
+pub(crate) mod example;
 pub(crate) mod export;
 pub(crate) mod identify;
 pub(crate) mod link;

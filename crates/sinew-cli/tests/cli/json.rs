@@ -140,6 +140,8 @@ fn documents_about_benches_cables_and_drives_have_the_documented_keys_and_units(
     checked(&bench, "design drive", &format!("{drive} 250"), 0);
     checked(&bench, "design drive", &format!("{drive} 25000"), 3);
     checked(&bench, "doctor", "doctor", 0);
+    checked(&bench, "example", "example", 0);
+    checked(&bench, "example", "example hand", 0);
     checked(&bench, "completions", "completions bash", 0);
     checked(&bench, "man", "man", 0);
     checked(&bench, "man", "man --out man", 0);

@@ -33,6 +33,31 @@ fn every_verb_explains_itself() {
 }
 
 #[test]
+fn an_example_is_a_folder_whose_first_command_runs_there() {
+    let bench = Bench::new();
+    let listed = bench.succeeds("example").stdout;
+    for (name, file) in
+        [("hand", "hand.urdf"), ("bench", "simulated_day_5.csv"), ("training", "train_policy.py")]
+    {
+        assert!(listed.contains(name), "{listed}");
+        let printed = bench.succeeds(&format!("example {name}")).stdout;
+        let notes = bench.read(&format!("{name}/README.txt"));
+        assert!(printed.contains(&notes) && bench.path(name).join(file).is_file(), "{printed}");
+        assert_eq!(notes.lines().filter(|line| line.starts_with("  ")).count(), 3, "{notes}");
+        // The tutorials run the others.
+        if let Some(first) = notes.lines().find_map(|line| line.strip_prefix("  sinew ")) {
+            let run = bench.command(first).current_dir(bench.path(name)).output().unwrap();
+            assert!(run.status.success(), "{first}: {}", String::from_utf8_lossy(&run.stderr));
+        }
+    }
+    let refused = bench.run("example hand --no-clobber");
+    assert!(refused.code == Some(2) && refused.stderr.contains("hand.urdf"), "{}", refused.stderr);
+    bench.succeeds("example bus --out legs");
+    let shown = bench.succeeds("machine show legs/leg.toml").stdout;
+    assert!(shown.contains("bus_leg"), "{shown}");
+}
+
+#[test]
 fn help_lists_the_compensation_variants_with_what_they_do() {
     let help = Bench::new().succeeds("track --help").stdout;
     for variant in sinew_lab::CompensationVariant::ARM {

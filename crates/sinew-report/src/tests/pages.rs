@@ -187,6 +187,14 @@ fn every_axis_has_two_labels_and_every_plot_a_name() {
 }
 
 #[test]
+fn the_errors_of_a_run_without_an_end_point_are_those_of_its_joints() {
+    let [with, without] = [true, false].map(|end_point| track_page(end_point, "hamstrings"));
+    assert!(with.contains("end point: mean, mm") && !with.contains("joints: mean, mrad"));
+    assert!(without.contains("joints: mean, mrad") && !without.contains("end point: mean, mm"));
+    assert!(with.contains("zero offsets alone") && !without.contains("zero offsets alone"));
+}
+
+#[test]
 fn every_line_of_a_plot_is_named_or_a_grid() {
     for (name, page) in pages() {
         for plot in page.split("<div class=\"area\">").skip(1) {

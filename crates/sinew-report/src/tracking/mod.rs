@@ -29,6 +29,7 @@ const POSES: [usize; 2] = [20, 240];
 struct Section {
     heading: String,
     lead: String,
+    columns: Vec<&'static str>,
     rows: Vec<Row>,
     sources: Vec<String>,
     scene: Option<SceneFigure>,
@@ -37,7 +38,7 @@ struct Section {
     joints: Family,
     joint_errors: Family,
     tensions: Family,
-    drives: Vec<Plot>,
+    drives: Family,
     lengths: Family,
     means: Vec<Plot>,
     errors: Family,
@@ -64,7 +65,8 @@ pub(crate) fn section(view: &TrackView<'_>) -> Result<String, Error> {
     let section = Section {
         heading: view.heading.clone(),
         lead: view.lead.clone(),
-        rows: table::rows(view),
+        columns: table::columns(view, plotter.has_end_point()),
+        rows: table::rows(view, plotter.has_end_point()),
         sources: words::sources(view),
         scene: scene(view, plotter.has_end_point())?,
         end_point: if plotter.has_end_point() { plotter.end_point() } else { Vec::new() },
@@ -76,7 +78,7 @@ pub(crate) fn section(view: &TrackView<'_>) -> Result<String, Error> {
         lengths: plotter.lengths(),
         means: plotter.means(),
         errors: plotter.length_errors(),
-        remarks: words::remarks(view),
+        remarks: words::remarks(view, plotter.has_end_point()),
         incidents: words::incidents(view),
         paper: view.paper,
     };

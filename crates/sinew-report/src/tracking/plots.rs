@@ -17,6 +17,28 @@ pub(super) struct Family {
     pub(super) legend: Legend,
 }
 
+/// Pieces of time in which a signal that would fill its plot is drawn by its extremes, about two pixels wide.
+const PIECES: usize = 150;
+/// Fraction of the axis that a signal crosses in a piece on average, from which on that is so.
+const DENSE: f64 = 0.1;
+/// Class and name of the area between the extremes.
+const ENVELOPE: (&str, &str) = ("envelope", "from smallest to largest, the line is the mean");
+
+/// Time, mean, smallest and largest value of pieces of a signal that swings across its axis in most of them.
+fn dense(points: &[(f64, f64)], span: f64) -> Option<Vec<(f64, f64, f64, f64)>> {
+    let piece = |points: &[(f64, f64)]| {
+        let count = points.len() as f64;
+        let [time, mean] =
+            [|p: &(f64, f64)| p.0, |p: &(f64, f64)| p.1].map(|of| points.iter().map(of).sum::<f64>() / count);
+        let low = points.iter().fold(f64::INFINITY, |low, p| low.min(p.1));
+        let high = points.iter().fold(f64::NEG_INFINITY, |high, p| high.max(p.1));
+        (time, mean, low, high)
+    };
+    let pieces: Vec<_> = points.chunks(points.len().div_ceil(PIECES).max(4)).map(piece).collect();
+    let swings: Vec<f64> = pieces.iter().map(|p| p.3 - p.2).filter(|swing| swing.is_finite()).collect();
+    (swings.iter().sum::<f64>() > DENSE * span * swings.len() as f64).then_some(pieces)
+}
+
 type Line<'a> = (&'static str, &'static str, Box<dyn Fn(&TraceRow) -> f64 + 'a>);
 
 /// Draws signals of a run.
@@ -73,13 +95,20 @@ impl<'a> Plotter<'a> {
         }
         self.marks.draw(&mut plot, &self.time, reversed);
         for (class, name, of) in signals {
-            plot.draw(class, name, line(self.rows.iter().map(|row| (row.time_s, of(row))), &self.time, &y));
+            let points: Vec<_> = self.rows.iter().map(|row| (row.time_s, of(row))).collect();
+            let Some(pieces) = dense(&points, y.high - y.low) else {
+                plot.draw(class, name, line(points.into_iter(), &self.time, &y));
+                continue;
+            };
+            plot.draw(ENVELOPE.0, ENVELOPE.1, ribbon(pieces.iter().map(|p| (p.0, p.2, p.3)), &self.time, &y));
+            plot.draw(class, name, line(pieces.iter().map(|p| (p.0, p.1)), &self.time, &y));
         }
         plot
     }
 
     fn family(&self, plots: Vec<Plot>, signals: &[(&'static str, &'static str)]) -> Family {
         let mut legend = signals.to_vec();
+        legend.extend(plots.iter().any(|plot| plot.has(ENVELOPE.0)).then_some(ENVELOPE));
         legend.extend(self.marks.legend());
         Family { plots, legend: Legend::new(&legend) }
     }
@@ -212,7 +241,7 @@ impl<'a> Plotter<'a> {
     }
 
     /// Whatever else is measured at every drive.
-    pub(super) fn drives(&self) -> Vec<Plot> {
+    pub(super) fn drives(&self) -> Family {
         let drawn = [Signal::PositionIn, Signal::TensionIn];
         let others = Signal::ALL.iter().filter(|signal| {
             let row = signal.row();
@@ -227,7 +256,9 @@ impl<'a> Plotter<'a> {
             known.then(|| self.plot(true, &title, label, &lines, &[]))
         };
         let names = || self.view.names.iter().enumerate();
-        others.flat_map(|signal| names().map(move |name| (signal, name))).filter_map(plot).collect()
+        let plots =
+            others.flat_map(|signal| names().map(move |name| (signal, name))).filter_map(plot).collect();
+        self.family(plots, &[("near", "measured")])
     }
 
     /// Changes of the muscles' lengths since the start of the run.
@@ -321,5 +352,24 @@ impl<'a> Plotter<'a> {
         plot.draw("spread", "± standard deviation over the repeats", ribbon(band, &x, &y));
         plot.draw("predicted", "mean over the repeats", line(each.iter().map(|e| (e.0, e.1)), &x, &y));
         Some(plot)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_signal_that_swings_across_its_axis_is_drawn_by_its_extremes_and_a_slow_one_as_it_is() {
+        let signal = |of: fn(f64) -> f64| {
+            (0..6000).map(|k| f64::from(k) * 0.01).map(|t| (t, of(t))).collect::<Vec<_>>()
+        };
+        let pieces = dense(&signal(|t| (40.0 * t).sin()), 2.0).unwrap();
+        assert!(pieces.len() <= PIECES);
+        let whole =
+            pieces.iter().filter(|(_, mean, low, high)| low < &-0.9 && high > &0.9 && mean.abs() < 0.5);
+        assert_eq!(whole.count(), pieces.len());
+        assert!(dense(&signal(|t| (0.5 * t).sin()), 2.0).is_none());
+        assert!(dense(&[], 2.0).is_none() && dense(&signal(|_| f64::NAN), 2.0).is_none());
     }
 }

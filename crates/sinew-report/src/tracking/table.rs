@@ -4,7 +4,7 @@ use super::view::TrackView;
 use crate::format::{NONE, fixed};
 use crate::variants::label;
 use sinew_lab::CompensationVariant;
-use sinew_lab::arm::{TrackOutcome, TrackingNumbers};
+use sinew_lab::arm::{ErrorRange, TrackOutcome, TrackingNumbers};
 use sinew_lab::paper;
 
 /// One row: a compensation, or the paper.
@@ -17,13 +17,33 @@ pub(super) struct Row {
     pub(super) ended: String,
 }
 
-pub(super) fn rows(view: &TrackView<'_>) -> Vec<Row> {
+/// Heads of the columns of numbers.
+pub(super) fn columns(view: &TrackView<'_>, end_point: bool) -> Vec<&'static str> {
+    let errors: &[_] = match (end_point, slides(view)) {
+        (true, _) => &["end point: mean, mm", "std, mm", "max, mm"],
+        (false, false) => &["joints: mean, mrad", "max, mrad"],
+        (false, true) => &["hinges: mean, mrad", "max, mrad", "slides: mean, mm", "max, mm"],
+    };
+    [errors, &["muscle length: mean, mm", "min. anchor tension, N", "max. drive tension, N"]].concat()
+}
+
+fn slides(view: &TrackView<'_>) -> bool {
+    view.joint_units.iter().any(|unit| unit == "m")
+}
+
+pub(super) fn rows(view: &TrackView<'_>, end_point: bool) -> Vec<Row> {
     let mut rows = Vec::new();
     for variant in CompensationVariant::ALL {
         let Some(n) = view.tracking.get(&variant) else { continue };
         let ours = variant == CompensationVariant::Observer;
         let name = label(variant).to_owned();
-        rows.push(Row { name, source: "simulated", ours, cells: cells(n), ended: ended(n) });
+        rows.push(Row {
+            name,
+            source: "simulated",
+            ours,
+            cells: cells(n, end_point, slides(view)),
+            ended: ended(n),
+        });
         if view.paper && ours {
             rows.extend(paper_rows(n));
         }
@@ -31,16 +51,27 @@ pub(super) fn rows(view: &TrackView<'_>) -> Vec<Row> {
     rows
 }
 
-fn cells(n: &TrackingNumbers) -> Vec<String> {
+fn cells(n: &TrackingNumbers, end_point: bool, slides: bool) -> Vec<String> {
     let e = &n.end_point_error_m;
-    vec![
-        fixed(1e3 * e.mean, 2),
-        fixed(1e3 * e.std, 2),
-        fixed(1e3 * e.max, 1),
+    let errors = if end_point {
+        vec![fixed(1e3 * e.mean, 2), fixed(1e3 * e.std, 2), fixed(1e3 * e.max, 1)]
+    } else {
+        let pair = |range: Option<ErrorRange>| {
+            let of = |value: Option<f64>, digits| fixed(1e3 * value.unwrap_or(f64::NAN), digits);
+            [of(range.map(|r| r.mean), 2), of(range.map(|r| r.max), 1)]
+        };
+        [n.joint_error_rad, n.joint_error_m]
+            .into_iter()
+            .take(1 + usize::from(slides))
+            .flat_map(pair)
+            .collect()
+    };
+    let others = [
         fixed(1e3 * n.muscle_length_error_m.mean, 3),
         fixed(n.min_anchor_tension_n, 1),
         fixed(n.max_drive_tension_n, 0),
-    ]
+    ];
+    errors.into_iter().chain(others).collect()
 }
 
 fn ended(n: &TrackingNumbers) -> String {

@@ -131,28 +131,33 @@ fn after_reversals(view: &TrackView<'_>) -> Option<String> {
 }
 
 /// Further results of the plotted run.
-pub(super) fn remarks(view: &TrackView<'_>) -> Vec<String> {
+pub(super) fn remarks(view: &TrackView<'_>, end_point: bool) -> Vec<String> {
     let Some(numbers) = view.tracking.get(&view.drawn) else { return Vec::new() };
     let mut remarks = Vec::new();
     let unseen = numbers.unseen_error_m;
-    let [mean, max] = [(unseen.mean, 2), (unseen.max, 1)].map(|(m, digits)| fixed(1e3 * m, digits));
-    remarks.push(format!(
-        "Mean error by the encoders’ zero offsets alone: {mean} mm (max {max}); it cannot be observed \
-            without a sensor at the end point."
-    ));
+    if end_point {
+        let [mean, max] = [(unseen.mean, 2), (unseen.max, 1)].map(|(m, digits)| fixed(1e3 * m, digits));
+        remarks.push(format!(
+            "Mean error by the encoders’ zero offsets alone: {mean} mm (max {max}); it cannot be observed \
+                without a sensor at the end point."
+        ));
+    }
     let repeats = &numbers.end_point_error_per_repeat_m;
-    if repeats.len() > 1 {
+    if end_point && repeats.len() > 1 {
         let means: Vec<String> = repeats.iter().map(|repeat| fixed(1e3 * repeat.mean, 2)).collect();
         remarks.push(format!("Mean error by repeat: {} mm.", means.join(", ")));
     }
     if let Some(hold) = numbers.hold {
         let e = hold.end_point_error_m;
         let [mean, max] = [(e.mean, 2), (e.max, 2)].map(|(m, digits)| fixed(1e3 * m, digits));
-        let [ripple, unseen] = [hold.tension_ripple_n, 1e3 * hold.unseen_error_m].map(|x| fixed(x, 2));
-        remarks.push(format!(
-            "Mean error while holding: {mean} mm (max {max}), by the encoders’ zero offsets alone: {unseen} \
-                mm. Tension ripple while holding: {ripple} N rms."
-        ));
+        let unseen = fixed(1e3 * hold.unseen_error_m, 2);
+        if end_point {
+            remarks.push(format!(
+                "Mean error while holding: {mean} mm (max {max}), by the encoders’ zero offsets alone: {unseen} mm."
+            ));
+        }
+        remarks
+            .push(format!("Tension ripple while holding: {} N rms.", significant(hold.tension_ripple_n, 2)));
     }
     remarks
 }

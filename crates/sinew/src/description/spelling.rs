@@ -64,7 +64,7 @@ pub(super) fn expected(name: &str, known: &[&str]) -> String {
 }
 
 /// Names that an error lists.
-const LISTED: usize = 12;
+const LISTED: usize = 40;
 
 /// Edit distance.
 fn distance(a: &str, b: &str) -> usize {
@@ -96,7 +96,7 @@ mod tests {
         assert_eq!(near("hip", &known), "");
         assert!(expected("hip", &known).contains("`shoulder`"));
         assert_eq!(expected("hip", &[]), ": there is none");
-        let many = vec!["abcdefgh"; 20];
-        assert!(expected("x", &many).ends_with("and 8 more"));
+        let many = vec!["abcdefgh"; 50];
+        assert!(expected("x", &many).ends_with("and 10 more"));
     }
 }

@@ -7,6 +7,7 @@ use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{General, MachineNewArguments, Routing};
 use crate::error::Error;
 use crate::output::{Written, one_line, refuse_overwrite, write_all};
+use crate::progress::Progress;
 use crate::table::{number, percent, table};
 use serde::Serialize;
 use sinew::body::{Parts, Poses};
@@ -28,12 +29,15 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
     if out.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml")) {
         return Err(Error::MachineFormat { file: out.clone() });
     }
+    let progress = Progress::new();
+    progress.show("reading the body", 0.0);
     let source = source_of(body, arguments.muscles.as_deref())?;
     let mut machine = of_body(body, &source, arguments)?;
     machine.task = movable(&machine)?;
     let passive = passive(machine.robot.parts());
     passive.iter().for_each(|warning| eprintln!("warning: {}", one_line(warning)));
     let motion = SizingMotion { period: arguments.period, fraction: arguments.fraction };
+    progress.show("choosing cables and drives", 0.1);
     let choice = choice::drives(&machine, &motion, arguments.tip_force)?;
     let body = match source {
         Source::Robot { .. } if arguments.pulleys.is_some() => Body::Tables(to_toml(machine.robot.parts())),
@@ -44,9 +48,11 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
         Source::Machine => Body::Tables(to_toml(machine.robot.parts())),
     };
     let text = draft::text(&choice, &body, &motion);
+    progress.show("checking the machine", 0.8);
     // What is written runs: it is read as any machine file.
     let written = machine_in(out, &text)?;
     ArmSpecimen::nominal(&written.machine).map_err(|error| written.places.error(error))?;
+    drop(progress);
     let written = write_all(&[(out.clone(), text.as_bytes())])?;
     report(&choice, out, passive, general.json, written)
 }
