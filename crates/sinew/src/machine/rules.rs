@@ -45,7 +45,7 @@ impl Default for ControlRules {
             position_gain: 0.94,
             backlash_gain: 5.5,
             backlash_integral: 4.4,
-            end_point_integral: 1.0,
+            end_point_integral: 0.0,
             damping_crossover: 60.0,
             shared_damping: 2.0,
             margin: 0.8,

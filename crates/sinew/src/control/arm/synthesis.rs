@@ -25,7 +25,7 @@ use alloc::vec::Vec;
 /// joint   x_j = max(25 D, 3 tau/(I 3 (r w_o)^2)),   x_max = max(40 D, theta_G/10),
 ///         x_r,max = max(150 D, 0.4 theta_G),   e_q = max(1300 D, theta_G)
 /// winch   encoder: 10 v_d, stands for 30 mrad r_k, 3 ms v_d to 4 ms v_d;   r_v,max = 30 ms v_d
-/// end     k = 1/s,   u_max = 0.1 max sum_j |J_j| theta_G,j of all poses
+/// end     none unless asked for;   u_max = 0.1 max sum_j |J_j| theta_G,j of all poses
 /// cable   load cell: 40 ranges per s;   dT = max(0.38 F_min, 10 sigma);   slack below T_l + 0.14 F_min
 ///         eps = max(0.015, 0.8 a/r_k) + a_r
 /// ```
