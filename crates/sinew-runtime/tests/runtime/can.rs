@@ -130,8 +130,8 @@ fn a_machine_tracks_behind_drives_on_can_as_without_wires() {
     }
 }
 
-/// In real time answers come late now and then; gains that knew nothing of the age of a bus's readings went into
-/// a limit cycle from a millisecond more on.
+/// In real time answers come late now and then; gains that knew nothing of the age of a bus's readings went
+/// into a limit cycle from a millisecond more on.
 #[test]
 fn drives_on_can_are_still_tracked_with_a_period_of_delay_that_their_gains_do_not_know() {
     let late = |delay_ms| {
