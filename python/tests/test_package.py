@@ -97,7 +97,7 @@ def test_a_motion_that_was_verified_is_not_verified_again_and_gives_the_same_bit
     machine = sinew.Machine("bench_joint")
     motion = machine.plan("tour")
     rules = sinew.verify(machine, motion, repeats=1)
-    assert rules.keys() >= {"bandwidth_rad_per_s", "backlash_gain"} and all(value > 0.0 for value in rules.values())
+    assert rules.keys() >= {"bandwidth_rad_per_s", "backlash_gain"} and all(value >= 0.0 for value in rules.values())
     once = sinew.track(machine, motion, repeats=1, seed=5)
     again = sinew.track(machine, motion, repeats=1, seed=5, rules=rules)
     assert once.numbers == again.numbers

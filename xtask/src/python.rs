@@ -76,11 +76,10 @@ fn build(root: &Path) -> Result<Option<PathBuf>, String> {
             return Ok(None);
         }
     };
-    // Both packages at once: the features of the dependencies are then those of the build for Python.
-    succeed(&mut cargo(
-        root,
-        &["build", "--package", "sinew-py", "--package", "sinew-py-golden", "--all-features"],
-    ))?;
+    // At once: the features of the dependencies are then those of the build for Python. The program is run by
+    // tests beside other people's.
+    let packages = ["sinew-py", "sinew-py-golden", "sinew-cli"].map(|name| ["--package", name]);
+    succeed(cargo(root, &["build", "--all-features"]).args(packages.as_flattened()))?;
     let mut maturin = python(root, &interpreter, &["-m", "maturin", "develop", "--quiet"]);
     let target = root.join("target");
     succeed(maturin.env("CARGO_TARGET_DIR", &target).env("VIRTUAL_ENV", &environment))?;
