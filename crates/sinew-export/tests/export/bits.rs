@@ -104,32 +104,32 @@ fn same_bits(kind: Kind, models: u64, count: usize) {
 
 #[test]
 fn c_of_clamp_cells_and_their_hybrids_predicts_the_bits_of_the_library() {
-    same_bits(Kind::Cell, 4, 3000);
-    same_bits(Kind::HybridCell, 5, 3000);
+    same_bits(Kind::Cell, 2, 3000);
+    same_bits(Kind::HybridCell, 3, 3000);
 }
 
 #[test]
 fn c_of_cable_observers_and_their_hybrids_predicts_the_bits_of_the_library() {
-    same_bits(Kind::Observer, 6, 5000);
-    same_bits(Kind::HybridObserver, 3, 5000);
+    same_bits(Kind::Observer, 3, 5000);
+    same_bits(Kind::HybridObserver, 2, 5000);
 }
 
 #[test]
 fn c_of_networks_predicts_the_bits_of_the_library() {
-    same_bits(Kind::Network, 3, 2000);
-    same_bits(Kind::Perceptron, 4, 2000);
+    same_bits(Kind::Network, 2, 2000);
+    same_bits(Kind::Perceptron, 2, 2000);
     same_bits(Kind::Constant, 1, 1000);
 }
 
 #[test]
 fn c_of_means_and_of_means_of_means_predicts_the_bits_of_the_library() {
-    same_bits(Kind::Mean, 8, 2000);
+    same_bits(Kind::Mean, 4, 2000);
 }
 
 #[test]
 fn c_of_axes_predicts_the_bits_of_the_library() {
-    same_bits(Kind::AxisForce, 5, 2000);
-    same_bits(Kind::AxisMotion, 5, 2000);
+    same_bits(Kind::AxisForce, 3, 2000);
+    same_bits(Kind::AxisMotion, 3, 2000);
 }
 
 #[test]
