@@ -83,7 +83,7 @@ impl EndPointStep {
     /// The end point in a pose, m.
     ///
     /// # Errors
-    /// As [`Reduction::expand`].
+    /// As [`Reduction::expand`](crate::body::Reduction::expand).
     pub fn position(&mut self, x: &[f64]) -> Result<[f64; 3], Error> {
         self.kinematics.evaluate(&self.robot, x)?;
         Ok(self.robot.site_pose(&self.kinematics.poses, self.site).origin)
@@ -93,7 +93,7 @@ impl EndPointStep {
     /// Nothing is allocated.
     ///
     /// # Errors
-    /// As [`Reduction::expand`]; the pose is unchanged then.
+    /// As [`Reduction::expand`](crate::body::Reduction::expand); the pose is unchanged then.
     pub fn step(&mut self, target: [f64; 3], x: &mut [f64]) -> Result<f64, Error> {
         let mut error = self.error(target, x)?;
         for _ in 0..STEPS {
