@@ -16,6 +16,19 @@ const COMMANDS: &str = "docs/commands.md";
 /// Verbs that `--help` mentions in a sentence.
 const HIDDEN: [&str; 2] = ["completions", "man"];
 
+/// What stands before the blocks. `cargo run` of the program becomes the program that was just built, because
+/// a release build would double the time; the test command is not started from inside itself; any other cargo
+/// command fails, so that nothing is skipped unnoticed.
+const PRELUDE: &str = r#"
+cargo() {
+  case "$*" in
+    "run --release -p sinew-cli -- "*) shift 5; sinew "$@" ;;
+    "xtask check") ;;
+    *) echo "the check of the pages does not know how to run: cargo $*" >&2; return 1 ;;
+  esac
+}
+"#;
+
 /// A fenced block of a Markdown text.
 #[derive(Debug, PartialEq)]
 struct Block<'a> {
@@ -61,7 +74,7 @@ fn run(root: &Path, page: &Path, blocks: &[Block<'_>], program: &Path) -> Result
     // One shell, so that a block begins where the one before it ended.
     let page = page.display();
     let named = |block: &&Block<'_>| format!("echo '{page}:{}' >&2\n{}", block.line, block.content);
-    let script: String = shell.iter().map(named).collect();
+    let script: String = std::iter::once(PRELUDE.to_owned()).chain(shell.iter().map(named)).collect();
     let mut command = Command::new("sh");
     command.args(["-eu", "-c", &script]).current_dir(&folder).env("PATH", &path).stdin(Stdio::null());
     let output = command.output().map_err(|e| format!("sh: {e}"))?;

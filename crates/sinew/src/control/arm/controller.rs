@@ -131,7 +131,7 @@ impl ArmController {
     ///
     /// # Errors
     /// [`Error::WrongLength`] for models or compensations of another number than muscles; as
-    /// [`ArmGains::validate`] and [`CableModel::law`].
+    /// [`ArmGains::validate`] and [`CableModel::law`]; [`Error::OutOfDomain`] for no site.
     pub fn new(
         robot: &Robot,
         models: &[CableModel],
@@ -154,7 +154,7 @@ impl ArmController {
             stiffness,
             joints: JointObserver::new(models, &gains)?,
             law: AccelerationLaw::new(joints),
-            end_point: gains.end_point.map(|gains| EndPointIntegral::new(robot, gains)),
+            end_point: gains.end_point.map(|gains| EndPointIntegral::new(robot, gains)).transpose()?,
             anchors: AnchorMotion::new(muscles),
             distribution: Distribution::with_settings(
                 muscles,

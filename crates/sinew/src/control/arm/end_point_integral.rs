@@ -2,6 +2,7 @@ use super::gains::EndPointGains;
 use crate::Error;
 use crate::body::vector::{Vector, add_scaled, norm, product, scale, solve_symmetric};
 use crate::body::{IndependentKinematics, Robot};
+use crate::error::within;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -40,10 +41,14 @@ pub(super) struct EndPointIntegral {
 const DAMPING: f64 = 1e-3;
 
 impl EndPointIntegral {
-    pub(super) fn new(robot: &Robot, gains: EndPointGains) -> Self {
+    /// # Errors
+    /// [`Error::OutOfDomain`] for a site that the robot does not have.
+    pub(super) fn new(robot: &Robot, gains: EndPointGains) -> Result<Self, Error> {
+        let sites = robot.parts().sites.len();
+        within("site of the end point", "an index of a site", gains.site as f64, gains.site < sites)?;
         let kinematics = IndependentKinematics::new(robot);
         let shift = vec![0.0; kinematics.rows.len() / 3];
-        Self { gains, kinematics, correction: [0.0; 3], shift }
+        Ok(Self { gains, kinematics, correction: [0.0; 3], shift })
     }
 
     pub(super) fn restart(&mut self) {
@@ -91,7 +96,7 @@ mod tests {
         kinematics.evaluate(&robot, &POSE).unwrap();
         kinematics.site(&robot, GAINS.site).unwrap();
         let rows = core::array::from_fn(|k| kinematics.rows[3 * k..3 * k + 3].to_vec());
-        let integral = EndPointIntegral::new(&robot, GAINS);
+        let integral = EndPointIntegral::new(&robot, GAINS).unwrap();
         (robot, integral, rows)
     }
 
@@ -111,6 +116,13 @@ mod tests {
         // The damping takes a little of it; out of the plane there is nothing to take.
         let reached = moved(&rows, &integral.shift);
         assert!(norm(sub(reached, expected)) < 0.05 * norm(expected), "{reached:?} {expected:?}");
+    }
+
+    #[test]
+    fn a_site_that_is_not_there_is_refused() {
+        let sites = arm().0.parts().sites.len();
+        let gains = EndPointGains { site: sites, ..GAINS };
+        assert!(EndPointIntegral::new(&arm().0, gains).is_err());
     }
 
     #[test]
