@@ -1,7 +1,7 @@
-//! Where the motor of a cable has to go: the stretch of steady sliding.
+//! Where the motor of a cable has to go: the stretch of steady sliding, corrected by what is left.
 
 use crate::Error;
-use crate::predictor::ObservedCable;
+use crate::predictor::{CablePlace, ObservedCable};
 use crate::transmission::cable::CableLaw;
 
 /// Stretch of a cable for a desired far tension along a sequence of commands.
@@ -9,18 +9,23 @@ use crate::transmission::cable::CableLaw;
 /// ```text
 /// e*_s(T) = sum_j c_j T_j    of the cable that slides steadily in direction s with T at the anchor
 /// m = dx_a + e*_s(T_k) - e*_s(T_(k-1))                   the motor's motion that follows both
-/// s <- -s   once m has added up to more than r against s
+/// s <- -s,  e_c <- 0   once m has added up to more than r against s
+/// e_c' = C (T - T^) / t_c,   |e_c| <= |e*_+ - e*_-| / 2      while the motor is where it was commanded
+/// e = e*_s(T) + e_c
 /// ```
 ///
-/// | symbol  | meaning                                                              | unit |
-/// |---------|----------------------------------------------------------------------|------|
-/// | T, dx_a | desired tension; displacement of the anchor since the command before   | N, m |
-/// | s       | direction of sliding, + toward the motor                                | 1    |
-/// | r       | `REVERSAL`, above the resolution of encoders                            | m    |
+/// | symbol   | meaning                                                              | unit |
+/// |----------|----------------------------------------------------------------------|------|
+/// | T, dx_a  | desired tension; displacement of the anchor since the command before   | N, m |
+/// | s        | direction of sliding, + toward the motor                                | 1    |
+/// | r        | `REVERSAL`, above the resolution of encoders                            | m    |
+/// | T^       | what the model says of the far tension, one command later               | N    |
+/// | C, t_c   | compliance of the whole cable; `SETTLING`                               | m/N, s |
 ///
 /// One sample's far tension hardly depends on the motor's motion in that sample: it spreads along the sheath.
 /// The stretch decides the far tension once it has spread, and its difference in both directions is the
-/// travel of the dead band.
+/// travel of the dead band. What is left is integrated: slow motions have more friction than the speed at
+/// which dead bands are crossed, and models have memories of their own.
 ///
 /// # Departs
 /// `yuan2023`, (8): a drive's tension. As in the control of muscles, the stretch.
@@ -31,14 +36,31 @@ use crate::transmission::cable::CableLaw;
 pub(super) struct CableStretch {
     law: CableLaw,
     far_gain: f64,
+    /// `C`, m/N.
+    compliance: f64,
     direction: f64,
     /// Motion against the direction so far, m.
     against: f64,
     /// Low-passed speed of the anchor, m/s.
     velocity: f64,
+    /// `e_c`, m.
+    correction: f64,
     /// Of the command before.
     last: Option<Reference>,
     initial: f64,
+}
+
+/// What a command of a cable's motor is for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CableGoal {
+    /// Desired far end.
+    pub(super) far: f64,
+    /// Displacement of the anchor, m, at a time, s.
+    pub(super) anchor: f64,
+    pub(super) time_s: f64,
+    /// Error of the far end that the command before has left, and where that command has put the motor, m.
+    pub(super) left: f64,
+    pub(super) commanded: f64,
 }
 
 /// What a command follows.
@@ -55,6 +77,14 @@ const REVERSAL: f64 = 5e-5;
 /// Time constant of the anchor's speed, s.
 const SPEED_TIME: f64 = 0.01;
 
+/// `t_c`, s: several times what the far end needs to answer.
+const SETTLING: f64 = 0.1;
+
+/// How far the exact command of a cable's motor may lie from the one by its stretch, as a fraction of half
+/// its dead band: without it, the motor would move at its limits to and fro to correct in one sample what
+/// takes many to arrive. A motor this near to its command is where it was commanded.
+const EXACT: f64 = 0.05;
+
 /// Smallest speed at which the velocity weakening is evaluated, m/s: a dead band is crossed in motion, and
 /// the friction of rest would lead beyond its end.
 const SLIP: f64 = 0.02;
@@ -67,12 +97,15 @@ impl CableStretch {
     /// As [`CableModel::law`](crate::predictor::CableModel::law).
     pub(super) fn new(cable: &ObservedCable) -> Result<Self, Error> {
         let initial = if cable.model.start < 0.0 { -1.0 } else { 1.0 };
+        let law = cable.model.law()?;
         Ok(Self {
-            law: cable.model.law()?,
+            compliance: law.compliance().iter().sum(),
+            law,
             far_gain: cable.model.far_gain,
             direction: initial,
             against: 0.0,
             velocity: 0.0,
+            correction: 0.0,
             last: None,
             initial,
         })
@@ -80,28 +113,42 @@ impl CableStretch {
 
     pub(super) fn reset(&mut self) {
         (self.direction, self.against, self.velocity) = (self.initial, 0.0, 0.0);
+        self.correction = 0.0;
         self.last = None;
     }
 
-    /// The stretch, m, for a desired far end and an anchor, m, at a time, s, with the drag
-    /// as a multiple of the law's; and half the difference between both directions.
-    pub(super) fn desired(&mut self, far: f64, anchor: f64, time_s: f64, drag: f64) -> (f64, f64) {
-        let tension = (far / self.far_gain).clamp(-1e6, 1e6);
+    /// Lowest and highest position of the motor, m, from where the cable is.
+    pub(super) fn motor(&mut self, goal: &CableGoal, place: &CablePlace) -> [f64; 2] {
+        let CableGoal { anchor, time_s, .. } = *goal;
+        let tension = (goal.far / self.far_gain).clamp(-1e6, 1e6);
         let now = Reference { time_s, anchor, tension };
         let before = self.last.replace(now).unwrap_or(now);
         let (moved, dt_s) = (anchor - before.anchor, time_s - before.time_s);
-        if dt_s > 0.0 && dt_s.is_finite() {
+        let elapsed = dt_s > 0.0 && dt_s.is_finite();
+        if elapsed {
             self.velocity += (moved / dt_s - self.velocity) * dt_s / (dt_s + SPEED_TIME);
         }
+        let drag = place.drag_factor;
         let present = self.steady(tension, self.direction, drag);
         let motion = self.direction * (moved + present - self.steady(before.tension, self.direction, drag));
         self.against = (self.against - motion).max(0.0);
         if self.against > REVERSAL {
             (self.direction, self.against) = (-self.direction, 0.0);
+            self.correction = 0.0;
         }
-        let other = self.steady(tension, -self.direction, drag);
         let stretch = self.steady(tension, self.direction, drag);
-        (stretch, 0.5 * (stretch - other).abs())
+        let half = 0.5 * (stretch - self.steady(tension, -self.direction, drag)).abs();
+        let about = EXACT * half;
+        if elapsed && (goal.commanded - place.motor).abs() <= about {
+            self.correction += dt_s / SETTLING * (self.compliance * (goal.left / self.far_gain));
+        }
+        self.correction = self.correction.max(-half).min(half);
+        // With the stretch that it has.
+        let held = place.motor + (anchor - place.anchor);
+        let motor = held + (stretch + self.correction) - place.stretch;
+        let [low, high] = [motor - about, motor + about];
+        // The motor does not turn back for what is still on its way.
+        if self.direction > 0.0 { [low.max(held.min(high)), high] } else { [low, high.min(held.max(low))] }
     }
 
     fn steady(&self, tension: f64, direction: f64, drag: f64) -> f64 {

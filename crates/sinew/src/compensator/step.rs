@@ -1,6 +1,6 @@
 //! The compensator: one command per sample.
 
-use super::cable::CableStretch;
+use super::cable::{CableGoal, CableStretch};
 use super::command::{Command, CommandFlags};
 use super::direction::direction;
 use super::error::CompensatorError;
@@ -9,7 +9,7 @@ use super::response::Response;
 use super::search::{Goal, search};
 use super::settings::{CompensatorSettings, Limits};
 use crate::error::within;
-use crate::predictor::{CablePlace, Model, ModelFileError, Prediction, Predictor, Role, Sample, SampleKind};
+use crate::predictor::{Model, ModelFileError, Prediction, Predictor, Role, Sample, SampleKind};
 use alloc::string::ToString;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -35,10 +35,8 @@ const WITHDRAWN: f64 = 0.5;
 /// of the encoder.
 const MAX_DISPLACEMENT: f64 = 0.049;
 
-/// How far the exact command of a cable's motor may lie from the one by its stretch, as a fraction of half
-/// its dead band; and the time in which an error of its far end is corrected, s. Without both, the motor
-/// would move at its limits to and fro to correct in one sample what takes many to arrive.
-const EXACT: f64 = 0.05;
+/// Time in which the exact command of a cable's motor corrects an error of its far end, s: in one sample, the
+/// motor would have to move at its limits to and fro.
 const CORRECTION_TIME: f64 = 0.003;
 
 /// Stretch that encoders with fixed zeros may have at the first sample, m.
@@ -154,17 +152,6 @@ struct CableCommand {
     /// Largest change in a sample, and at the first one, motor unit.
     step: f64,
     first: f64,
-}
-
-impl CableCommand {
-    /// Lower and upper bound of the motor's command, motor unit, about the one that gives the stretch of
-    /// steady sliding.
-    fn by_stretch(&mut self, desired: f64, anchor: f64, time_s: f64, place: &CablePlace) -> [f64; 2] {
-        let (stretch, half) = self.stretch.desired(desired, anchor, time_s, place.drag_factor);
-        let motor = place.motor + (anchor - place.anchor) + stretch - place.stretch;
-        let (motor, about) = (motor / self.motor_scale, EXACT * half / self.motor_scale.abs());
-        [motor - about, motor + about]
-    }
 }
 
 impl Compensator {
@@ -288,12 +275,11 @@ impl Compensator {
             return self.last;
         }
         let missing = !desired.is_finite();
-        let error = match (&self.cable, self.desired) {
-            (Some(_), Some(before)) if kind == SampleKind::Next => {
-                (self.predictor.last_mean() - before) * CORRECTION_TIME / (CORRECTION_TIME + dt_s)
-            }
+        let left = match (&self.cable, self.desired) {
+            (Some(_), Some(before)) if kind == SampleKind::Next => before - self.predictor.last_mean(),
             _ => 0.0,
         };
+        let error = -left * CORRECTION_TIME / (CORRECTION_TIME + dt_s);
         self.desired = if missing { self.desired } else { Some(desired) };
         let query = self.query(kind, dt_s, reference);
         if query.column != near {
@@ -318,7 +304,12 @@ impl Compensator {
         let value = search(&reach, rising, at_start, goal, &mut |u| response.at(u).mean);
         let value = match (&mut self.cable, self.predictor.cable_place()) {
             (Some(cable), Some(place)) if crosses => {
-                let [low, high] = cable.by_stretch(desired, anchor, sample.time_s, &place);
+                let scale = cable.motor_scale;
+                let left = if self.last.flags.rate_limited { 0.0 } else { left };
+                let commanded = self.last.value * scale;
+                let goal = CableGoal { far: desired, anchor, time_s: sample.time_s, left, commanded };
+                let [low, high] = cable.stretch.motor(&goal, &place).map(|motor| motor / scale);
+                let [low, high] = if scale > 0.0 { [low, high] } else { [high, low] };
                 value.max(low).min(high).max(reach.low).min(reach.high)
             }
             _ => value,

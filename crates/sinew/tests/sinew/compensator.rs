@@ -4,6 +4,7 @@ use crate::common::capstan;
 use crate::common::random_models::{Draw, KINDS, model};
 use sinew::compensator::{Command, Compensator, CompensatorError, CompensatorSettings, MAX_EVALUATIONS};
 use sinew::predictor::{Model, Predictor, Role, Sample};
+use sinew::transmission::cable::Weakening;
 
 const INTERVAL: f64 = 0.005;
 
@@ -187,6 +188,41 @@ fn the_dead_band_is_crossed_once_at_the_rate_of_the_drive() {
     assert!((40..45).contains(&arrived), "{arrived}");
     assert!(crossing[..arrived - 1].iter().all(|command| command.flags.rate_limited));
     assert!((crossing[99].value - 69.0 / 1.2).abs() < 1e-3);
+}
+
+#[test]
+fn slow_motions_of_cables_arrive_and_their_motors_turn_hardly_more_often_than_they_do() {
+    // Friction rises as a cable comes to rest: the stretch of a fast one is too short.
+    for seed in (3..163).step_by(KINDS.len()) {
+        let mut model = model(seed);
+        let mut draw = Draw::new(seed + 1);
+        let cable = model.estimator.law.cable.as_mut().unwrap();
+        let [rise, speed, lag] = [draw.between(0.1, 0.4), draw.between(1e-3, 5e-3), draw.between(0.02, 0.15)];
+        cable.model.parameters.weakening = Some(Weakening::rational(rise, speed, lag));
+        let per_metre = cable.columns.motor_scale.abs().recip();
+        let settings = CompensatorSettings { rate: Some(0.2 * per_metre), ..CompensatorSettings::default() };
+        let mut compensator = Compensator::new(model, &settings).unwrap();
+        let (swing, frequency) = (draw.between(2.0, 20.0), draw.between(0.02, 0.1));
+        let desired = |t: f64| 60.0 + swing * libm::sin(core::f64::consts::TAU * frequency * t);
+        let count = (3.0 / frequency / INTERVAL) as u32;
+        let (mut errors, mut turns, mut motor, mut rises) = (vec![], 0, f64::NAN, true);
+        for k in 0..count {
+            let t = f64::from(k) * INTERVAL;
+            let inputs = [f64::NAN, f64::NAN, 0.0];
+            let command = compensator.step(&Sample { time_s: t, inputs: &inputs }, desired(t));
+            if k < count / 3 {
+                continue;
+            }
+            errors.push((command.mean - desired(t)).abs());
+            let moved = command.value - motor;
+            if moved.abs() > 1e-6 * per_metre && (moved > 0.0) != rises {
+                (turns, rises) = (turns + 1, moved > 0.0);
+            }
+            motor = command.value;
+        }
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        assert!(mean < 0.03 * swing && turns <= 20, "{seed}: {mean} N of {swing}, {turns} turns");
+    }
 }
 
 #[test]

@@ -144,21 +144,24 @@ static double @_steady(const @_compensator *c, double tension_out, double direct
     return stretch;
 }
 
-/* The stretch for a desired far end, and half the difference between both directions of sliding. */
-static void @_desired_stretch(@_compensator *c, double far, double anchor, double time_s, double drag_factor,
-                              double *stretch, double *half)
+/* Lowest and highest position of the motor, m, for a desired far end, of which the command before has left an
+   error. */
+static void @_move(@_compensator *c, double far, double anchor, double time_s, double left, double *low,
+                   double *high)
 {
-    const double asked = far / @_far_gain;
+    const double drag_factor = //%here drag_factor, asked = far / @_far_gain;
     const double tension = asked < -1e6 ? -1e6 : asked > 1e6 ? 1e6 : asked;
     const double moved = c->stretch_started ? anchor - c->stretch_anchor : 0.0;
     const double dt_s = c->stretch_started ? time_s - c->stretch_time_s : 0.0;
     const double tension_before = c->stretch_started ? c->stretch_tension : tension;
-    double present, motion, other;
+    const int elapsed = dt_s > 0.0 && @_is_finite(dt_s);
+    double present, motion, stretch, half, about, held, motor, compliance = 0.0;
+    int i;
     c->stretch_started = 1;
     c->stretch_time_s = time_s;
     c->stretch_anchor = anchor;
     c->stretch_tension = tension;
-    if (dt_s > 0.0 && @_is_finite(dt_s)) {
+    if (elapsed) {
         c->stretch_velocity += (moved / dt_s - c->stretch_velocity) * dt_s / (dt_s + 0.01);
     }
     present = @_steady(c, tension, c->stretch_direction, drag_factor);
@@ -168,10 +171,28 @@ static void @_desired_stretch(@_compensator *c, double far, double anchor, doubl
     if (c->stretch_against > 5e-5) {
         c->stretch_direction = -c->stretch_direction;
         c->stretch_against = 0.0;
+        c->stretch_correction = 0.0;
     }
-    other = @_steady(c, tension, -c->stretch_direction, drag_factor);
-    *stretch = @_steady(c, tension, c->stretch_direction, drag_factor);
-    *half = 0.5 * @_magnitude(*stretch - other);
+    stretch = @_steady(c, tension, c->stretch_direction, drag_factor);
+    half = 0.5 * @_magnitude(stretch - @_steady(c, tension, -c->stretch_direction, drag_factor));
+    about = 0.05 * half;
+    if (elapsed && @_magnitude(c->last.value * @_motor_scale - c->model.motor) <= about) {
+        for (i = 0; i < @@_CELLS; i++) {
+            compliance += @_compliance[i];
+        }
+        c->stretch_correction += dt_s / 0.1 * (compliance * (left / @_far_gain));
+    }
+    c->stretch_correction = @_smaller(@_larger(c->stretch_correction, -half), half);
+    held = c->model.motor + (anchor - c->model.anchor);
+    motor = held + (stretch + c->stretch_correction) - c->model.stretch;
+    *low = motor - about;
+    *high = motor + about;
+    /* The motor does not turn back for what is still on its way. */
+    if (c->stretch_direction > 0.0) {
+        *low = @_larger(*low, @_smaller(held, *high));
+    } else {
+        *high = @_smaller(*high, @_larger(held, *low));
+    }
 }
 
 //%end
@@ -248,6 +269,7 @@ void @_compensator_reset(@_compensator *c)
     c->stretch_direction = @_stretch_initial;
     c->stretch_against = 0.0;
     c->stretch_velocity = 0.0;
+    c->stretch_correction = 0.0;
     c->stretch_started = 0;
 //%end
     c->last = none;
@@ -264,7 +286,7 @@ void @_compensator_reset(@_compensator *c)
     const int missing = !@_is_finite(desired);
     @_query q;
     @_prediction p;
-    double reference, value, first, second, half_width, error = 0.0;
+    double reference, value, first, second, half_width, left = 0.0, error = 0.0;
     int kind, held = 0, commands, i;
 //%if cable
     double anchor;
@@ -282,7 +304,8 @@ void @_compensator_reset(@_compensator *c)
 //%if cable
     anchor = @_anchor_scale * c->trial.values[//%here anchor_input];
     if (c->has_desired && kind == @@_NEXT) {
-        error = (c->model.last.mean - c->desired) * 0.003 / (0.003 + c->trial.dt_s);
+        left = c->desired - c->model.last.mean;
+        error = -left * 0.003 / (0.003 + c->trial.dt_s);
     }
 //%end
     if (!missing) {
@@ -299,11 +322,13 @@ void @_compensator_reset(@_compensator *c)
     value = @_search(c, &q, desired + error, @_tolerance, 50);
 //%if cable
     if (q.crosses && c->model.moved) {
-        double stretch, half, motor, about;
-        @_desired_stretch(c, desired, anchor, time_s, //%here drag_factor, &stretch, &half);
-        motor = (c->model.motor + (anchor - c->model.anchor) + stretch - c->model.stretch) / @_motor_scale;
-        about = 0.05 * half / @_magnitude(@_motor_scale);
-        value = @_smaller(@_larger(value, motor - about), motor + about);
+        double low, high;
+        @_move(c, desired, anchor, time_s, (c->last.flags & @@_COMMAND_RATE_LIMITED) != 0u ? 0.0 : left, &low,
+               &high);
+        low /= @_motor_scale;
+        high /= @_motor_scale;
+        value = @_motor_scale > 0.0 ? @_smaller(@_larger(value, low), high)
+                                    : @_smaller(@_larger(value, high), low);
         value = @_smaller(@_larger(value, q.low), q.high);
     }
 //%end

@@ -82,7 +82,7 @@ typedef struct {
     double desired;
     int has_desired;
 //%if cable
-    double stretch_direction, stretch_against, stretch_velocity;
+    double stretch_direction, stretch_against, stretch_velocity, stretch_correction;
     double stretch_time_s, stretch_anchor, stretch_tension;
     int stretch_started;
 //%end
