@@ -1,8 +1,10 @@
 //! The pose-independent part of the muscles: sites, surfaces, and the joints that each cable crosses.
 
+use super::geometry::Geometry;
+use super::spring::TendonSpring;
 use crate::body::link::{Link, LinkFrame, LinkRows};
 use crate::body::vector::Vector;
-use crate::body::{PathElement, PoseRows, Robot, TendonPath, WrapKind};
+use crate::body::{PathElement, PoseRows, Robot, Tendon, TendonPath, WrapKind};
 use crate::lanes::{self, Row};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec;
@@ -73,6 +75,18 @@ pub(super) struct Cable {
     pub(super) sheath_end: Option<Anchor>,
 }
 
+/// Spring and damper along a cable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Spring {
+    pub(super) cable: usize,
+    /// N/m.
+    pub(super) stiffness: f64,
+    /// N s/m.
+    pub(super) damping: f64,
+    /// Lengths between which it is slack, m.
+    pub(super) slack: [f64; 2],
+}
+
 /// All data that are the same in every pose.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Topology {
@@ -80,7 +94,10 @@ pub(super) struct Topology {
     pub(super) links: Vec<(usize, Link)>,
     pub(super) anchors: Vec<Anchor>,
     pub(super) surfaces: Vec<Surface>,
+    /// First those of the muscles.
     pub(super) cables: Vec<Cable>,
+    pub(super) muscles: usize,
+    pub(super) springs: Vec<Spring>,
     pub(super) spans: Vec<Span>,
     pub(super) crossings: Vec<Crossing>,
     /// Velocity index of each moment arm.
@@ -98,6 +115,7 @@ pub(super) struct Numbers<const N: usize> {
     pub(super) coefficients: Vec<Row<N>>,
     /// Of every cable; zeros where its sheath has no direction.
     pub(super) sheath_ends: Vec<lanes::Vector<N>>,
+    pub(super) springs: Vec<TendonSpring<N>>,
 }
 
 impl<const N: usize> Numbers<N> {
@@ -110,6 +128,7 @@ impl<const N: usize> Numbers<N> {
             surfaces: vec![Default::default(); topology.surfaces.len()],
             coefficients: vec![Row::default(); terms],
             sheath_ends: vec![lanes::Vector::default(); topology.cables.len()],
+            springs: vec![TendonSpring::default(); topology.springs.len()],
         };
         (0..N).for_each(|k| numbers.set(k, topology));
         numbers
@@ -135,6 +154,9 @@ impl<const N: usize> Numbers<N> {
         for (row, cable) in self.sheath_ends.iter_mut().zip(&topology.cables) {
             row.set(k, cable.sheath_end.map_or([0.0; 3], |end| end.position));
         }
+        for (rows, spring) in self.springs.iter_mut().zip(&topology.springs) {
+            rows.set(k, spring);
+        }
     }
 }
 
@@ -154,6 +176,11 @@ impl Topology {
             && self.surfaces.iter().map(surface).eq(other.surfaces.iter().map(surface))
             && self.cables.iter().map(cable).eq(other.cables.iter().map(cable))
             && self.cables.iter().zip(&other.cables).all(terms)
+            && self
+                .springs
+                .iter()
+                .map(|spring| spring.cable)
+                .eq(other.springs.iter().map(|spring| spring.cable))
             && self.spans == other.spans
             && self.crossings == other.crossings
             && self.columns == other.columns
@@ -169,11 +196,38 @@ struct TopologyBuilder<'a> {
 }
 
 impl Topology {
+    /// Of the muscles alone.
     pub(super) fn new(robot: &Robot) -> Topology {
-        let topology = Topology::default();
+        Self::of(robot, &robot.parts().tendons)
+    }
+
+    /// Of the muscles and the springs, with what acts along them.
+    pub(super) fn with_springs(robot: &Robot) -> Topology {
+        let parts = robot.parts();
+        let tendons: Vec<Tendon> = parts.tendons.iter().chain(&parts.springs).cloned().collect();
+        let mut topology = Self::of(robot, &tendons);
+        topology.muscles = parts.tendons.len();
+        let acts = |tendon: &Tendon| tendon.stiffness > 0.0 || tendon.damping > 0.0;
+        if !tendons.iter().any(acts) {
+            return topology;
+        }
+        let mut at_rest = Geometry::with_size(&topology, robot.tree.links.len(), robot.nv());
+        topology.evaluate(&Numbers::new(&topology), robot.spring_pose().as_chunks::<1>().0, &mut at_rest);
+        let springs =
+            tendons.iter().zip(at_rest.lengths()).enumerate().filter(|(_, (tendon, _))| acts(tendon));
+        let spring = |(cable, (tendon, length)): (usize, (&Tendon, &f64))| {
+            let slack = tendon.spring_length.unwrap_or([*length; 2]);
+            Spring { cable, stiffness: tendon.stiffness, damping: tendon.damping, slack }
+        };
+        topology.springs = springs.map(spring).collect();
+        topology
+    }
+
+    fn of(robot: &Robot, tendons: &[Tendon]) -> Topology {
+        let topology = Topology { muscles: tendons.len(), ..Topology::default() };
         let (anchor_of, surface_of) = (BTreeMap::new(), BTreeMap::new());
         let mut builder = TopologyBuilder { robot, topology, anchor_of, surface_of };
-        for tendon in &robot.parts().tendons {
+        for tendon in tendons {
             let first = builder.topology.columns.len();
             let mut cable = match &tendon.path {
                 TendonPath::Fixed(terms) => builder.sum(terms),
