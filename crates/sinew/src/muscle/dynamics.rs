@@ -1,5 +1,5 @@
 use super::sparse_arms::SparseArms;
-use super::topology::Spring;
+use super::spring::Spring;
 use super::worlds::MuscleWorlds;
 use crate::body::{Reduction, Robot, Scratch};
 use crate::error::{Error, check_entries, check_length};

@@ -1,5 +1,16 @@
-use super::topology::Spring;
 use crate::lanes::Row;
+
+/// Spring and damper along a cable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Spring {
+    pub(super) cable: usize,
+    /// N/m.
+    pub(super) stiffness: f64,
+    /// N s/m.
+    pub(super) damping: f64,
+    /// Lengths between which it is slack, m.
+    pub(super) slack: [f64; 2],
+}
 
 /// Spring and damper along a tendon in several worlds.
 ///

@@ -1,7 +1,6 @@
 //! The pose-independent part of the muscles: sites, surfaces, and the joints that each cable crosses.
 
-use super::geometry::Geometry;
-use super::spring::TendonSpring;
+use super::spring::{Spring, TendonSpring};
 use crate::body::link::{Link, LinkFrame, LinkRows};
 use crate::body::vector::Vector;
 use crate::body::{PathElement, PoseRows, Robot, Tendon, TendonPath, WrapKind};
@@ -73,18 +72,6 @@ pub(super) struct Cable {
     pub(super) terms: Vec<(usize, usize, f64)>,
     /// Direction of the end of its sheath, and its link.
     pub(super) sheath_end: Option<Anchor>,
-}
-
-/// Spring and damper along a cable.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Spring {
-    pub(super) cable: usize,
-    /// N/m.
-    pub(super) stiffness: f64,
-    /// N s/m.
-    pub(super) damping: f64,
-    /// Lengths between which it is slack, m.
-    pub(super) slack: [f64; 2],
 }
 
 /// All data that are the same in every pose.
@@ -201,26 +188,11 @@ impl Topology {
         Self::of(robot, &robot.parts().tendons)
     }
 
-    /// Of the muscles and the springs, with what acts along them.
+    /// Of muscles and springs; what acts along them is not known yet.
     pub(super) fn with_springs(robot: &Robot) -> Topology {
         let parts = robot.parts();
         let tendons: Vec<Tendon> = parts.tendons.iter().chain(&parts.springs).cloned().collect();
-        let mut topology = Self::of(robot, &tendons);
-        topology.muscles = parts.tendons.len();
-        let acts = |tendon: &Tendon| tendon.stiffness > 0.0 || tendon.damping > 0.0;
-        if !tendons.iter().any(acts) {
-            return topology;
-        }
-        let mut at_rest = Geometry::with_size(&topology, robot.tree.links.len(), robot.nv());
-        topology.evaluate(&Numbers::new(&topology), robot.spring_pose().as_chunks::<1>().0, &mut at_rest);
-        let springs =
-            tendons.iter().zip(at_rest.lengths()).enumerate().filter(|(_, (tendon, _))| acts(tendon));
-        let spring = |(cable, (tendon, length)): (usize, (&Tendon, &f64))| {
-            let slack = tendon.spring_length.unwrap_or([*length; 2]);
-            Spring { cable, stiffness: tendon.stiffness, damping: tendon.damping, slack }
-        };
-        topology.springs = springs.map(spring).collect();
-        topology
+        Topology { muscles: parts.tendons.len(), ..Self::of(robot, &tendons) }
     }
 
     fn of(robot: &Robot, tendons: &[Tendon]) -> Topology {

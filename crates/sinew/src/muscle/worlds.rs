@@ -1,7 +1,8 @@
 use super::geometry::Geometry;
-use super::topology::{Numbers, Spring, Topology};
+use super::spring::Spring;
+use super::topology::{Numbers, Topology};
 use crate::body::link::{Link, LinkRows};
-use crate::body::{ForwardScratch, JointSpring, Robot, accelerations};
+use crate::body::{ForwardScratch, JointSpring, Robot, Tendon, accelerations};
 use crate::lanes::{Mask, Row, Vector};
 use alloc::vec;
 use alloc::vec::Vec;
@@ -25,7 +26,7 @@ pub(crate) struct MuscleWorlds<const N: usize> {
 impl MuscleWorlds<1> {
     /// Of one robot of hinges and slides.
     pub(super) fn new(robot: &Robot) -> Self {
-        let (topology, links, nv) = (Topology::with_springs(robot), robot.tree.links.clone(), robot.nv());
+        let (topology, links, nv) = (topology(robot), robot.tree.links.clone(), robot.nv());
         Self {
             numbers: Numbers::new(&topology),
             bodies: robot.tree.rows.clone(),
@@ -161,6 +162,25 @@ impl<const N: usize> MuscleWorlds<N> {
     pub(crate) fn is_finite(&self) -> Mask<N> {
         finite(&self.geometry.lengths) & finite(&self.geometry.arms)
     }
+}
+
+/// Muscles and springs of a robot, with what acts along them.
+fn topology(robot: &Robot) -> Topology {
+    let (parts, mut topology) = (robot.parts(), Topology::with_springs(robot));
+    let tendons = || parts.tendons.iter().chain(&parts.springs);
+    let acts = |tendon: &Tendon| tendon.stiffness > 0.0 || tendon.damping > 0.0;
+    if !tendons().any(acts) {
+        return topology;
+    }
+    let mut at_rest = Geometry::<1>::with_size(&topology, robot.tree.links.len(), robot.nv());
+    topology.evaluate(&Numbers::new(&topology), robot.spring_pose().as_chunks().0, &mut at_rest);
+    let spring = |((cable, tendon), length): ((usize, &Tendon), &f64)| {
+        let slack = tendon.spring_length.unwrap_or([*length; 2]);
+        let Tendon { stiffness, damping, .. } = *tendon;
+        acts(tendon).then_some(Spring { cable, stiffness, damping, slack })
+    };
+    topology.springs = tendons().enumerate().zip(at_rest.lengths()).filter_map(spring).collect();
+    topology
 }
 
 /// The worlds in which all entries are finite.
