@@ -296,7 +296,9 @@ fn joint(import: &mut Import<'_>, seen: Seen<'_>, body: usize) -> Result<(), Des
         return Err(at.error("", "stands in the world, which does not move: expected a body"));
     }
     import.ignored(at, &["springyield"]);
-    if let Some([time, ratio]) = at.array("springdamper")?.filter(|pair| *pair != [0.0; 2]) {
+    if let Some([time, ratio]) =
+        at.array("springdamper")?.filter(|[time, ratio]| *time != 0.0 || *ratio != 0.0)
+    {
         if time <= 0.0 || ratio <= 0.0 {
             return Err(at.error("springdamper", format!("is `{time} {ratio}`: expected two numbers > 0")));
         }
