@@ -78,7 +78,7 @@ def spec_of(
     for equality in spec.equalities:
         # Joints that follow others do so exactly, not as softly as contacts.
         equality.solref, equality.solimp = [2.0 * timestep_s, 1.0], [0.9999, 0.9999, 0.001, 0.5, 2.0]
-    _one_motor_each(spec)
+    _one_motor_each(spec, [muscle["name"] for muscle in muscles])
     for key in list(spec.keys):
         spec.delete(key) if hasattr(spec, "delete") else key.delete()
     spec.add_key(name="start", qpos=json.loads(described)["start"])
@@ -178,13 +178,13 @@ def _cable_of(path: Sequence[dict[str, Any]], parameters: dict[str, Any], start:
     return Cable(tuple(part(written) for written in path), **numbers)
 
 
-def _one_motor_each(spec: Any) -> None:
-    """Gives every tendon one actuator, whose force is the tension: what a body's file had instead is of another
+def _one_motor_each(spec: Any, muscles: list[str]) -> None:
+    """Gives every muscle one actuator, whose force is the tension: what a body's file had instead is of another
     drive."""
     for actuator in list(spec.actuators):
         spec.delete(actuator) if hasattr(spec, "delete") else actuator.delete()
-    for tendon in spec.tendons:
-        motor = spec.add_actuator(name=tendon.name, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon.name)
+    for name in muscles:
+        motor = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=name)
         motor.gear = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
 
 

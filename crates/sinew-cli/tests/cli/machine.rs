@@ -354,30 +354,32 @@ fn a_hand_of_joints_alone_gets_tendons_on_pulleys_and_moves() {
 }
 
 #[test]
-fn a_tendon_that_is_passive_in_its_file_is_told_where_it_becomes_a_muscle() {
+fn a_tendon_that_nothing_pulls_is_a_spring_without_a_drive_and_turns_the_finger_back() {
     let bench = Bench::new();
     let hand = knuckle(20);
-    let told = |text: &str| {
-        bench.write("hand.xml", text);
-        let answer = json(&bench, "machine new hand.xml --out hand.toml --force --json");
-        answer["warnings"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .map(|w| w.as_str().unwrap().to_owned())
-            .collect::<Vec<_>>()
-    };
-    assert_eq!(told(&hand), Vec::<String>::new());
-    let spring =
-        told(&hand.replace("<spatial name=\"extensor\">", "<spatial name=\"extensor\" stiffness=\"350\">"));
-    assert!(spring.len() == 1 && spring[0].contains("`extensor`") && spring[0].contains("350"), "{spring:?}");
     let start = hand.find("<motor tendon=\"extensor\"").unwrap();
     let end = start + hand[start..].find("/>").unwrap() + 2;
-    let cord = told(&format!("{}{}", &hand[..start], &hand[end..]));
-    assert!(cord.len() == 1 && cord[0].contains("no actuator") && cord[0].contains("`extensor`"), "{cord:?}");
-    // Of a body whose tendons nothing pulls, all are muscles.
-    let actuators = hand.find("<actuator>").unwrap();
-    assert_eq!(told(&format!("{}</mujoco>", &hand[..actuators])), Vec::<String>::new());
+    let cord = format!("{}{}", &hand[..start], &hand[end..]);
+    let spring = "<spatial name=\"extensor\" stiffness=\"350\" springlength=\"0 0.002\">";
+    bench.write("hand.xml", cord.replace("<spatial name=\"extensor\">", spring));
+    let new = json(&bench, "machine new hand.xml --out hand.toml --json");
+    assert_eq!(
+        (&new["springs"], new["muscles"].as_array().unwrap().len()),
+        (&serde_json::json!(["extensor"]), 1)
+    );
+    let shown = json(&bench, "machine show hand.toml --json");
+    let settings = shown["settings"].as_array().unwrap();
+    assert!(settings.iter().any(|row| row["table"] == "[[spring]] `extensor`" && row["value"] == 350.0));
+    bench.succeeds("track hand.toml --path tour --repeats 1 --seed 3");
+    // Without stiffness it exerts nothing, which is told.
+    bench.write("cord.xml", &cord);
+    let run = bench.run("machine show cord.xml");
+    assert!(run.stderr.contains("no actuator pulls `extensor`"), "{}", run.stderr);
+    // What changes forces and is not read makes no machine.
+    let tied = "</tendon><equality><weld body1=\"tip\"/></equality>";
+    bench.write("tied.xml", hand.replace("</tendon>", tied));
+    bench.succeeds("machine body tied.xml");
+    bench.refuses("machine new tied.xml --out tied.toml", &["tied.xml:1", "<weld>", "forces"]);
 }
 
 #[test]

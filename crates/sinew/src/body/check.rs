@@ -100,9 +100,11 @@ pub(super) fn check(parts: &mut Parts) -> Result<(), PartError> {
     bodies(parts)?;
     joints(parts)?;
     surfaces(parts)?;
-    for (index, tendon) in parts.tendons.iter_mut().enumerate() {
-        let (sites, wraps, joints) = (parts.sites.len(), parts.wraps.len(), &parts.joints);
-        check_tendon(index, tendon, sites, wraps, joints)?;
+    let (sites, wraps, joints) = (parts.sites.len(), parts.wraps.len(), &parts.joints);
+    for (kind, tendons) in [("tendon", &mut parts.tendons), ("spring", &mut parts.springs)] {
+        for (index, tendon) in tendons.iter_mut().enumerate() {
+            check_tendon((kind, index), tendon, sites, wraps, joints)?;
+        }
     }
     couplings(parts)?;
     actuators(parts)?;
@@ -132,7 +134,7 @@ fn names(parts: &Parts) -> Result<(), PartError> {
     once("joint", parts.joints.iter().map(|part| &part.name))?;
     once("site", parts.sites.iter().map(|part| &part.name))?;
     once("wrap", parts.wraps.iter().map(|part| &part.name))?;
-    once("tendon", parts.tendons.iter().map(|part| &part.name))?;
+    once("tendon", parts.tendons.iter().chain(&parts.springs).map(|part| &part.name))?;
     once("actuator", parts.actuators.iter().map(|part| &part.name))?;
     once("key", parts.keys.iter().map(|part| &part.name))
 }
@@ -264,13 +266,13 @@ fn surfaces(parts: &mut Parts) -> Result<(), PartError> {
 }
 
 fn check_tendon(
-    index: usize,
+    (kind, index): (&'static str, usize),
     tendon: &mut Tendon,
     sites: usize,
     wraps: usize,
     joints: &[Joint],
 ) -> Result<(), PartError> {
-    let part = Part { kind: "tendon", index, name: &tendon.name };
+    let part = Part { kind, index, name: &tendon.name };
     match &tendon.path {
         TendonPath::Spatial(elements) => check_path(&part, elements, sites, wraps)?,
         TendonPath::Fixed(terms) => check_sum(&part, terms, joints)?,

@@ -33,6 +33,9 @@ pub struct Parts {
     pub meshes: Vec<MeshGeom>,
     /// Tendons: each is a muscle.
     pub tendons: Vec<Tendon>,
+    /// Tendons that nothing pulls: passive springs and dampers.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub springs: Vec<Tendon>,
     /// Joints that follow other joints.
     pub couplings: Vec<Coupling>,
     /// Actuators of tendons.
@@ -208,7 +211,7 @@ pub struct SheathGeometry {
     pub end_axis: Option<[f64; 3]>,
 }
 
-/// A cable.
+/// A cable or a spring.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Tendon {
     /// Its name.
@@ -220,11 +223,12 @@ pub struct Tendon {
     pub sheath: Option<SheathGeometry>,
     /// Limits of length, m.
     pub range: Option<[f64; 2]>,
-    /// Damping, N s/m.
+    /// Damping, N s/m; beside the muscle, where it is one.
     pub damping: f64,
-    /// Stiffness, N/m.
+    /// Stiffness, N/m; beside the muscle, where it is one.
     pub stiffness: f64,
-    /// Lengths between which the spring is slack, m; `None`: the length at the reference pose.
+    /// Lengths between which the spring is slack, m; `None`: the length in the pose in which the springs of
+    /// the joints are at rest.
     pub spring_length: Option<[f64; 2]>,
 }
 

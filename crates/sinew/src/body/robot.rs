@@ -163,6 +163,18 @@ impl Robot {
         q
     }
 
+    /// The same with hinges and slides where their springs are at rest: the pose in which tendons have the
+    /// lengths at which springs without other ones are slack.
+    pub(crate) fn spring_pose(&self) -> Vec<f64> {
+        let mut q = self.reference_pose();
+        for link in self.moving_links() {
+            if let JointKind::Hinge | JointKind::Slide = link.kind {
+                q[link.q] = self.parts.joints[link.joint].spring_reference;
+            }
+        }
+        q
+    }
+
     /// Mass of all moving links, kg.
     #[must_use]
     pub fn moving_mass(&self) -> f64 {

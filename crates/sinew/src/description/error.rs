@@ -25,6 +25,8 @@ pub struct Warning {
     pub line: usize,
     /// The ignored content and the consequence.
     pub what: String,
+    /// Whether the body would move otherwise with it: no machine is made of such a body.
+    pub changes_forces: bool,
 }
 
 impl core::fmt::Display for Warning {

@@ -15,7 +15,7 @@ pub(super) fn named(parts: &Parts) -> Parts {
     fill("joint", parts.joints.iter_mut().map(|part| &mut part.name).collect());
     fill("site", parts.sites.iter_mut().map(|part| &mut part.name).collect());
     fill("wrap", parts.wraps.iter_mut().map(|part| &mut part.name).collect());
-    fill("tendon", parts.tendons.iter_mut().map(|part| &mut part.name).collect());
+    fill("tendon", parts.tendons.iter_mut().chain(&mut parts.springs).map(|part| &mut part.name).collect());
     fill("actuator", parts.actuators.iter_mut().map(|part| &mut part.name).collect());
     fill("key", parts.keys.iter_mut().map(|part| &mut part.name).collect());
     parts

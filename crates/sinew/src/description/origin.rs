@@ -118,6 +118,7 @@ pub(super) fn word(kind: &str, field: &str) -> (String, Option<&'static str>) {
         (_, "the end axis of its sheath") => ("sheath".into(), Some("end_axis")),
         (_, "the divisor of its pulley") => ("path".into(), Some("pulley")),
         ("tendon", "its range") => ("length_range".into(), None),
+        ("spring", "its spring length") => ("slack_lengths".into(), None),
         (_, "its tendon") => ("muscle".into(), None),
         _ => (field.strip_prefix("its ").unwrap_or(field).replace(' ', "_"), None),
     }

@@ -119,7 +119,12 @@ fn spelt(tree: &Tree, warnings: &mut Vec<Warning>) -> Result<(), DescriptionErro
             } else if warned.insert((here.name.as_str(), inner.name.as_str())) {
                 let name = shortened(&inner.name);
                 let what = format!("<{name}> in a <{}> is not read, what it says is left out", here.name);
-                warnings.push(Warning { file: tree.files[inner.file].clone(), line: inner.line, what });
+                warnings.push(Warning {
+                    file: tree.files[inner.file].clone(),
+                    line: inner.line,
+                    what,
+                    changes_forces: false,
+                });
             }
         }
         // In document order, so that a warning names the first of its kind.
@@ -167,7 +172,12 @@ impl<'a> Graph<'a> {
             if !matches!(name, "link" | "joint" | "material" | "gazebo") && warned.insert(name) {
                 let at = &tree.elements[other];
                 let what = format!("<{name}> is not read, what it says is left out");
-                warnings.push(Warning { file: tree.files[at.file].clone(), line: at.line, what });
+                warnings.push(Warning {
+                    file: tree.files[at.file].clone(),
+                    line: at.line,
+                    what,
+                    changes_forces: false,
+                });
             }
         }
         let mut roots = links.keys().copied().filter(|name| !children.contains(name));

@@ -12,7 +12,7 @@ use alloc::vec::Vec;
 /// Om_k^2  = max_q R_k M^-1 R_k^T / C_k             C_k = sum_j c_kj: the winch stands, the whole cable slides
 /// B_kj    = max_q (|R_k M^-1 R_j^T| + dR sum_i |(M^-1 R_k^T)_i|)^2 / (R_k M^-1 R_k^T C_j)
 ///           what muscle j does to the motion of muscle k; i: the joints that muscle j crosses
-/// Om_b^2  = max_q lambda_max( M^-1 R^T diag(1/c_b) R )       c_b: the last cell; the far ends stick
+/// Om_b^2  = max_q lambda_max( M^-1 (R^T diag(1/c_b) R + R_s^T diag(k) R_s) )   c_b: the last cell; the far ends stick
 /// G_k     = e_+(F) - e_-(F)                        travel of the winch that reverses the sliding of the cable
 /// theta_G = mean_q sum_k |R_kj| G_k/C_k / sum_k R_kj^2/C_k   the dead bands as a displacement of joint j
 /// ```
@@ -24,6 +24,7 @@ use alloc::vec::Vec;
 /// | dR       |                                        | m         | error of the moment arms of a machine as built |
 /// | Om_b     | [`stuck_mode`](Self::stuck_mode)         | rad/s     | highest natural frequency               |
 /// | R, M, c  |                                        | m, kg m^2, m/N | moment arms, mass matrix, compliance of a cell |
+/// | R_s, k   |                                        | m, N/m    | moment arms and stiffnesses of springs of tendons |
 /// | G_k      | [`MuscleCharacteristics::dead_band`]     | m         | at a working tension `F`                 |
 /// | theta_G  | [`JointCharacteristics::dead_band`]      | rad or m  |                                        |
 ///
@@ -41,7 +42,7 @@ pub struct Characteristics {
     pub interaction: Vec<f64>,
     /// `Om_b`, rad/s.
     pub stuck_mode: f64,
-    /// Largest rate at which the dampers of the joints take their speed, 1/s.
+    /// Largest rate at which the dampers of joints and springs take their speed, 1/s.
     pub damping_rate: f64,
 }
 
@@ -113,6 +114,7 @@ impl Characteristics {
         let last: Vec<f64> =
             laws.iter().map(|law| law.compliance().last().copied().unwrap_or(f64::INFINITY)).collect();
         let mut mass = vec![0.0; n * n];
+        let mut spring_damping = 0.0_f64;
         let crosses = crossed_joints(model.robot());
         let errors: Vec<f64> = crosses.iter().map(|crosses| if *crosses { arm_error } else { 0.0 }).collect();
         for pose in poses {
@@ -121,9 +123,24 @@ impl Characteristics {
             cholesky::factor(&mut mass, n)?;
             found.include_muscles(model.moment_arms(), &errors, &mass);
             found.include_joints(model, &mass);
-            let mode = libm::sqrt(largest_eigenvalue(&mass, model.moment_arms(), &last));
+            // A spring is a cable with the compliance `1/k`, taken as taut in every pose.
+            let (mut arms, mut compliance, mut damping) =
+                (model.moment_arms().to_vec(), last.clone(), Vec::new());
+            let first = arms.len();
+            for spring in model.springs() {
+                let from = arms.len();
+                arms.resize(from + n, 0.0);
+                model.crossings(spring.cable).for_each(|(joint, arm)| arms[from + joint] = arm);
+                compliance.push(1.0 / spring.stiffness);
+                damping.push(1.0 / spring.damping);
+            }
+            let mode = libm::sqrt(largest_eigenvalue(&mass, &arms, &compliance));
             found.stuck_mode = found.stuck_mode.max(mode);
+            if !damping.is_empty() {
+                spring_damping = spring_damping.max(largest_eigenvalue(&mass, &arms[first..], &damping));
+            }
         }
+        found.damping_rate += spring_damping;
         found.joints.iter_mut().for_each(|joint| joint.dead_band /= poses.len() as f64);
         Ok(found)
     }

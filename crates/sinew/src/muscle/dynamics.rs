@@ -1,7 +1,9 @@
 use super::sparse_arms::SparseArms;
+use super::spring::Spring;
 use super::worlds::MuscleWorlds;
 use crate::body::{Reduction, Robot, Scratch};
 use crate::error::{Error, check_entries, check_length};
+use crate::lanes::Row;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -17,7 +19,7 @@ use alloc::vec::Vec;
 /// | u      | `v`                         | `[joints]`          | rad/s, m/s      | velocities of the independent joints |
 /// | R, l   | [`moment_arms`](Self::moment_arms), [`lengths`](Self::lengths) | `[muscles x joints]`, `[muscles]` | m, m | moment arms, lengths |
 /// | F      | `tension`                   | `[muscles]`         | N               | tensions at the anchors       |
-/// | tau_p, tau_e | , `external`          | `[joints]`          | Nm, N           | springs and dampers of the joints; other forces |
+/// | tau_p, tau_e | , `external`          | `[joints]`          | Nm, N           | springs and dampers of joints and tendons; other forces |
 /// | x      |                             | `[muscles]`         | m               | position of the anchors, + toward the motor |
 ///
 /// Coupled joints follow ([`Reduction`]); without couplings all joints are independent.
@@ -45,6 +47,20 @@ pub struct MuscleDynamics {
     rest: Vec<f64>,
 }
 
+/// A spring of a tendon in a pose.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ActingSpring {
+    /// Its place among the muscles and, behind them, the springs: that of its
+    /// [`crossings`](MuscleDynamics::crossings).
+    pub(crate) cable: usize,
+    /// N/m.
+    pub(crate) stiffness: f64,
+    /// N s/m.
+    pub(crate) damping: f64,
+    /// Length beyond its slack, m; 0 where it is slack.
+    pub(crate) stretch: f64,
+}
+
 impl MuscleDynamics {
     /// Of a robot with hinges and slides.
     ///
@@ -58,7 +74,7 @@ impl MuscleDynamics {
         let joints = robot.independent_joints();
         let independent: Vec<usize> =
             joints.into_iter().map(|joint| robot.velocities_of(joint).start).collect();
-        let (m, n) = (worlds.topology.cables.len(), independent.len());
+        let (m, n) = (worlds.topology.muscles, independent.len());
         let reduction = coupled.then(|| Reduction::new(robot));
         let leader = |velocity| reduction.as_ref().map_or(Some(velocity), |all| all.leader(velocity));
         Ok(Self {
@@ -86,7 +102,7 @@ impl MuscleDynamics {
     /// Number of muscles.
     #[must_use]
     pub fn muscles(&self) -> usize {
-        self.worlds.topology.cables.len()
+        self.worlds.topology.muscles
     }
 
     /// Number of independent joints.
@@ -116,7 +132,7 @@ impl MuscleDynamics {
     /// Length of every muscle in the evaluated pose, m: `[muscles]`.
     #[must_use]
     pub fn lengths(&self) -> &[f64] {
-        self.worlds.geometry.lengths()
+        &self.worlds.geometry.lengths()[..self.muscles()]
     }
 
     /// `R` in the evaluated pose, m, row by row: `[muscles x joints]`.
@@ -159,8 +175,8 @@ impl MuscleDynamics {
         Ok(())
     }
 
-    /// The joints that a muscle crosses, each with its moment arm, m: a row of `R` without the entries that
-    /// are always zero.
+    /// The joints that a muscle or a [spring](Self::springs) crosses, each with its moment arm, m: a row of `R`
+    /// without the entries that are always zero.
     #[inline]
     pub(crate) fn crossings(&self, muscle: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
         self.arms.row(muscle)
@@ -250,6 +266,24 @@ impl MuscleDynamics {
                 reduction.forces(torque, out)
             }
         }
+    }
+
+    /// Elastic energy of the springs of tendons in the evaluated pose, J.
+    #[must_use]
+    pub fn spring_energy(&self) -> f64 {
+        let energy = |spring: &ActingSpring| 0.5 * spring.stiffness * spring.stretch * spring.stretch;
+        self.springs().map(|spring| energy(&spring)).sum()
+    }
+
+    /// The springs of tendons in the evaluated pose.
+    pub(crate) fn springs(&self) -> impl Iterator<Item = ActingSpring> {
+        let MuscleWorlds { topology, numbers, geometry, .. } = &self.worlds;
+        topology.springs.iter().zip(&numbers.springs).map(
+            |(&Spring { cable, stiffness, damping, .. }, law)| {
+                let stretch = law.stretch(Row(geometry.lengths[cable])).0[0];
+                ActingSpring { cable, stiffness, damping, stretch }
+            },
+        )
     }
 
     /// `M` in the evaluated pose, row by row: `[joints x joints]`.

@@ -10,6 +10,7 @@ mod geometry;
 mod path;
 mod pulleys;
 mod sparse_arms;
+mod spring;
 mod surface;
 #[cfg(test)]
 pub(crate) mod tests;

@@ -1,8 +1,9 @@
 //! The pose-independent part of the muscles: sites, surfaces, and the joints that each cable crosses.
 
+use super::spring::{Spring, TendonSpring};
 use crate::body::link::{Link, LinkFrame, LinkRows};
 use crate::body::vector::Vector;
-use crate::body::{PathElement, PoseRows, Robot, TendonPath, WrapKind};
+use crate::body::{PathElement, PoseRows, Robot, Tendon, TendonPath, WrapKind};
 use crate::lanes::{self, Row};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec;
@@ -80,7 +81,10 @@ pub(super) struct Topology {
     pub(super) links: Vec<(usize, Link)>,
     pub(super) anchors: Vec<Anchor>,
     pub(super) surfaces: Vec<Surface>,
+    /// First those of the muscles.
     pub(super) cables: Vec<Cable>,
+    pub(super) muscles: usize,
+    pub(super) springs: Vec<Spring>,
     pub(super) spans: Vec<Span>,
     pub(super) crossings: Vec<Crossing>,
     /// Velocity index of each moment arm.
@@ -98,6 +102,7 @@ pub(super) struct Numbers<const N: usize> {
     pub(super) coefficients: Vec<Row<N>>,
     /// Of every cable; zeros where its sheath has no direction.
     pub(super) sheath_ends: Vec<lanes::Vector<N>>,
+    pub(super) springs: Vec<TendonSpring<N>>,
 }
 
 impl<const N: usize> Numbers<N> {
@@ -110,6 +115,7 @@ impl<const N: usize> Numbers<N> {
             surfaces: vec![Default::default(); topology.surfaces.len()],
             coefficients: vec![Row::default(); terms],
             sheath_ends: vec![lanes::Vector::default(); topology.cables.len()],
+            springs: vec![TendonSpring::default(); topology.springs.len()],
         };
         (0..N).for_each(|k| numbers.set(k, topology));
         numbers
@@ -135,6 +141,9 @@ impl<const N: usize> Numbers<N> {
         for (row, cable) in self.sheath_ends.iter_mut().zip(&topology.cables) {
             row.set(k, cable.sheath_end.map_or([0.0; 3], |end| end.position));
         }
+        for (rows, spring) in self.springs.iter_mut().zip(&topology.springs) {
+            rows.set(k, spring);
+        }
     }
 }
 
@@ -154,6 +163,11 @@ impl Topology {
             && self.surfaces.iter().map(surface).eq(other.surfaces.iter().map(surface))
             && self.cables.iter().map(cable).eq(other.cables.iter().map(cable))
             && self.cables.iter().zip(&other.cables).all(terms)
+            && self
+                .springs
+                .iter()
+                .map(|spring| spring.cable)
+                .eq(other.springs.iter().map(|spring| spring.cable))
             && self.spans == other.spans
             && self.crossings == other.crossings
             && self.columns == other.columns
@@ -169,11 +183,23 @@ struct TopologyBuilder<'a> {
 }
 
 impl Topology {
+    /// Of the muscles alone.
     pub(super) fn new(robot: &Robot) -> Topology {
-        let topology = Topology::default();
+        Self::of(robot, &robot.parts().tendons)
+    }
+
+    /// Of muscles and springs; what acts along them is not known yet.
+    pub(super) fn with_springs(robot: &Robot) -> Topology {
+        let parts = robot.parts();
+        let tendons: Vec<Tendon> = parts.tendons.iter().chain(&parts.springs).cloned().collect();
+        Topology { muscles: parts.tendons.len(), ..Self::of(robot, &tendons) }
+    }
+
+    fn of(robot: &Robot, tendons: &[Tendon]) -> Topology {
+        let topology = Topology { muscles: tendons.len(), ..Topology::default() };
         let (anchor_of, surface_of) = (BTreeMap::new(), BTreeMap::new());
         let mut builder = TopologyBuilder { robot, topology, anchor_of, surface_of };
-        for tendon in &robot.parts().tendons {
+        for tendon in tendons {
             let first = builder.topology.columns.len();
             let mut cable = match &tendon.path {
                 TendonPath::Fixed(terms) => builder.sum(terms),

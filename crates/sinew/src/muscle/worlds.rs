@@ -1,20 +1,21 @@
 use super::geometry::Geometry;
+use super::spring::Spring;
 use super::topology::{Numbers, Topology};
 use crate::body::link::{Link, LinkRows};
-use crate::body::{ForwardScratch, JointSpring, Robot, accelerations};
+use crate::body::{ForwardScratch, JointSpring, Robot, Tendon, accelerations};
 use crate::lanes::{Mask, Row, Vector};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Muscles and bodies of several worlds of one machine of hinges and slides: same tree, routes and joints,
-/// other numbers. Couplings of joints are not held.
+/// Muscles, springs and bodies of several worlds of one machine of hinges and slides: same tree, routes and
+/// joints, other numbers. Couplings of joints are not held.
 #[derive(Debug, Clone)]
 pub(crate) struct MuscleWorlds<const N: usize> {
     pub(super) topology: Topology,
-    numbers: Numbers<N>,
+    pub(super) numbers: Numbers<N>,
     links: Vec<Link>,
     bodies: Vec<LinkRows<N>>,
-    springs: Vec<JointSpring<N>>,
+    joint_springs: Vec<JointSpring<N>>,
     gravity: Vector<N>,
     pub(super) geometry: Geometry<N>,
     scratch: ForwardScratch<N>,
@@ -25,11 +26,11 @@ pub(crate) struct MuscleWorlds<const N: usize> {
 impl MuscleWorlds<1> {
     /// Of one robot of hinges and slides.
     pub(super) fn new(robot: &Robot) -> Self {
-        let (topology, links, nv) = (Topology::new(robot), robot.tree.links.clone(), robot.nv());
+        let (topology, links, nv) = (topology(robot), robot.tree.links.clone(), robot.nv());
         Self {
             numbers: Numbers::new(&topology),
             bodies: robot.tree.rows.clone(),
-            springs: robot.parts().joints.iter().map(JointSpring::from).collect(),
+            joint_springs: robot.parts().joints.iter().map(JointSpring::from).collect(),
             gravity: Vector::all(robot.parts().gravity),
             geometry: Geometry::with_size(&topology, links.len(), nv),
             scratch: ForwardScratch::new(links.len(), nv),
@@ -45,7 +46,7 @@ impl MuscleWorlds<1> {
         let mut worlds = MuscleWorlds {
             numbers: Numbers::new(topology),
             bodies: vec![LinkRows::default(); links.len()],
-            springs: vec![JointSpring::default(); self.springs.len()],
+            joint_springs: vec![JointSpring::default(); self.joint_springs.len()],
             gravity: Vector::default(),
             geometry: Geometry::with_size(topology, links.len(), torque.len()),
             scratch: ForwardScratch::new(links.len(), torque.len()),
@@ -72,7 +73,7 @@ impl<const N: usize> MuscleWorlds<N> {
         for (rows, link) in self.bodies.iter_mut().zip(&world.links) {
             rows.set(k, link);
         }
-        for (spring, one) in self.springs.iter_mut().zip(&world.springs) {
+        for (spring, one) in self.joint_springs.iter_mut().zip(&world.joint_springs) {
             spring.set(k, one);
         }
         self.gravity.set(k, world.gravity.at(0));
@@ -84,7 +85,7 @@ impl<const N: usize> MuscleWorlds<N> {
         self.topology.evaluate(&self.numbers, q, &mut self.geometry);
     }
 
-    /// Lengths, m: `[muscles]`.
+    /// Lengths, m, of the muscles, then of the springs.
     pub(crate) fn lengths(&self) -> &[[f64; N]] {
         &self.geometry.lengths
     }
@@ -95,20 +96,37 @@ impl<const N: usize> MuscleWorlds<N> {
         self.topology.bend(&self.numbers, &self.geometry, muscle)
     }
 
-    /// Springs and dampers of the joints.
+    /// Springs and dampers in the evaluated pose.
     #[inline(always)]
     pub(super) fn passive(&mut self, q: &[[f64; N]], v: &[[f64; N]]) {
-        for (((torque, spring), q), v) in self.torque.iter_mut().zip(&self.springs).zip(q).zip(v) {
+        for (((torque, spring), q), v) in self.torque.iter_mut().zip(&self.joint_springs).zip(q).zip(v) {
             *torque = spring.force(spring.stretch(Row(*q)), Row(*v)).0;
         }
+        self.add_tendon_springs(v);
     }
 
-    /// Tensions in the evaluated pose, springs and dampers of the joints.
+    /// Tensions, springs and dampers in the evaluated pose.
     #[inline(always)]
     pub(crate) fn forces(&mut self, q: &[[f64; N]], v: &[[f64; N]], tensions: &[[f64; N]]) {
         self.topology.torque(&self.geometry, tensions, &mut self.torque);
-        for (((torque, spring), q), v) in self.torque.iter_mut().zip(&self.springs).zip(q).zip(v) {
+        for (((torque, spring), q), v) in self.torque.iter_mut().zip(&self.joint_springs).zip(q).zip(v) {
             *torque = (Row(*torque) + spring.force(spring.stretch(Row(*q)), Row(*v))).0;
+        }
+        self.add_tendon_springs(v);
+    }
+
+    #[inline(always)]
+    fn add_tendon_springs(&mut self, v: &[[f64; N]]) {
+        let Self { topology, numbers, geometry, torque, .. } = self;
+        for (&Spring { cable, .. }, spring) in topology.springs.iter().zip(&numbers.springs) {
+            let slots = topology.cables[cable].slots.clone();
+            let crossed = || topology.columns[slots.clone()].iter().zip(&geometry.arms[slots.clone()]);
+            let mut rate = Row::default();
+            crossed().for_each(|(column, arm)| rate += -Row(*arm) * Row(v[*column]));
+            let tension = spring.tension(Row(geometry.lengths[cable]), rate);
+            crossed().for_each(|(&column, arm)| {
+                torque[column] = (Row(torque[column]) + Row(*arm) * tension).0;
+            });
         }
     }
 
@@ -144,6 +162,25 @@ impl<const N: usize> MuscleWorlds<N> {
     pub(crate) fn is_finite(&self) -> Mask<N> {
         finite(&self.geometry.lengths) & finite(&self.geometry.arms)
     }
+}
+
+/// Muscles and springs of a robot, with what acts along them.
+fn topology(robot: &Robot) -> Topology {
+    let (parts, mut topology) = (robot.parts(), Topology::with_springs(robot));
+    let tendons = || parts.tendons.iter().chain(&parts.springs);
+    let acts = |tendon: &Tendon| tendon.stiffness > 0.0 || tendon.damping > 0.0;
+    if !tendons().any(acts) {
+        return topology;
+    }
+    let mut at_rest = Geometry::<1>::with_size(&topology, robot.tree.links.len(), robot.nv());
+    topology.evaluate(&Numbers::new(&topology), robot.spring_pose().as_chunks().0, &mut at_rest);
+    let spring = |((cable, tendon), length): ((usize, &Tendon), &f64)| {
+        let slack = tendon.spring_length.unwrap_or([*length; 2]);
+        let Tendon { stiffness, damping, .. } = *tendon;
+        acts(tendon).then_some(Spring { cable, stiffness, damping, slack })
+    };
+    topology.springs = tendons().enumerate().zip(at_rest.lengths()).filter_map(spring).collect();
+    topology
 }
 
 /// The worlds in which all entries are finite.

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 use crate::common::chains::{Chain, chain};
+use sinew::body::{Robot, Tendon};
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew::muscle::{PulleyRouting, with_pulleys};
@@ -121,7 +122,16 @@ fn eight_arms_of_random_machines_move_together_as_each_of_them_alone() {
         let mut random = Random::new(seed);
         let joints = 2 + (random.unit() * 5.0) as usize;
         let robot = chain(&mut random, joints, kinds[seed as usize % kinds.len()]);
-        let machine = Machine::from_robot(&with_pulleys(&robot, 0.02, PulleyRouting::Two).unwrap()).unwrap();
+        let robot = with_pulleys(&robot, 0.02, PulleyRouting::Two).unwrap();
+        let mut parts = robot.parts().clone();
+        // Along the first cord there is a spring.
+        parts.springs.extend(parts.tendons.first().map(|tendon| Tendon {
+            name: "spring".into(),
+            stiffness: 500.0,
+            damping: 2.0,
+            ..tendon.clone()
+        }));
+        let machine = Machine::from_robot(&Robot::new(parts).unwrap()).unwrap();
         // Some are too light for their cables.
         compared += usize::from(compare(&machine, 100 * seed, 0.5).is_ok());
     }

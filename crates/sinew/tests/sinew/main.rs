@@ -22,6 +22,7 @@ mod machine;
 mod online_references;
 mod predictor;
 mod sizing;
+mod springs;
 mod supervisor;
 mod tension;
 mod trajectory;

@@ -10,7 +10,7 @@ use crate::output::{Written, one_line, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, percent, table};
 use serde::Serialize;
-use sinew::body::{Parts, Poses};
+use sinew::body::Poses;
 use sinew::control::demand::{MissingTorque, SizingMotion};
 use sinew::description::{Description, machine_of, to_toml};
 use sinew::machine::{Machine, Task};
@@ -34,8 +34,6 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
     let source = source_of(body, arguments.muscles.as_deref())?;
     let mut machine = of_body(body, &source, arguments)?;
     machine.task = movable(&machine)?;
-    let passive = passive(machine.robot.parts());
-    passive.iter().for_each(|warning| eprintln!("warning: {}", one_line(warning)));
     let motion = SizingMotion { period: arguments.period, fraction: arguments.fraction };
     progress.show("choosing cables and drives", 0.1);
     let choice = choice::drives(&machine, &motion, arguments.tip_force)?;
@@ -54,37 +52,7 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
     ArmSpecimen::nominal(&written.machine).map_err(|error| written.places.error(error))?;
     drop(progress);
     let written = write_all(&[(out.clone(), text.as_bytes())])?;
-    report(&choice, out, passive, general.json, written)
-}
-
-/// Tendons that pull by themselves in the body's description, or that nothing pulls: all are muscles with
-/// drives in a machine.
-fn passive(parts: &Parts) -> Vec<String> {
-    let driven = |tendon: usize| parts.actuators.iter().any(|actuator| actuator.tendon == tendon);
-    let some_driven = (0..parts.tendons.len()).any(driven);
-    let mut warnings = Vec::new();
-    for (index, tendon) in parts.tendons.iter().enumerate() {
-        let mut pulls = Vec::new();
-        for (what, value, unit) in
-            [("a stiffness", tendon.stiffness, "N/m"), ("a damping", tendon.damping, "N s/m")]
-        {
-            if value > 0.0 {
-                pulls.push(format!("{what} of {} {unit}", number(Some(value))));
-            }
-        }
-        let name = &tendon.name;
-        if !pulls.is_empty() {
-            let pulls = pulls.join(" and ");
-            warnings.push(format!(
-                "tendon `{name}` has {pulls}, which is left out: it is a muscle with a drive here"
-            ));
-        } else if some_driven && !driven(index) {
-            warnings.push(format!(
-                "no actuator of the body pulls tendon `{name}`: it is a muscle with a drive here"
-            ));
-        }
-    }
-    warnings
+    report(&choice, out, general.json, written)
 }
 
 /// The machine of defaults around a body; of a machine file the body alone.
@@ -151,8 +119,8 @@ struct NewMachine<'a> {
     unreachable_fraction: f64,
     /// The part of it in which smaller tensions would do.
     overpowered_fraction: f64,
-    /// Of tendons that are passive in the body's description.
-    warnings: Vec<String>,
+    /// Tendons of the body that have no drive.
+    springs: Vec<&'a str>,
     muscles: Vec<Muscle<'a>>,
 }
 
@@ -170,15 +138,9 @@ struct Muscle<'a> {
     used: f64,
 }
 
-fn report(
-    choice: &Choice,
-    out: &Path,
-    warnings: Vec<String>,
-    json: bool,
-    written: Vec<Written>,
-) -> Result<Answer, Error> {
-    let tendons = &choice.machine.robot.parts().tendons;
-    let muscles = tendons.iter().enumerate().map(|(index, tendon)| {
+fn report(choice: &Choice, out: &Path, json: bool, written: Vec<Written>) -> Result<Answer, Error> {
+    let parts = choice.machine.robot.parts();
+    let muscles = parts.tendons.iter().enumerate().map(|(index, tendon)| {
         let (drive, required) = (&choice.drives[choice.drive_of[index]], &choice.required[index]);
         Muscle {
             muscle: &tendon.name,
@@ -203,7 +165,7 @@ fn report(
         working_tension_n: choice.scaling.as_ref().map(|(scaling, _)| scaling.working.tension),
         unreachable_fraction,
         overpowered_fraction,
-        warnings,
+        springs: parts.springs.iter().map(|spring| spring.name.as_str()).collect(),
         muscles: muscles.collect(),
     };
     let strong = choice.used.iter().all(|used| *used <= 1.0) && demands.unreachable == 0;
@@ -212,6 +174,11 @@ fn report(
         return Ok(Answer { outcome, content: Content::json(&answer)?, written });
     }
     let mut text = summary(&answer);
+    if !answer.springs.is_empty() {
+        let springs: Vec<String> =
+            answer.springs.iter().map(|name| format!("`{}`", one_line(name))).collect();
+        text += &format!("\nSprings, which have no drive: {}.\n", springs.join(", "));
+    }
     if let Some(missing) = &demands.missing {
         text += &unreachable_text(choice, unreachable_fraction, missing);
     }

@@ -178,7 +178,7 @@ impl Row {
 }
 
 /// Units by the ends of keys; longer ends first.
-const UNITS: [(&str, &str); 23] = [
+const UNITS: [(&str, &str); 24] = [
     ("_nm_s_per_rad", "Nm s/rad"),
     ("_nm_per_a", "Nm/A"),
     ("_rad_per_s", "rad/s"),
@@ -186,6 +186,7 @@ const UNITS: [(&str, &str); 23] = [
     ("_m_per_s", "m/s"),
     ("_k_per_w", "K/W"),
     ("_j_per_k", "J/K"),
+    ("_n_per_m", "N/m"),
     ("_n_s_per_m", "N s/m"),
     ("_s_per_m", "s/m"),
     ("_kg_m2", "kg m^2"),

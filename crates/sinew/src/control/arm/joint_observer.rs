@@ -11,7 +11,7 @@ use alloc::vec::Vec;
 ///
 /// ```text
 /// e = q_m - q^,   w = w_o clip(|e|/e_0, 1, r)
-/// (M + h^2 R^T diag(1/c_b) R) dv = h f + M h (d^ + 3 w^2 e)
+/// (M + h^2 (R^T diag(1/c_b) R + R_s^T diag(k) R_s)) dv = h f + M h (d^ + 3 w^2 e)
 /// q'^ += dv,   q^ += h (q'^ + 3 w e),   d^ += h w^3 e
 /// ```
 ///
@@ -24,6 +24,7 @@ use alloc::vec::Vec;
 /// | e_0, r | threshold of the innovation above which the bandwidth grows, largest growth   | rad, 1  |
 /// | M, R   | mass matrix and moment arms                                                  | kg m^2, m |
 /// | c_b    | compliance of a cable whose far end sticks, its last cell                      | m/N     |
+/// | R_s, k | moment arms and stiffnesses of the springs of tendons that are not slack        | m, N/m  |
 ///
 /// The estimated tensions follow `q^`: a far end that sticks is a spring, whose mode an explicit step of `h`
 /// cannot integrate above `sqrt(3 w_o/h)`, 417 rad/s at a millisecond. Without a measurement, `e = 0`: the
@@ -125,15 +126,17 @@ impl JointObserver {
         Ok(())
     }
 
-    /// `M + h^2 R^T diag(1/c_b) R`; the lower triangle suffices.
+    /// `M + h^2 (R^T diag(1/c_b) R + R_s^T diag(k) R_s)`; the lower triangle suffices.
     fn augment_mass(&mut self, h: f64, body: &mut MuscleDynamics) -> Result<(), Error> {
         let n = self.q.len();
         body.mass_matrix(&mut self.mass)?;
         self.augmented.copy_from_slice(&self.mass);
-        for (muscle, stiffness) in self.stiffness.iter().enumerate() {
-            for (i, arm) in body.crossings(muscle) {
+        let stretched = body.springs().filter(|spring| spring.stretch != 0.0);
+        let springs = stretched.map(|spring| (spring.cable, spring.stiffness));
+        for (cable, stiffness) in self.stiffness.iter().copied().enumerate().chain(springs) {
+            for (i, arm) in body.crossings(cable) {
                 let weighted = h * h * stiffness * arm;
-                for (j, other) in body.crossings(muscle).filter(|(j, _)| *j <= i) {
+                for (j, other) in body.crossings(cable).filter(|(j, _)| *j <= i) {
                     self.augmented[i * n + j] += weighted * other;
                 }
             }

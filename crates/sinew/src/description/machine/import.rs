@@ -4,7 +4,7 @@ use super::devices::{self, Bus, BusReader};
 use super::files::{Files, ReadFile};
 use super::listing::{Listing, Setting};
 use super::places::Places;
-use super::{drives, joints, safety, task, transmissions};
+use super::{drives, joints, safety, springs, task, transmissions};
 use crate::body::{Parts, Robot};
 use crate::description::Description;
 use crate::description::document::{Document, Entry, Table};
@@ -154,8 +154,10 @@ fn body_file(
     files: &mut Files<'_>,
 ) -> Result<Description, DescriptionError> {
     let path = entry.text("the path of a robot file")?;
-    if let Some(other) =
-        ROBOT_KEYS.iter().filter(|key| !["body", "name"].contains(*key)).find_map(|key| root.entry(key))
+    if let Some(other) = ROBOT_KEYS
+        .iter()
+        .filter(|key| !["body", "name", "spring"].contains(*key))
+        .find_map(|key| root.entry(key))
     {
         let expected = format!("`{}` stands beside the file of a body: expected in {path}", other.key);
         return Err(other.bare(&expected));
@@ -206,6 +208,7 @@ fn body_file(
     if let Some(name) = root.entry("name") {
         description.parts.name = name.text("a name")?.to_string();
     }
+    robot_toml::add_springs(root, &mut description)?;
     Ok(description)
 }
 
@@ -235,8 +238,16 @@ fn machine(
     mut bus: Bus<'_>,
 ) -> Result<MachineDescription, DescriptionError> {
     description.parts = named(&description.parts);
-    let origins = description.origins.clone();
+    if let Some(Warning { file, line, what, .. }) =
+        description.warnings.iter().find(|warning| warning.changes_forces)
+    {
+        let (file, place) = (file.clone(), "body".to_string());
+        let problem = format!("{what}, but changes its forces: expected a body without it");
+        return Err(DescriptionError { file, line: *line, place, problem });
+    }
     let mut listing = Listing::default();
+    springs::divide(root, &mut description);
+    let origins = description.origins.clone();
     let (robot, mut warnings) = robot(root, description, &mut listing)?;
     let places = Places::new(root, &robot, &origins);
     let mut machine = Machine::from_robot(&robot).map_err(|error| places.error(error))?;
@@ -249,6 +260,7 @@ fn machine(
     machine.payload = task::payload(root, machine.payload_site(), list)?;
     let drives = drives::read(root, list)?;
     machine.muscles = transmissions::read(root, &machine, &drives, files, list)?;
+    springs::list(root, robot.parts(), list);
     machine.encoders = joints::encoders(root, &robot, list)?;
     machine.devices = devices::read(root, &machine, &mut bus, list)?;
     machine.tolerances = task::tolerances(root, list)?;
@@ -257,7 +269,12 @@ fn machine(
     machine.validate().map_err(|error| places.error(error))?;
     for drive in transmissions::unused(root, &drives) {
         let what = format!("drive `{}` belongs to no muscle: it has no effect", drive.name);
-        warnings.push(Warning { file: root.file().to_string(), line: drive.line, what });
+        warnings.push(Warning {
+            file: root.file().to_string(),
+            line: drive.line,
+            what,
+            changes_forces: false,
+        });
     }
     Ok(MachineDescription { machine, settings: listing.settings, warnings, places })
 }

@@ -14,6 +14,7 @@
 //! | `[[path]]` | `name`, `shape` (sine, saddle), `center_m`, `amplitude_m` | none |
 //! | `[every_transmission]` | all but `muscle` of the next | |
 //! | `[[transmission]]` | `muscle`; `near_length_m`, `sheath_length_m`, `sheath_bend_rad`, `bend_by_joint = { .. }`, `cable = { .. }`, `model`, `drive`, `tension_limits_n`, `load_cell = { .. }` or `"none"`, `motor_encoder_counts`, `delay_s` | [`MuscleDesign::in_sheath`](crate::machine::MuscleDesign::in_sheath) |
+//! | `[[spring]]` | `name`; `path` or `joints` as a muscle's, or the name is that of a tendon of the body; `stiffness_n_per_m`, `slack_lengths_m` (two), `damping_n_s_per_m`, `one_sided` | those of the tendon; 0, the length where the joints' springs are at rest, false |
 //! | `[[drive]]` | `name`; `motor`, `reducer`, `winch` by name in the catalogue or as numbers, `ratio`, `acceleration_m_per_s2`, `max_tension_n`, `min_tension_n` | [`DriveParameters::mc_am`](crate::drive::DriveParameters::mc_am) |
 //! | `[every_joint_encoder]`, `[[joint_encoder]]` | `joint`; `counts_per_turn`, `resolution_rad` or `resolution_m`, or `none = true` | 14 bits, 10 um |
 //! | `[[travel]]` | `joint`, `range_rad` or `range_m`: narrower than that of the body | range of the body |
@@ -36,6 +37,7 @@ mod joints;
 mod listing;
 mod places;
 mod safety;
+mod springs;
 mod task;
 mod transmissions;
 

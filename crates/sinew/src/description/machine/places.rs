@@ -106,7 +106,7 @@ impl Places {
 }
 
 /// Names of muscles that have tables of their own, with the lines of their heads.
-fn own_tables(root: &Table<'_>) -> Vec<(String, usize)> {
+pub(super) fn own_tables(root: &Table<'_>) -> Vec<(String, usize)> {
     let known: Vec<&str> = super::transmissions::TRANSMISSION.iter().copied().chain(["muscle"]).collect();
     let tables = root.tables("transmission", "muscle", &known).unwrap_or_default();
     tables.into_iter().map(|(table, muscle)| (muscle.text, table.line())).collect()

@@ -77,7 +77,10 @@ fn body(import: &mut Import<'_>, seen: Seen<'_>, parent: usize) -> Result<usize,
     if let Some(class) = at.text("childclass") {
         import.defaults.class(import.tree, seen.element, "childclass", class)?;
     }
-    import.ignored(at, &["gravcomp", "mocap"]);
+    import.ignored(at, &["gravcomp"]);
+    if at.flag("mocap", false)? {
+        import.pass_over(seen.element, "mocap", "`mocap` is not read: the body stands where it is described");
+    }
     let index = import.parts.bodies.len();
     if at.text("name") == Some("world") {
         return Err(at.error("name", "is `world`, which is the name of the world"));
@@ -139,7 +142,7 @@ fn contents<'a>(
             }
             "camera" | "light" => {}
             name @ ("plugin" | "composite" | "flexcomp") => {
-                import.pass_over(element, name, &format!("<{name}> is not read, what it makes is left out"));
+                import.without(element, name, &format!("<{name}> is not read, what it makes is left out"));
             }
             _ => return Err(tree.error(element, "", "is not read within a body")),
         }
@@ -292,7 +295,18 @@ fn joint(import: &mut Import<'_>, seen: Seen<'_>, body: usize) -> Result<(), Des
     if body == 0 {
         return Err(at.error("", "stands in the world, which does not move: expected a body"));
     }
-    import.ignored(at, &["springdamper"]);
+    import.ignored(at, &["springyield"]);
+    if let Some([time, ratio]) =
+        at.array("springdamper")?.filter(|[time, ratio]| *time != 0.0 || *ratio != 0.0)
+    {
+        if time <= 0.0 || ratio <= 0.0 {
+            return Err(at.error("springdamper", format!("is `{time} {ratio}`: expected two numbers > 0")));
+        }
+        if import.depth > 0 {
+            import.ignored(at, &["springdamper"]);
+        }
+        import.spring_dampers.push((import.parts.joints.len(), [time, ratio]));
+    }
     let aligned = at.word("align", &["false", "true", "auto"])?;
     if free && (aligned == Some(1) || aligned != Some(0) && import.compiler.align_free) {
         return Err(at.error(

@@ -165,11 +165,11 @@ fn contents(out: &mut String, parts: &Parts, body: usize, depth: usize) {
 }
 
 fn tendons(out: &mut String, parts: &Parts) {
-    if parts.tendons.is_empty() {
+    if parts.tendons.is_empty() && parts.springs.is_empty() {
         return;
     }
     out.push_str("  <tendon>\n");
-    for tendon in &parts.tendons {
+    for tendon in parts.tendons.iter().chain(&parts.springs) {
         let spring =
             tendon.spring_length.map_or(String::new(), |s| format!(" springlength=\"{}\"", numbers(&s)));
         let attributes = format!(
@@ -237,10 +237,16 @@ fn equalities(out: &mut String, parts: &Parts) {
 }
 
 fn actuators(out: &mut String, parts: &Parts) {
-    if parts.actuators.is_empty() {
+    // Springs are told from muscles by the actuators that muscles have.
+    let driven = |muscle: usize| parts.actuators.iter().any(|actuator| actuator.tendon == muscle);
+    let bare = (0..parts.tendons.len()).filter(|muscle| !parts.springs.is_empty() && !driven(*muscle));
+    if parts.actuators.is_empty() && parts.springs.is_empty() {
         return;
     }
     out.push_str("  <actuator>\n");
+    for muscle in bare {
+        let _ = writeln!(out, "    <motor tendon=\"{}\" gear=\"-1\"/>", escape(&parts.tendons[muscle].name));
+    }
     for actuator in &parts.actuators {
         let tendon = parts.tendons.get(actuator.tendon).map_or("", |tendon| &tendon.name);
         // Not every kind has `ctrllimited`; a given range is active.

@@ -3,7 +3,7 @@
 use super::compiler::Compiler;
 use super::defaults::Defaults;
 use super::import_state::Import;
-use super::{body, lists, mesh, replicate, schema, sheath, tendon};
+use super::{body, lists, mesh, replicate, schema, sheath, spring_damper, tendon};
 use crate::description::attributes::Attributes;
 use crate::description::error::DescriptionError;
 use crate::description::tree::Tree;
@@ -51,6 +51,7 @@ pub(super) fn read(
         meshes.copied().try_for_each(|element| mesh::read(&mut import, element))?;
     }
     body::world(&mut import)?;
+    spring_damper::apply(&mut import);
     read_references(&mut import)?;
     // A surface that a cable wraps around is drawn as one.
     let wrapped: Vec<usize> =
@@ -111,8 +112,13 @@ fn read_settings(import: &mut Import<'_>) -> Result<(), DescriptionError> {
         match tree.elements[element].name.as_str() {
             "compiler" | "option" | "default" | "worldbody" | "tendon" | "equality" | "actuator"
             | "keyframe" | "size" | "statistic" | "visual" | "asset" | "sensor" | "custom" => {}
-            name @ ("contact" | "deformable" | "extension") => {
-                import.pass_over(element, name, &format!("<{name}> is not read, what it says is left out"));
+            "contact" => import.pass_over(element, "contact", "<contact> is not read: nothing touches here"),
+            "extension" => {
+                import.pass_over(element, "extension", "<extension> is not read: no plugin acts here");
+            }
+            "deformable" => {
+                let what = "<deformable> is not read, what it says is left out";
+                import.without(element, "deformable", what);
             }
             name => {
                 let name = attributes::shortened(name);
@@ -133,7 +139,7 @@ fn read_flags(import: &mut Import<'_>, at: Attributes<'_>) -> Result<(), Descrip
     for name in ["spring", "damper", "frictionloss", "limit", "equality", "constraint", "actuation"] {
         if off(name)? {
             let what = format!("`{name}` of <flag> is not read, what it turns off stays on");
-            import.pass_over(at.element, &format!("flag {name}"), &what);
+            import.without(at.element, &format!("flag {name}"), &what);
         }
     }
     Ok(())

@@ -61,6 +61,8 @@ pub(super) struct Import<'a> {
     /// Names by kind, each with its index in the list of its kind.
     names: BTreeMap<&'static str, BTreeMap<String, usize>>,
     warned: BTreeSet<String>,
+    /// Joints with the time constant, s, and the damping ratio of their springs and dampers.
+    pub(super) spring_dampers: Vec<(usize, [f64; 2])>,
 }
 
 impl<'a> Import<'a> {
@@ -95,6 +97,7 @@ impl<'a> Import<'a> {
             origins: Origins::new(file),
             names: BTreeMap::new(),
             warned: BTreeSet::new(),
+            spring_dampers: Vec::new(),
         }
     }
 
@@ -155,7 +158,7 @@ impl<'a> Import<'a> {
         found.ok_or_else(|| at.error(attribute, format!("is `{name}`, but there is no {kind} of that name")))
     }
 
-    /// Warns of attributes that are not read and have an effect in MuJoCo.
+    /// Warns of attributes that are not read and change forces in MuJoCo.
     pub(super) fn ignored(&mut self, at: Attributes<'_>, names: &[&'static str]) {
         for name in names {
             let has_effect = at.text(name).is_some_and(|text| {
@@ -165,9 +168,16 @@ impl<'a> Import<'a> {
             if has_effect {
                 let tag = at.tree.elements[at.element].name.as_str();
                 let what = format!("`{name}` of a <{tag}> is not read, what it does is left out");
-                self.pass_over(at.element, &format!("{tag} {name}"), &what);
+                self.without(at.element, &format!("{tag} {name}"), &what);
             }
         }
+    }
+
+    /// Warns once per kind of what changes forces and is left out: a machine is refused with it.
+    pub(super) fn without(&mut self, element: usize, kind: &str, what: &str) {
+        let before = self.warnings.len();
+        self.pass_over(element, kind, what);
+        self.warnings[before..].iter_mut().for_each(|warning| warning.changes_forces = true);
     }
 
     /// Warns once per kind of omission.
@@ -175,7 +185,12 @@ impl<'a> Import<'a> {
         if self.warned.insert(kind.to_string()) {
             let at = &self.tree.elements[element];
             let file = self.tree.files[at.file].clone();
-            self.warnings.push(Warning { file, line: at.line, what: what.to_string() });
+            self.warnings.push(Warning {
+                file,
+                line: at.line,
+                what: what.to_string(),
+                changes_forces: false,
+            });
         }
     }
 }

@@ -16,16 +16,13 @@ use alloc::vec::Vec;
 pub(super) fn equality(import: &mut Import<'_>, element: usize) -> Result<(), DescriptionError> {
     let at = import.attributes(element, None)?;
     let kind = import.tree.elements[element].name.as_str();
-    if kind != "joint" {
-        import.pass_over(
-            element,
-            kind,
-            &format!("<equality> <{kind}> is not read: what it ties is free here"),
-        );
-        return Ok(());
-    }
     let at = Attributes::own(at.tree, element);
     if !at.flag("active", true)? {
+        return Ok(());
+    }
+    if kind != "joint" {
+        let what = format!("<equality> <{kind}> is not read: what it ties is free here");
+        import.without(element, kind, &what);
         return Ok(());
     }
     let single = |joint: usize, attribute: &str, import: &Import<'_>| {

@@ -22,6 +22,7 @@ mod schema;
 mod sheath;
 mod shell;
 mod solid;
+mod spring_damper;
 mod tendon;
 mod text;
 

@@ -17,7 +17,7 @@ pub(super) fn linear(
     if own.iter().skip(1).any(|x| *x != 0.0) || rest.into_iter().any(|word| word.parse() != Ok(0.0)) {
         let tag = at.tree.elements[at.element].name.as_str();
         let what = format!("`{name}` of a <{tag}> is a polynomial, all but its linear term is left out");
-        import.pass_over(at.element, &format!("{tag} {name} polynomial"), &what);
+        import.without(at.element, &format!("{tag} {name} polynomial"), &what);
     }
     match own.first().copied().unwrap_or(0.0) {
         value if value < 0.0 => Err(at.error(name, format!("is {value}: expected a number >= 0"))),

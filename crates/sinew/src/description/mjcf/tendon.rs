@@ -13,7 +13,7 @@ pub(super) fn read(import: &mut Import<'_>, element: usize) -> Result<(), Descri
     let tree = import.tree;
     let at = import.attributes(element, None)?;
     let name = import.name_as("tendon", at, import.parts.tendons.len())?.unwrap_or_default();
-    import.ignored(at, &["armature", "frictionloss"]);
+    import.ignored(at, &["armature", "frictionloss", "springyield"]);
     let children = &tree.elements[element].children;
     let path = match tree.elements[element].name.as_str() {
         "spatial" => {
@@ -29,10 +29,12 @@ pub(super) fn read(import: &mut Import<'_>, element: usize) -> Result<(), Descri
     if children.is_empty() {
         return Err(at.error("", "is empty: expected what it goes through"));
     }
+    // MuJoCo's sign for the length where the joints' springs are at rest.
+    let unset = |x: f64| x + 1.0 == 0.0;
     let spring = match at.list("springlength", 1, 2)?.as_deref() {
-        Some([one]) if *one >= 0.0 => Some([*one; 2]),
-        Some([low, high]) if *low >= 0.0 && low <= high => Some([*low, *high]),
-        Some([low, high]) if *low >= 0.0 => {
+        Some([one]) if !unset(*one) => Some([*one; 2]),
+        Some([low, high]) if low <= high && !(unset(*low) && unset(*high)) => Some([*low, *high]),
+        Some([low, high]) if low > high => {
             return Err(at.error(
                 "springlength",
                 format!("is `{low} {high}`: expected a low end not above the high end"),

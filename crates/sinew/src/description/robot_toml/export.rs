@@ -23,6 +23,7 @@ pub fn to_toml(parts: &Parts) -> String {
     sites(&mut out, parts);
     geoms(&mut out, parts);
     muscles(&mut out, parts);
+    springs(&mut out, parts);
     rest(&mut out, parts);
     out
 }
@@ -154,26 +155,41 @@ fn geoms(out: &mut String, parts: &Parts) {
     }
 }
 
+fn path(out: &mut String, parts: &Parts, path: &TendonPath) {
+    match path {
+        TendonPath::Spatial(elements) => {
+            out.push_str("path = [\n");
+            for element in elements {
+                let _ = writeln!(out, "    {},", path_element(parts, element));
+            }
+        }
+        TendonPath::Fixed(terms) => {
+            out.push_str("joints = [\n");
+            for &(joint, coefficient) in terms {
+                let joint = text(joint_name(parts, joint));
+                let _ = writeln!(out, "    {{ joint = {joint}, coefficient = {coefficient:?} }},");
+            }
+        }
+    }
+    out.push_str("]\n");
+}
+
+fn springs(out: &mut String, parts: &Parts) {
+    for spring in &parts.springs {
+        head(out, "spring", &spring.name);
+        path(out, parts, &spring.path);
+        line(out, "stiffness_n_per_m", &number(spring.stiffness));
+        line(out, "damping_n_s_per_m", &number(spring.damping));
+        if let Some(slack) = spring.spring_length {
+            line(out, "slack_lengths_m", &numbers(&slack));
+        }
+    }
+}
+
 fn muscles(out: &mut String, parts: &Parts) {
     for tendon in &parts.tendons {
         head(out, "muscle", &tendon.name);
-        match &tendon.path {
-            TendonPath::Spatial(elements) => {
-                out.push_str("path = [\n");
-                for element in elements {
-                    let _ = writeln!(out, "    {},", path_element(parts, element));
-                }
-                out.push_str("]\n");
-            }
-            TendonPath::Fixed(terms) => {
-                out.push_str("joints = [\n");
-                for &(joint, coefficient) in terms {
-                    let joint = text(joint_name(parts, joint));
-                    let _ = writeln!(out, "    {{ joint = {joint}, coefficient = {coefficient:?} }},");
-                }
-                out.push_str("]\n");
-            }
-        }
+        path(out, parts, &tendon.path);
         if let Some(sheath) = &tendon.sheath {
             let axis =
                 sheath.end_axis.map_or(String::new(), |axis| format!(", end_axis = {}", numbers(&axis)));

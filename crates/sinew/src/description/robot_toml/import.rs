@@ -56,6 +56,11 @@ const MUSCLE: [&str; 8] = [
     "stiffness_n_per_m",
     "spring_length_m",
 ];
+/// Without a path or joints it is along the tendon of that name.
+const SPRING: [&str; 7] =
+    ["name", "path", "joints", "stiffness_n_per_m", "slack_lengths_m", "damping_n_s_per_m", "one_sided"];
+/// A length that no pose reaches, m: of springs that push nowhere.
+const NEVER: f64 = -1e3;
 const PATH_ELEMENT: [&str; 4] = ["site", "wrap", "side", "pulley"];
 const TERM: [&str; 2] = ["joint", "coefficient"];
 const SHEATH: [&str; 3] = ["length_m", "bend_rad", "end_axis"];
@@ -63,7 +68,7 @@ const ACTUATOR: [&str; 7] = ["name", "muscle", "kind", "gear", "control_range", 
 const KEY: [&str; 2] = ["name", "q"];
 
 /// What a file beside a URDF describes.
-const MUSCLE_FILE_KEYS: [&str; 5] = ["site", "wrap", "geom", "muscle", "actuator"];
+const MUSCLE_FILE_KEYS: [&str; 6] = ["site", "wrap", "geom", "muscle", "spring", "actuator"];
 
 const JOINT_KINDS: [(JointKind, &str); 4] = [
     (JointKind::Hinge, "hinge"),
@@ -87,6 +92,7 @@ const WRAP_KINDS: [(WrapKind, &str); 2] = [(WrapKind::Sphere, "sphere"), (WrapKi
 /// | `[[wrap]]` | `name`, `body`, `kind` (sphere, cylinder about z), `radius_m`; `position_m`, `orientation_wxyz` | its frame |
 /// | `[[geom]]` | for drawings: `body`, `kind` (sphere, capsule, cylinder, ellipsoid, box), `size_m` (radius; radius and half length; half axes or half lengths); `position_m`, `orientation_wxyz`; or, of a capsule or cylinder of one size, its radius, both ends of its axis `ends_m = [x, y, z, x, y, z]` | its frame |
 /// | `[[muscle]]` | `name`; a `path` of `{ site }`, `{ wrap, side }` and `{ pulley }`, the number that divides the lengths after it; or `joints` of `{ joint, coefficient }`, m per rad or 1; `sheath = { length_m, bend_rad, end_axis }`, `length_range_m`, `damping_n_s_per_m`, `stiffness_n_per_m`, `spring_length_m` (two numbers) | no sheath, no range, zero |
+/// | `[[spring]]` | `name`; `path` or `joints` as a muscle, or the name is that of a tendon; `stiffness_n_per_m`; `slack_lengths_m`, two, between which it is slack; `damping_n_s_per_m`; `one_sided = true`: it never pushes | those of the tendon; zero, the length where the joints' springs are at rest |
 /// | `[[coupling]]` | `follower`, `leader` (joints), `coefficients`: five, of the powers 0 to 4 of the leader's coordinate, rad or m | no leader: a constant |
 /// | `[[actuator]]` | `name`, `muscle`, `kind` (MJCF's element), `gear`: force at the muscle per unit of control, negative for a pull; `control_range` (N where the gear is -1), `force_range_n`, `law`: MJCF's attributes as texts | none |
 /// | `[[key]]` | `name`, `q`: the coordinates of all joints in order, rad or m, of balls and free joints with quaternions | none |
@@ -119,7 +125,26 @@ pub(in crate::description) fn description(root: &Table<'_>) -> Result<Descriptio
     Ok(Description { parts: reader.parts, warnings: Vec::new(), origins: reader.origins })
 }
 
-/// Adds the sites, wraps, shapes, muscles and actuators of a file to a robot whose bodies come from
+/// Adds the springs of a machine file to a body from elsewhere.
+pub(in crate::description) fn add_springs(
+    root: &Table<'_>,
+    description: &mut Description,
+) -> Result<(), DescriptionError> {
+    let Description { parts, origins, .. } = description;
+    let mut reader = Reader { root, parts: core::mem::take(parts), origins: core::mem::take(origins) };
+    reader.origins.set_keys(root.file(), root.text());
+    let done = reader.springs();
+    (*parts, *origins) = (reader.parts, reader.origins);
+    done
+}
+
+/// The names and lines of the springs of a file whose tables have been read.
+pub(in crate::description) fn spring_tables(root: &Table<'_>) -> Vec<(String, usize)> {
+    let tables = root.tables("spring", "name", &SPRING).unwrap_or_default();
+    tables.into_iter().map(|(table, named)| (named.text, table.line())).collect()
+}
+
+/// Adds the sites, wraps, shapes, muscles, springs and actuators of a file to a robot whose bodies come from
 /// elsewhere.
 pub(in crate::description) fn add_muscles(
     parts: Parts,
@@ -285,6 +310,7 @@ impl<'r> Reader<'r> {
         self.wraps()?;
         self.geoms()?;
         self.muscles()?;
+        self.springs()?;
         self.actuators()
     }
 
@@ -328,11 +354,8 @@ impl<'r> Reader<'r> {
         let joints = self.joint_names();
         for (table, named) in self.root.tables("muscle", "name", &MUSCLE)? {
             self.describe("tendon", self.parts.tendons.len(), &table);
-            let path = match (table.entry("path"), table.entry("joints")) {
-                (Some(path), None) => TendonPath::Spatial(elements(&path, &sites, &wraps)?),
-                (None, Some(terms)) => TendonPath::Fixed(self::terms(&terms, &joints)?),
-                _ => return Err(table.error("expected either `path` or `joints`")),
-            };
+            let path = path(&table, &sites, &wraps, &joints)?
+                .ok_or_else(|| table.error("expected either `path` or `joints`"))?;
             self.parts.tendons.push(Tendon {
                 name: named.text,
                 path,
@@ -342,6 +365,55 @@ impl<'r> Reader<'r> {
                 stiffness: number(&table, "stiffness_n_per_m")?,
                 spring_length: optional(&table, "spring_length_m")?,
             });
+        }
+        Ok(())
+    }
+
+    fn springs(&mut self) -> Result<(), DescriptionError> {
+        let sites = Names::new("site", self.parts.sites.iter().map(|site| &site.name));
+        let wraps = Names::new("wrap", self.parts.wraps.iter().map(|wrap| &wrap.name));
+        let joints = self.joint_names();
+        for (table, named) in self.root.tables("spring", "name", &SPRING)? {
+            let along = self.parts.tendons.iter().position(|tendon| tendon.name == named.text);
+            let spring = match (path(&table, &sites, &wraps, &joints)?, along) {
+                (Some(path), None) => {
+                    self.describe("spring", self.parts.springs.len(), &table);
+                    self.parts.springs.push(Tendon {
+                        name: named.text,
+                        path,
+                        sheath: None,
+                        range: None,
+                        damping: 0.0,
+                        stiffness: table.required("stiffness_n_per_m")?.number(FINITE)?,
+                        spring_length: None,
+                    });
+                    self.parts.springs.last_mut()
+                }
+                (None, Some(tendon)) => self.parts.tendons.get_mut(tendon),
+                (Some(_), Some(_)) => {
+                    return Err(table.error(
+                        "has a path and the name of a tendon: expected one of them, or another name",
+                    ));
+                }
+                (None, None) => None,
+            };
+            let Some(spring) = spring else {
+                return Err(table.error("expected `path`, `joints` or the name of a tendon of the body"));
+            };
+            for (key, value) in
+                [("stiffness_n_per_m", &mut spring.stiffness), ("damping_n_s_per_m", &mut spring.damping)]
+            {
+                *value = table.entry(key).map_or(Ok(*value), |entry| entry.number(FINITE))?;
+            }
+            spring.spring_length = optional(&table, "slack_lengths_m")?.or(spring.spring_length);
+            if let Some(entry) = table.entry("one_sided")
+                && entry.flag()?
+            {
+                let Some([low, _]) = &mut spring.spring_length else {
+                    return Err(entry.bare("one_sided: expected `slack_lengths_m` beside it"));
+                };
+                *low = NEVER;
+            }
         }
         Ok(())
     }
@@ -447,6 +519,21 @@ fn geom(table: &Table<'_>, body: usize) -> Result<Geom, DescriptionError> {
     }
     let size = core::array::from_fn(|i| given.get(i).copied().unwrap_or(0.0));
     Ok(Geom { body, kind, size, position, orientation })
+}
+
+/// The path of a muscle or spring; none where it has neither a path nor joints.
+fn path(
+    table: &Table<'_>,
+    sites: &Names,
+    wraps: &Names,
+    joints: &Names,
+) -> Result<Option<TendonPath>, DescriptionError> {
+    match (table.entry("path"), table.entry("joints")) {
+        (Some(path), None) => Ok(Some(TendonPath::Spatial(elements(&path, sites, wraps)?))),
+        (None, Some(terms)) => Ok(Some(TendonPath::Fixed(self::terms(&terms, joints)?))),
+        (None, None) => Ok(None),
+        (Some(_), Some(_)) => Err(table.error("expected either `path` or `joints`")),
+    }
 }
 
 /// Sites, wraps and pulleys of a muscle, from its origin to its insertion.

@@ -6,5 +6,5 @@ mod top_level;
 
 pub use export::to_toml;
 pub use import::from_toml;
-pub(super) use import::{add_muscles, description};
+pub(super) use import::{add_muscles, add_springs, description, spring_tables};
 pub(super) use top_level::{MACHINE_KEYS, ROBOT_KEYS};

@@ -1,7 +1,7 @@
 //! Outermost keys of a robot file, and those that make it a machine file.
 
 /// Keys of a robot file.
-pub(in crate::description) const ROBOT_KEYS: [&str; 11] = [
+pub(in crate::description) const ROBOT_KEYS: [&str; 12] = [
     "name",
     "gravity_m_per_s2",
     "body",
@@ -10,6 +10,7 @@ pub(in crate::description) const ROBOT_KEYS: [&str; 11] = [
     "wrap",
     "geom",
     "muscle",
+    "spring",
     "coupling",
     "actuator",
     "key",

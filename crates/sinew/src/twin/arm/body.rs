@@ -16,7 +16,7 @@ const STOP_DAMPING: f64 = 0.3;
 /// The rigid bodies of a machine under cable tensions, in the coordinates of its independent joints.
 ///
 /// ```text
-/// M v' = R^T T_out - c - g - damping - stops
+/// M v' = R^T T_out - c - g - springs - damping - stops
 /// v <- v + h v',   q <- q + h v                    semi-implicit
 /// stop:  -k x - 2 zeta_s sqrt(k I) v,   x beyond the range,   k = min(k_s, I (0.5/h)^2),   I = 1/(M^-1)_jj at the start
 /// ```
@@ -134,7 +134,7 @@ impl Limb {
         }
     }
 
-    /// Kinetic, potential and elastic energy of the stops, J.
+    /// Kinetic, potential and elastic energy of springs and stops, J.
     pub(super) fn energy(&mut self) -> Result<f64, Error> {
         let Self { model, joints, .. } = self;
         let (q, v) = (joints.q.as_flattened(), joints.v.as_flattened());
@@ -151,7 +151,10 @@ impl Limb {
         let (mut poses, mut scratch) = (Poses::new(robot), Scratch::new(robot));
         robot.forward_kinematics(q, &mut poses)?;
         let height = robot.potential_energy(q, &poses)?;
-        Ok(robot.kinetic_energy(q, model.velocities(), &mut scratch)? + height + pressed)
+        Ok(robot.kinetic_energy(q, model.velocities(), &mut scratch)?
+            + height
+            + pressed
+            + model.spring_energy())
     }
 }
 

@@ -201,9 +201,9 @@ fn stiffest_joint(arms: &[f64], laws: &[CableLaw], found: &Characteristics) -> u
 /// Shortest free cable at an anchor, m.
 const SHORTEST: f64 = 1e-3;
 
-/// Sites of tendons, each once.
+/// Sites of muscles and springs, each once.
 fn tendon_sites(parts: &Parts) -> Vec<usize> {
-    let elements = parts.tendons.iter().filter_map(|tendon| match &tendon.path {
+    let elements = parts.tendons.iter().chain(&parts.springs).filter_map(|tendon| match &tendon.path {
         TendonPath::Spatial(elements) => Some(elements),
         TendonPath::Fixed(_) => None,
     });

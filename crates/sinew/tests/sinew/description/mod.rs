@@ -447,12 +447,57 @@ fn a_body_that_weighs_only_its_bound_has_its_centre_where_mujoco_puts_it() {
 }
 
 #[test]
-fn what_changes_the_dynamics_and_is_not_read_is_said() {
-    let body =
-        "<body gravcomp=\"1\"><joint springdamper=\"1 1\"/><geom size=\"1\"/></body><body gravcomp=\"0\"/>";
-    let told: Vec<String> = mjcf(&world(body)).unwrap().warnings.iter().map(ToString::to_string).collect();
-    assert_eq!(told.len(), 2, "{told:?}");
-    assert!(told[0].contains("gravcomp") && told[1].contains("springdamper"), "{told:?}");
+fn what_changes_forces_and_is_not_read_is_said_and_makes_no_machine() {
+    let joint = "<joint name=\"j\"/><geom size=\"1\"/>";
+    let pull = "<tendon><fixed name=\"m\"><joint joint=\"j\" coef=\"1\"/></fixed></tendon>";
+    let body = |attribute: &str| world(&format!("<body {attribute}>{joint}</body><body gravcomp=\"0\"/>"));
+    let weld = |active: &str| format!("<equality><weld body1=\"b\" {active}/></equality></mujoco>");
+    let whole = body("name=\"b\"").replace("</mujoco>", &format!("{pull}</mujoco>"));
+    let machine = |text: &str| {
+        let toml = "body = \"b.xml\"";
+        let read = sinew::description::machine_from_toml("m.toml", toml, &mut |_| Ok(text.to_string()));
+        read.map(|_| ()).map_err(|error| error.to_string())
+    };
+    machine(&whole).unwrap();
+    for (text, word) in [
+        (whole.replace("name=\"b\"", "name=\"b\" gravcomp=\"1\""), "gravcomp"),
+        (whole.replace("</mujoco>", &weld("")), "<weld>"),
+        (whole.replace("<fixed name", "<fixed frictionloss=\"1\" name"), "frictionloss"),
+        (whole.replace("<worldbody>", "<option viscosity=\"1\"/><worldbody>"), "viscosity"),
+        (whole.replace("<geom size", "<plugin plugin=\"p\"/><geom size"), "<plugin>"),
+    ] {
+        let warnings = mjcf(&text).unwrap().warnings;
+        assert!(warnings.len() == 1 && warnings[0].changes_forces, "{word}: {warnings:?}");
+        let refused = machine(&text).unwrap_err();
+        assert!(refused.contains(word) && refused.contains("b.xml:"), "{refused}");
+    }
+    for (text, told) in [
+        (whole.replace("</mujoco>", &weld("active=\"false\"")), 0),
+        (whole.replace("name=\"b\"", "name=\"b\" mocap=\"true\""), 1),
+        (whole.replace("<worldbody>", "<contact/><worldbody>"), 1),
+    ] {
+        assert_eq!(mjcf(&text).unwrap().warnings.len(), told);
+        machine(&text).unwrap();
+    }
+}
+
+#[test]
+fn springs_and_dampers_by_time_constant_and_ratio_are_those_of_mujocos_compiler() {
+    let text = "<mujoco><worldbody><body><joint name=\"a\" axis=\"0 1 0\" springdamper=\"0.2 0.7\" \
+        stiffness=\"9\"/><geom size=\"0.05\" fromto=\"0 0 0 0.3 0 0\" type=\"capsule\"/>\
+        <body pos=\"0.3 0 0\"><joint name=\"b\" axis=\"0 1 0\" springdamper=\"0.1 1\" \
+        armature=\"0.01\"/><joint name=\"c\" type=\"slide\" axis=\"0 1 0\" springdamper=\"0 0\" \
+        damping=\"3\"/><geom size=\"0.04\" fromto=\"0 0 0 0.2 0.1 0\" type=\"capsule\"/></body></body>\
+        </worldbody></mujoco>";
+    // jnt_stiffness and dof_damping of MuJoCo 4.0.0.
+    let theirs =
+        [[10.343324727342246, 2.0272916465590805], [1.953570336773006, 0.39071406735460124], [0.0, 3.0]];
+    for (joint, [stiffness, damping]) in parts(text).joints.iter().zip(theirs) {
+        assert!((joint.stiffness - stiffness).abs() < 1e-12 * stiffness.max(1.0), "{joint:?}");
+        assert!((joint.damping - damping).abs() < 1e-12 * damping.max(1.0), "{joint:?}");
+    }
+    let refused = mjcf(&text.replace("0.2 0.7", "0.2 0")).unwrap_err().to_string();
+    assert!(refused.contains("springdamper") && refused.contains("> 0"), "{refused}");
 }
 
 #[test]

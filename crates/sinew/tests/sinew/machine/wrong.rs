@@ -150,7 +150,7 @@ fn numbers_that_are_not_finite_are_refused() {
 }
 
 /// Keys whose numbers may have any sign and size.
-const ANY: [&str; 16] = [
+const ANY: [&str; 17] = [
     "gravity_m_per_s2",
     "center_of_mass_m",
     "position_m",
@@ -160,6 +160,7 @@ const ANY: [&str; 16] = [
     "reference_rad",
     "spring_reference_rad",
     "coefficient",
+    "slack_lengths_m",
     // The lower limit; `range_rad` of a travel is held against the body's elsewhere.
     "range_rad",
     "range_m",
