@@ -90,8 +90,8 @@ fn compare(model: &Model, rows: &[Row], modes: &[&[&str]], label: &str) {
     }
 }
 
-/// Models of a kind over rows, a mode each, of the kinds in turn: compilers take longer than the rows. The long
-/// test has all modes for all models.
+/// Models of a kind over rows, a mode each, of the kinds in turn: compilers take longer than the rows. The
+/// long test has all modes for all models.
 #[track_caller]
 fn same_bits(kind: Kind, models: u64, count: usize) {
     for seed in 0..models {

@@ -175,8 +175,8 @@ impl MuscleDynamics {
         Ok(())
     }
 
-    /// The joints that a muscle or a [spring](Self::springs) crosses, each with its moment arm, m: a row of `R`
-    /// without the entries that are always zero.
+    /// The joints that a muscle or a [spring](Self::springs) crosses, each with its moment arm, m: a row of
+    /// `R` without the entries that are always zero.
     #[inline]
     pub(crate) fn crossings(&self, muscle: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
         self.arms.row(muscle)

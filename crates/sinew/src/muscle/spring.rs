@@ -27,8 +27,8 @@ pub(super) struct Spring {
 /// | k, d     | N/m, N s/m | >= 0    | stiffness, damping                                   |
 ///
 /// # Assumes
-/// Below `l_0` the spring pushes, and the damper acts at every length, slack or not. A spring that only pulls has
-/// an `l_0` that no pose reaches.
+/// Below `l_0` the spring pushes, and the damper acts at every length, slack or not. A spring that only pulls
+/// has an `l_0` that no pose reaches.
 ///
 /// # Source
 /// `mujoco2012`, whose tendons have this law.
