@@ -25,3 +25,4 @@ mod sizing;
 mod supervisor;
 mod tension;
 mod trajectory;
+mod underactuated;
