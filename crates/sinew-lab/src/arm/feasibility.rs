@@ -178,7 +178,8 @@ struct TorqueCheck {
 impl TorqueCheck {
     fn new(robot: &Robot, limits: Vec<[f64; 2]>) -> Result<Self, sinew::Error> {
         let muscles = limits.len();
-        let (minimum, maximum): (Vec<f64>, _) = limits.into_iter().map(|[lower, upper]| (lower, upper)).unzip();
+        let (minimum, maximum): (Vec<f64>, _) =
+            limits.into_iter().map(|[lower, upper]| (lower, upper)).unzip();
         let controllable = ControllableMotion::new(robot)?;
         let joints = robot.independent_joints().len();
         let joints = controllable.as_ref().map_or(joints, ControllableMotion::count);
@@ -247,7 +248,8 @@ impl TorqueCheck {
             weight: ones,
         })?;
         let below = |m: &usize| minimum[*m] - solution.tension[*m];
-        let slack = (0..minimum.len()).filter(|m| below(m) > 0.0).max_by(|a, b| below(a).total_cmp(&below(b)));
+        let slack =
+            (0..minimum.len()).filter(|m| below(m) > 0.0).max_by(|a, b| below(a).total_cmp(&below(b)));
         let slack = slack.map(|m| (m, solution.tension[m], minimum[m]));
         Ok(Some(TorqueDeficit { velocity: joint, torque, muscle, slack }))
     }
@@ -281,7 +283,9 @@ mod tests {
         let arms = vec![0.01; 15 * 7];
         torque[2] = f64::NAN;
         assert!(check.deficit(TorqueDemand { pose: &[], moment_arms: &arms, torque: &torque }).is_err());
-        assert!(check.deficit(TorqueDemand { pose: &[], moment_arms: &arms[1..], torque: &[0.0; 7] }).is_err());
+        assert!(
+            check.deficit(TorqueDemand { pose: &[], moment_arms: &arms[1..], torque: &[0.0; 7] }).is_err()
+        );
     }
 
     #[test]

@@ -71,8 +71,8 @@ impl<'a> TrackingErrors<'a> {
         })
     }
 
-    /// Evaluates all errors for a reference and a true pose `q`, rad or m, `[joints]`, under desired tensions,
-    /// N: `[muscles]`.
+    /// Evaluates all errors for a reference and a true pose `q`, rad or m, `[joints]`, under desired
+    /// tensions, N: `[muscles]`.
     ///
     /// # Errors
     /// As [`MuscleDynamics::evaluate`].

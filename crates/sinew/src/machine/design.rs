@@ -171,7 +171,7 @@ impl Machine {
     }
 
     /// The start, and poses spread evenly over the [`ranges`](Self::ranges): `[places][joints]`. Where cables
-    /// leave joints to springs, the equilibria with the lengths that the cables have in these poses, and fewer
+    /// leave joints to springs, the equilibria with the lengths that the cables have in these poses; fewer
     /// places where there are none.
     ///
     /// # Errors

@@ -31,7 +31,7 @@ use alloc::vec::Vec;
 /// One motor per muscle; joints without dry friction.
 ///
 /// # Source
-/// Statics of underactuated fingers; `hirose1978`, with springs. The projection along `R` is ours.
+/// Statics of elastic mechanisms under constraints; the projection along `R` is ours.
 #[derive(Debug, Clone)]
 pub struct ControllableMotion {
     model: MuscleDynamics,
@@ -409,7 +409,7 @@ fn unbalanced(
     Ok(())
 }
 
-/// Rows of a matrix `[.. x n]` that span all of them, largest first, every column scaled to its largest entry.
+/// Rows of a matrix `[.. x n]` that span all of them, with every column scaled to its largest entry.
 fn independent_rows(matrix: &[f64], n: usize) -> Vec<usize> {
     let largest = |j: usize| matrix.chunks_exact(n).fold(0.0, |most: f64, row| most.max(row[j].abs()));
     let scale: Vec<f64> = (0..n).map(|j| 1.0 / largest(j).max(1e-30)).collect();

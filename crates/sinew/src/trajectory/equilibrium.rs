@@ -1,3 +1,4 @@
+use super::check::first_unreachable;
 use super::controllable::ControllableMotion;
 use super::joint_path::JointPath;
 use super::motion::{Sequence, Trajectory};
@@ -67,8 +68,8 @@ impl Equilibrium {
         }))
     }
 
-    /// Moves a pose, rad or m, `[joints]`, to the equilibrium with the lengths that the cables have in it; the
-    /// reason where there is none nearby.
+    /// Moves a pose, rad or m, `[joints]`, to the equilibrium with the lengths that the cables have in it;
+    /// the reason where there is none nearby.
     ///
     /// # Errors
     /// [`Error::WrongLength`] for the pose of another robot; [`Error::EntryOutOfDomain`] where it is not
@@ -172,11 +173,9 @@ impl Equilibrium {
                 let mut found = Vec::new();
                 for (start, motion) in motions.motions() {
                     let motion = self.along(motion)?;
-                    let lost =
-                        matches!(&motion, Trajectory::AlongPath { joints, .. } if joints.first_unreached().is_some());
+                    let (lost, end) = (first_unreachable(&motion).is_some(), start + motion.duration());
                     found.push((start, motion));
                     if lost {
-                        let end = found.last().map_or(0.0, |(start, motion)| start + motion.duration());
                         return Ok(Trajectory::Sequence(Sequence::new(found, end)?));
                     }
                 }
@@ -186,12 +185,7 @@ impl Equilibrium {
     }
 
     /// The path with the lengths of the cables along poses over `[0, end]`.
-    fn path(
-        &mut self,
-        end: f64,
-        closed: bool,
-        given: impl Fn(f64) -> Vec<f64>,
-    ) -> Result<JointPath, Error> {
+    fn path(&mut self, end: f64, closed: bool, given: impl Fn(f64) -> Vec<f64>) -> Result<JointPath, Error> {
         let n = self.ranges.len();
         let pieces = if closed { KNOTS } else { KNOTS - 1 };
         let phases: Vec<f64> = (0..KNOTS).map(|k| end * k as f64 / pieces as f64).collect();

@@ -4,7 +4,7 @@ use sinew::body::Robot;
 use sinew::description::from_toml;
 use sinew::trajectory::{ControllableMotion, Equilibrium, Trajectory, UnreachedCause};
 
-/// Links of 40 mm and 10 g under one cable; per joint a moment arm, m, and a spring, Nm/rad, at rest at -0.5 rad.
+/// Links of 40 mm and 10 g under one cable; per joint a moment arm, m, and a spring, Nm/rad, at rest at -0.5.
 fn finger(gravity: f64, joints: &[[f64; 2]], range: [f64; 2]) -> Robot {
     let mut text = format!("name = \"finger\"\ngravity_m_per_s2 = [0.0, 0.0, {gravity}]\n");
     let mut terms = Vec::new();
@@ -103,10 +103,10 @@ fn a_finger_that_snaps_is_refused_with_the_joint_that_does_not_follow() {
     motion.evaluate(&[-1.5, 0.0], &[0.0]).unwrap();
     let (least, joint) = motion.least_stiffness().unwrap();
     assert!(!motion.is_followable() && least < 0.0 && joint == 1, "{least} {joint}");
-    // On the way there the equilibrium is lost, too.
-    let mut q = [-1.5, 0.0];
-    let found = Equilibrium::new(&upside_down).unwrap().unwrap().settle(&mut q).unwrap();
-    println!("{found:?} {q:?}");
+    let mut equilibrium = Equilibrium::new(&upside_down).unwrap().unwrap();
+    let found = equilibrium.settle(&mut [-1.5, 0.0]).unwrap();
+    let Some(UnreachedCause::Snaps { joint, stiffness }) = found else { panic!("{found:?}") };
+    assert!(joint == "j1" && stiffness < 0.0, "{joint} {stiffness}");
 }
 
 #[test]

@@ -34,7 +34,7 @@ pub(super) struct LockedWinches {
 pub(super) struct Underactuated {
     controllable: usize,
     joints: usize,
-    /// Joints that follow others in the sampled pose nearest to the middle of the cables' lengths.
+    /// Joints that follow others in the middle of the ranges.
     follows: Vec<Follows>,
     /// Least stiffness of the joints at constant lengths over the sampled poses.
     least_stiffness_nm_per_rad: f64,
@@ -126,13 +126,15 @@ impl Underactuated {
         let parts = machine.robot.parts();
         let joints = machine.robot.independent_joints();
         let name = |joint: usize| parts.joints[joints[joint]].name.clone();
-        let (mut softest, mut tensions) = ((f64::INFINITY, 0, 0), vec![[f64::INFINITY, 0.0_f64]; parts.tendons.len()]);
+        let (mut softest, mut tensions) =
+            ((f64::INFINITY, 0, 0), vec![[f64::INFINITY, 0.0_f64]; parts.tendons.len()]);
         let mut follows = Vec::new();
         for (index, pose) in poses.iter().enumerate() {
             let mut pose = pose.clone();
             equilibrium.settle(&mut pose)?;
             let motion = equilibrium.motion();
-            if let Some((stiffness, joint)) = motion.least_stiffness().filter(|(least, _)| *least < softest.0) {
+            if let Some((stiffness, joint)) = motion.least_stiffness().filter(|(least, _)| *least < softest.0)
+            {
                 softest = (stiffness, joint, index);
             }
             for ([least, most], tension) in tensions.iter_mut().zip(equilibrium.tension()) {
@@ -166,13 +168,17 @@ impl Underactuated {
     /// A paragraph.
     fn text(&self) -> String {
         let Self { controllable, joints, .. } = self;
-        let mut text = format!("Fewer motors than joints: {controllable} of {joints} coordinates are controlled\n");
+        let mut text =
+            format!("Fewer motors than joints: {controllable} of {joints} coordinates are controlled\n");
         for Follows { muscle, joint, leader, ratio } in &self.follows {
             let [muscle, joint, leader] = [muscle, joint, leader].map(|name| one_line(name));
             text += &format!("  {joint} follows {} x {leader} ({muscle})\n", number(Some(*ratio)));
         }
         let least = number(Some(self.least_stiffness_nm_per_rad));
-        text + &format!("  least stiffness at constant lengths {least} Nm/rad, mostly of {}\n\n", one_line(&self.softest))
+        text + &format!(
+            "  least stiffness at constant lengths {least} Nm/rad, mostly of {}\n\n",
+            one_line(&self.softest)
+        )
     }
 }
 

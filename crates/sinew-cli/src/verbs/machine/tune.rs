@@ -47,7 +47,7 @@ fn tune(
     checks.print_warnings();
     let cost = PeriodCost::new(&machine, &machine.laws(CELLS)?, &poses)?;
     print_unheld(&machine, &cost);
-    let underactuated = &checks.underactuated;
+    let underactuated = checks.underactuated.as_ref();
     let tuned = tuned(&machine, &poses, (checks.text(&machine), &cost), arguments.specimens)?;
     let mut files = Vec::new();
     if let Some(path) = &arguments.out {
@@ -74,7 +74,7 @@ struct Printed<'a> {
     tuned: &'a Tuned,
     locked_winches: &'a [LockedWinches],
     #[serde(skip_serializing_if = "Option::is_none")]
-    underactuated: &'a Option<Underactuated>,
+    underactuated: Option<&'a Underactuated>,
 }
 
 fn tuned(

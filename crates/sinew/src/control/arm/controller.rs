@@ -42,8 +42,8 @@ use alloc::vec::Vec;
 /// | tau, M, c, g      | torque, inertia, velocity and gravity terms        | Nm, kg m^2, Nm, Nm |
 /// | F, R              | tensions at the anchors, moment arms `-dl/dq`       | N, m         |
 ///
-/// Where cables leave joints to springs, the errors `q_r - q^` and `q'_r - q'^` are what [`ControllableMotion`]
-/// says the cables control of them, and the tensions those with `(R S)^T F = S^T tau`.
+/// Where cables leave joints to springs, the errors `q_r - q^` and `q'_r - q'^` are what of them the cables
+/// control by [`ControllableMotion`], and the tensions those with `(R S)^T F = S^T tau`.
 ///
 /// # Departs
 /// `yuan2023` commands the drives' tensions without knowing the far ones; see [`ActuationMode`] for both.
