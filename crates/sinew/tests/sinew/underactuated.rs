@@ -12,7 +12,8 @@ fn finger(gravity: f64, joints: &[[f64; 2]], range: [f64; 2]) -> Robot {
         let parent = if k == 0 { "world".to_owned() } else { format!("link{}", k - 1) };
         let offset = if k == 0 { 0.0 } else { 0.04 };
         text += &format!(
-            "[[body]]\nname = \"link{k}\"\nparent = \"{parent}\"\nposition_m = [{offset}, 0.0, 0.0]\nmass_kg = 0.01\n\
+            "[[body]]\nname = \"link{k}\"\nparent = \"{parent}\"\nposition_m = [{offset}, 0.0, 0.0]\n\
+                mass_kg = 0.01\n\
                 center_of_mass_m = [0.02, 0.0, 0.0]\ninertia_kg_m2 = [1e-7, 1e-6, 1e-6]\n\
                 [[joint]]\nname = \"j{k}\"\nbody = \"link{k}\"\nkind = \"hinge\"\naxis = [0.0, 1.0, 0.0]\n\
                 range_rad = [{}, {}]\nstiffness_nm_per_rad = {stiffness}\nspring_reference_rad = -0.5\n",
