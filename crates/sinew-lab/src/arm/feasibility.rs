@@ -4,11 +4,14 @@ use super::heat::{allowed_temperature, drive_heat};
 use super::tracking::poses_along;
 use crate::Error;
 use crate::experiment::oracle_models;
+use sinew::body::Robot;
 use sinew::control::arm::{ArmGains, least_stable_pose, max_unstable_rate, synthesize};
 use sinew::control::tension::{Distribution, Problem, Status};
 use sinew::machine::{Machine, NegativeStiffness};
 use sinew::predictor::CableModel;
-use sinew::trajectory::{self, Infeasibility, Limits, TorqueDeficit, TorqueDemand, Trajectory, Violation};
+use sinew::trajectory::{
+    self, ControllableMotion, Infeasibility, Limits, TorqueDeficit, TorqueDemand, Trajectory, Violation,
+};
 use sinew::twin::arm::ArmSpecimen;
 
 /// Why a machine cannot carry out a motion.
@@ -69,7 +72,7 @@ pub fn first_infeasibility(
         return Ok(Some(Infeasibility { time: 0.0, violation }));
     }
     let margin = machine.rules.margin;
-    let mut torques = TorqueCheck::new(trajectory.joints(), tension_limits(&gains, margin));
+    let mut torques = TorqueCheck::new(&machine.robot, tension_limits(&gains, margin))?;
     let limits = Limits {
         cable_speed: gains
             .muscles
@@ -155,8 +158,15 @@ fn tension_limits(gains: &ArmGains, margin: f64) -> Vec<[f64; 2]> {
     limits.collect()
 }
 
+/// Largest tension that is considered, N: none.
+const MAX_TENSION: f64 = 1e6;
+
 /// Tension distribution within the limits of the muscles.
 struct TorqueCheck {
+    /// Of a machine whose cables leave joints to springs.
+    controllable: Option<ControllableMotion>,
+    /// Tensions found last, N: `[muscles]`.
+    tension: Vec<f64>,
     distribution: Distribution,
     joints: usize,
     minimum: Vec<f64>,
@@ -166,17 +176,23 @@ struct TorqueCheck {
 }
 
 impl TorqueCheck {
-    fn new(joints: usize, limits: Vec<[f64; 2]>) -> Self {
+    fn new(robot: &Robot, limits: Vec<[f64; 2]>) -> Result<Self, sinew::Error> {
         let muscles = limits.len();
-        let (minimum, maximum) = limits.into_iter().map(|[lower, upper]| (lower, upper)).unzip();
-        Self {
+        let (minimum, maximum): (Vec<f64>, _) =
+            limits.into_iter().map(|[lower, upper]| (lower, upper)).unzip();
+        let controllable = ControllableMotion::new(robot)?;
+        let joints = robot.independent_joints().len();
+        let joints = controllable.as_ref().map_or(joints, ControllableMotion::count);
+        Ok(Self {
+            controllable,
+            tension: minimum.clone(),
             distribution: Distribution::new(muscles, joints),
             joints,
             minimum,
             maximum,
             zeros: vec![0.0; muscles],
             ones: vec![1.0; muscles],
-        }
+        })
     }
 
     /// The part of a torque that no admissible tensions produce.
@@ -184,15 +200,25 @@ impl TorqueCheck {
     /// # Errors
     /// As [`Distribution::solve`]: an invalid problem is not a feasible one.
     fn deficit(&mut self, demand: TorqueDemand<'_>) -> Result<Option<TorqueDeficit>, sinew::Error> {
-        let Self { distribution, joints, minimum, maximum, zeros, ones } = self;
+        let Self { controllable, tension, distribution, joints, minimum, maximum, zeros, ones } = self;
+        let (mut moment_arms, mut needed) = (demand.moment_arms, demand.torque);
+        let mut along = vec![0.0; *joints];
+        if let Some(motion) = controllable.as_mut() {
+            motion.evaluate(demand.pose, tension)?;
+        }
+        if let Some(motion) = controllable.as_ref() {
+            motion.torque(needed, &mut along);
+            (moment_arms, needed) = (motion.arms(), &along);
+        }
         let solution = distribution.solve(&Problem {
-            moment_arms: demand.moment_arms,
-            torque: demand.torque,
+            moment_arms,
+            torque: needed,
             minimum,
             maximum,
             reference: zeros,
             weight: ones,
         })?;
+        tension.copy_from_slice(solution.tension);
         if solution.status == Status::Optimal {
             return Ok(None);
         }
@@ -200,13 +226,32 @@ impl TorqueCheck {
         let (velocity, torque) =
             residual.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or((0, f64::NAN));
         // The saturated muscle with the largest moment arm in the direction of the torque.
-        let leverage =
-            |muscle: usize| demand.moment_arms[muscle * *joints + velocity] * demand.torque[velocity];
+        let leverage = |muscle: usize| moment_arms[muscle * *joints + velocity] * needed[velocity];
         let muscle = (0..maximum.len())
             .filter(|&m| leverage(m) > 0.0 && solution.tension[m] >= maximum[m])
             .max_by(|&a, &b| leverage(a).total_cmp(&leverage(b)))
             .map(|m| (m, solution.tension[m]));
-        Ok(Some(TorqueDeficit { velocity, torque, muscle }))
+        let Some(motion) = controllable.as_ref() else {
+            return Ok(Some(TorqueDeficit { velocity, torque, muscle, slack: None }));
+        };
+        // The joint that moves most, and the muscle whose joints need less than its least tension.
+        let moved = demand.torque.len();
+        let along = &motion.motion()[velocity * moved..(velocity + 1) * moved];
+        let joint = (0..moved).max_by(|&a, &b| along[a].abs().total_cmp(&along[b].abs())).unwrap_or(0);
+        let any = vec![MAX_TENSION; minimum.len()];
+        let solution = distribution.solve(&Problem {
+            moment_arms,
+            torque: needed,
+            minimum: &any.iter().map(|most| -most).collect::<Vec<_>>(),
+            maximum: &any,
+            reference: zeros,
+            weight: ones,
+        })?;
+        let below = |m: &usize| minimum[*m] - solution.tension[*m];
+        let slack =
+            (0..minimum.len()).filter(|m| below(m) > 0.0).max_by(|a, b| below(a).total_cmp(&below(b)));
+        let slack = slack.map(|m| (m, solution.tension[m], minimum[m]));
+        Ok(Some(TorqueDeficit { velocity: joint, torque, muscle, slack }))
     }
 }
 
@@ -233,12 +278,14 @@ mod tests {
 
     #[test]
     fn a_distribution_problem_that_is_invalid_is_an_error_and_not_feasible() {
-        let mut check = TorqueCheck::new(7, vec![[25.0, 150.0]; 15]);
+        let mut check = TorqueCheck::new(&lm_arm().robot, vec![[25.0, 150.0]; 15]).unwrap();
         let mut torque = vec![0.0; 7];
         let arms = vec![0.01; 15 * 7];
         torque[2] = f64::NAN;
-        assert!(check.deficit(TorqueDemand { moment_arms: &arms, torque: &torque }).is_err());
-        assert!(check.deficit(TorqueDemand { moment_arms: &arms[1..], torque: &[0.0; 7] }).is_err());
+        assert!(check.deficit(TorqueDemand { pose: &[], moment_arms: &arms, torque: &torque }).is_err());
+        assert!(
+            check.deficit(TorqueDemand { pose: &[], moment_arms: &arms[1..], torque: &[0.0; 7] }).is_err()
+        );
     }
 
     #[test]
@@ -294,7 +341,7 @@ mod tests {
             ..parts.bodies[1].clone()
         };
         let bodies = vec![parts.bodies[0].clone(), heavier];
-        let robot = sinew::body::Robot::new(sinew::body::Parts { bodies, ..parts }).unwrap();
+        let robot = Robot::new(sinew::body::Parts { bodies, ..parts }).unwrap();
         let found = first_infeasibility(&Machine { robot, ..machine }, &motion, 1).unwrap();
         assert_eq!(found, None);
     }
@@ -309,7 +356,7 @@ mod tests {
             let inertia = [0.01 * mass, 0.01 * mass, 1e-6, 0.0, 0.0, 0.0];
             let heavier = sinew::body::Body { mass, inertia, ..parts.bodies[1].clone() };
             let bodies = vec![parts.bodies[0].clone(), heavier];
-            let robot = sinew::body::Robot::new(sinew::body::Parts { bodies, ..parts }).unwrap();
+            let robot = Robot::new(sinew::body::Parts { bodies, ..parts }).unwrap();
             let machine = Machine { robot, period, ..machine };
             let motion = plan(&machine, &DesiredMotion::ToPose(vec![0.02]), Some(5.0)).unwrap();
             first_infeasibility(&machine, &motion, 1).unwrap()

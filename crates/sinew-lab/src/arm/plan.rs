@@ -3,8 +3,8 @@
 use crate::Error;
 use sinew::machine::{Machine, Task};
 use sinew::trajectory::{
-    EndPointPath, Infeasibility, JointPath, JointWaypoint, MinimumJerk, Redundancy, Sequence, TimeLaw,
-    Trajectory, Waypoint, feasible_tour, split_at_rests, through_joint_waypoints,
+    EndPointPath, Equilibrium, Infeasibility, JointPath, JointWaypoint, MinimumJerk, Redundancy, Sequence,
+    TimeLaw, Trajectory, Waypoint, feasible_tour, split_at_rests, through_joint_waypoints,
 };
 
 /// Turns of a closed path: the two periods of `yuan2023`.
@@ -49,12 +49,30 @@ impl DesiredMotion {
 ///
 /// `duration` is in s; by default 40 s for a closed path, 5 s to a point or a pose. Waypoints have their own
 /// times. A part of the motion that the end point cannot reach is cut off:
-/// [`first_infeasibility`](super::first_infeasibility) reports it.
+/// [`first_infeasibility`](super::first_infeasibility) reports it. Where cables leave joints to springs,
+/// poses stand for the lengths of the cables in them: see [`Equilibrium::along`].
 ///
 /// # Errors
 /// [`Error::Experiment`] for a motion of the end point where the machine's task has none; [`Error::Physics`]
 /// where the robot has joints other than hinges and slides, and for numbers outside their domain.
 pub fn plan(machine: &Machine, motion: &DesiredMotion, duration: Option<f64>) -> Result<Trajectory, Error> {
+    let Some(mut equilibrium) = Equilibrium::new(&machine.robot)? else {
+        return plan_joints(machine, motion, duration);
+    };
+    if motion.needs_end_point() {
+        let expected = "one of the joints (tour, to-joints: or joints:): fewer motors than joints, and the \
+            lengths of the cables are planned";
+        return Err(Error::experiment("motion", expected, &"a path of the end point"));
+    }
+    Ok(equilibrium.along(&plan_joints(machine, motion, duration)?)?)
+}
+
+/// The same of the joints, each with a motor.
+fn plan_joints(
+    machine: &Machine,
+    motion: &DesiredMotion,
+    duration: Option<f64>,
+) -> Result<Trajectory, Error> {
     let start = &machine.start;
     match motion {
         DesiredMotion::ClosedPath(path) => {

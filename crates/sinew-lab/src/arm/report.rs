@@ -228,6 +228,13 @@ pub struct TrackingNumbers {
     pub joint_error_rad: Option<ErrorRange>,
     /// The same of the slides, m.
     pub joint_error_m: Option<ErrorRange>,
+    /// Of a machine whose cables leave joints to springs: magnitude of the error of the cables' lengths, over
+    /// muscles and time, without the zeros of the joint encoders, m.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub closure_error_m: Option<ErrorRange>,
+    /// And what of the joints' errors no cable controls, over joints and time, rad.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub off_manifold_rad: Option<ErrorRange>,
     /// Position error of the end point.
     pub end_point_error_m: ErrorSpread,
     /// Its fraction by the zeros of the joint encoders, which no controller without a sensor at the end point
@@ -328,6 +335,15 @@ impl TrackingNumbers {
             joints: TrackJoint::new(summary, robot, limits),
             joint_error_rad: of_kind(JointKind::Hinge),
             joint_error_m: of_kind(JointKind::Slide),
+            closure_error_m: ErrorRange::over(summary.closure_error.iter()),
+            off_manifold_rad: ErrorRange::over(
+                robot
+                    .independent_joints()
+                    .into_iter()
+                    .zip(&summary.off_manifold)
+                    .filter(|(joint, _)| robot.parts().joints[*joint].kind == JointKind::Hinge)
+                    .map(|(_, statistics)| statistics),
+            ),
             longest_slack_s: summary.slack.duration,
             end_point_error_m: (&summary.end_point_error).into(),
             unseen_error_m: (&summary.encoder_zero_error).into(),

@@ -57,7 +57,7 @@ impl<'a> Evaluation<'a> {
         let Self { errors, summary, pretension, layout } = self;
         let Seen { moment, reference, command, .. } = cycle;
         let truth = arm.truth();
-        errors.evaluate(&reference.q, truth.q)?;
+        errors.evaluate(&reference.q, truth.q, command.arm.desired_tension)?;
         let row = TrackRow {
             time: moment.time,
             repeat: moment.repeat,
@@ -70,6 +70,8 @@ impl<'a> Evaluation<'a> {
             pretension,
             length: &errors.length,
             length_error: &errors.length_error,
+            closure_error: &errors.closure_error,
+            off_manifold: &errors.off_manifold,
             command: &command.arm,
             mode: command.mode,
             fault: command.fault,

@@ -33,6 +33,11 @@ pub struct TrackRow<'a> {
     pub length: &'a [f64],
     /// True minus reference lengths, m: `[muscles]`.
     pub length_error: &'a [f64],
+    /// True lengths minus those in which every joint encoder reads its reference, m: `[muscles]`; empty where
+    /// motors hold every joint.
+    pub closure_error: &'a [f64],
+    /// What of `joint_error` no cable controls, rad or m: `[joints]`; empty where motors hold every joint.
+    pub off_manifold: &'a [f64],
     /// Mode of the supervisor.
     pub mode: Mode,
     /// Fault that the supervisor reports, if any.

@@ -72,6 +72,11 @@ pub struct TrackSummary {
     /// Magnitude of the error of every joint during motion, without the zero errors of the encoders, rad or
     /// m: `[joints]`.
     pub joint_error: Vec<Statistics>,
+    /// Magnitude of [`TrackRow::closure_error`] during motion, m: `[muscles]`; empty where motors hold every
+    /// joint.
+    pub closure_error: Vec<Statistics>,
+    /// The same of [`TrackRow::off_manifold`], rad or m: `[joints]`, or empty.
+    pub off_manifold: Vec<Statistics>,
     /// The longest that a cable was slack: its far tension less than 1 N above its pretension, of a small
     /// machine less than a fifth of what its minimum tension leaves.
     pub slack: Slack,
@@ -121,6 +126,8 @@ impl TrackSummary {
             period,
             slack_below,
             joint_error: vec![Statistics::default(); joints],
+            closure_error: Vec::new(),
+            off_manifold: Vec::new(),
             slack: Slack::default(),
             slack_for: vec![0.0; muscles],
             end_point_error: Statistics::default(),
@@ -180,6 +187,12 @@ impl TrackSummary {
             self.peaks.record(row, error);
             for (statistics, error) in self.joint_error.iter_mut().zip(row.joint_error) {
                 statistics.record(error.abs());
+            }
+            for (all, errors) in
+                [(&mut self.closure_error, row.closure_error), (&mut self.off_manifold, row.off_manifold)]
+            {
+                all.resize(errors.len(), Statistics::default());
+                all.iter_mut().zip(errors).for_each(|(statistics, error)| statistics.record(error.abs()));
             }
             if error.is_finite() {
                 self.end_point_error.record(error);

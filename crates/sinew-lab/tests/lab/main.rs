@@ -19,4 +19,5 @@ mod sensor_faults;
 mod sensor_moments;
 mod sheath_bend;
 mod supervisor;
+mod underactuated;
 mod unknown_cable;

@@ -76,6 +76,8 @@ fn numbers(end_point: bool) -> TrackingNumbers {
         joints: vec![],
         joint_error_rad: None,
         joint_error_m: None,
+        closure_error_m: None,
+        off_manifold_rad: None,
         end_point_error_m: spread,
         unseen_error_m: spread,
         end_point_error_per_repeat_m: vec![spread],

@@ -11,7 +11,7 @@ use crate::drive::JointEncoder;
 use crate::error::{non_negative, within};
 use crate::muscle::MuscleDynamics;
 use crate::random::EvenPoints;
-use crate::trajectory::{Redundancy, finite_ranges, independent_ranges};
+use crate::trajectory::{Equilibrium, Redundancy, finite_ranges, independent_ranges};
 use crate::transmission::SheathBend;
 use alloc::vec::Vec;
 
@@ -170,17 +170,30 @@ impl Machine {
         finite_ranges(&self.robot, &self.start)
     }
 
-    /// The start, and poses spread evenly over the [`ranges`](Self::ranges): `[places][joints]`.
+    /// The start, and poses spread evenly over the [`ranges`](Self::ranges): `[places][joints]`. Where cables
+    /// leave joints to springs, the equilibria with the lengths that the cables have in these poses; fewer
+    /// places where there are none.
     ///
     /// # Errors
-    /// As [`ranges`](Self::ranges).
+    /// As [`ranges`](Self::ranges); [`Error::OutOfDomain`] where there is no equilibrium at all.
     pub fn poses(&self, places: usize) -> Result<Vec<Vec<f64>>, Error> {
         let ranges = self.ranges()?;
         let within = |point: Vec<f64>| {
             ranges.iter().zip(point).map(|([low, high], fraction)| low + fraction * (high - low)).collect()
         };
         let spread = EvenPoints::new(ranges.len()).map(within);
-        Ok(core::iter::once(self.start.clone()).chain(spread).take(places).collect())
+        let all: Vec<Vec<f64>> = core::iter::once(self.start.clone()).chain(spread).take(places).collect();
+        let Some(mut equilibrium) = Equilibrium::new(&self.robot)? else { return Ok(all) };
+        let mut found = Vec::new();
+        for mut pose in all {
+            if equilibrium.settle(&mut pose)?.is_none() {
+                found.push(pose);
+            }
+        }
+        if found.is_empty() {
+            return Err(Error::OutOfDomain { name: "equilibria", expected: SOME_EQUILIBRIUM, got: 0.0 });
+        }
+        Ok(found)
     }
 
     /// Bound of the error of every coordinate of a tendon's site, m: that of its tolerances, by default 1 mm,
@@ -258,6 +271,8 @@ impl Machine {
 
 const SOME_MUSCLE: &str = "at least one: a tendon of an MJCF file, a [[muscle]] of a TOML file or, for \
     NAME.urdf, of NAME.muscles.toml";
+const SOME_EQUILIBRIUM: &str = "at least one: fewer motors than joints, and springs hold the others in no \
+    pose";
 const NO_END_POINT: &str = "0 for a machine without an end point: name a site of the body as `endpoint` in \
     [task], or call one `endpoint`";
 const SOME_JOINT: &str = "at least one hinge or slide that follows no other";

@@ -33,6 +33,8 @@ impl Default for Limits {
 /// followers add.
 #[derive(Debug, Clone, Copy)]
 pub struct TorqueDemand<'a> {
+    /// Coordinates of the independent joints, `[n]`, rad or m.
+    pub pose: &'a [f64],
     /// `R J`, `[muscles x n]`, row by row, m.
     pub moment_arms: &'a [f64],
     /// `J^T` (inverse dynamics minus passive forces), `[n]`, Nm or N.
@@ -48,6 +50,9 @@ pub struct TorqueDeficit {
     pub torque: f64,
     /// The saturated muscle with the largest moment arm in its direction, and its tension, N.
     pub muscle: Option<(usize, f64)>,
+    /// The muscle that the springs of its joints leave slack, its tension there, and the least that it may
+    /// have, N.
+    pub slack: Option<(usize, f64, f64)>,
 }
 
 /// Checks a whole trajectory, start and end included, and returns the first violated limit. A path that
@@ -89,7 +94,11 @@ pub fn first_infeasibility(
             return infeasible(violation);
         }
         let moment_arms = model.moment_arms();
-        if let Some(deficit) = torque_deficit(TorqueDemand { moment_arms, torque: &torque })? {
+        if let Some(deficit) = torque_deficit(TorqueDemand { pose: &now.q, moment_arms, torque: &torque })? {
+            if let Some((muscle, tension, least)) = deficit.slack {
+                let muscle = muscle_name(robot, muscle);
+                return infeasible(Violation::Slack { muscle, tension, least });
+            }
             return infeasible(Violation::Torque {
                 joint: independent_name(robot, deficit.velocity),
                 needed: torque.get(deficit.velocity).copied().unwrap_or(f64::NAN),

@@ -24,7 +24,7 @@ use alloc::vec::Vec;
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointPath {
     pub(super) spline: Spline,
-    first_unreached: Option<UnreachedPoint>,
+    pub(super) first_unreached: Option<UnreachedPoint>,
 }
 
 /// Branches of solutions that are followed from the first point of a path.

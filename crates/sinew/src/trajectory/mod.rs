@@ -10,6 +10,8 @@
 //! Inverse kinematics and checks run before the start; [`Trajectory::sample`] only evaluates polynomials.
 
 mod check;
+mod controllable;
+mod equilibrium;
 mod inverse_kinematics;
 mod joint_path;
 mod joint_waypoints;
@@ -30,6 +32,8 @@ mod violation;
 mod waypoints;
 
 pub use check::{Limits, TorqueDeficit, TorqueDemand, first_infeasibility, first_unreachable};
+pub use controllable::ControllableMotion;
+pub use equilibrium::Equilibrium;
 pub use joint_path::JointPath;
 pub use joint_waypoints::{JointWaypoint, through_joint_waypoints};
 pub use minimum_jerk::MinimumJerk;

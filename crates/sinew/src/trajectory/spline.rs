@@ -92,6 +92,11 @@ impl Spline {
         self.width
     }
 
+    /// Whether it is periodic.
+    pub(super) fn is_closed(&self) -> bool {
+        self.closed
+    }
+
     /// The last knot.
     #[must_use]
     pub fn end(&self) -> f64 {

@@ -1,3 +1,4 @@
+use super::equilibrium::Equilibrium;
 use super::joint_path::JointPath;
 use super::motion::Trajectory;
 use super::ranges::finite_ranges;
@@ -166,8 +167,9 @@ const TRIED: usize = 4;
 /// A tour of the joints' ranges that a robot can follow.
 ///
 /// Without a `duration`, s, it is made slower until `check` finds no infeasibility; where slower does not
-/// help other tours are tried. If none is feasible the best one is returned as it is: the caller's check
-/// reports why.
+/// help other tours are tried. Where cables leave joints to springs, it is the motion with the lengths that
+/// the cables have on the tour, [`Equilibrium::along`]. If none is feasible the best one is returned as it is:
+/// the caller's check reports why.
 ///
 /// # Errors
 /// As [`Tour::candidates`] and [`Tour::trajectory`]; whatever `check` returns.
@@ -177,12 +179,16 @@ pub fn feasible_tour<E: From<Error>>(
     duration: Option<f64>,
     mut check: impl FnMut(&Trajectory) -> Result<Option<Infeasibility>, E>,
 ) -> Result<Trajectory, E> {
+    let mut equilibrium = Equilibrium::new(robot)?;
     let mut first = None;
     for fraction in FRACTIONS {
         for tour in Tour::candidates(robot, start, fraction)?.iter().take(TRIED) {
             let (mut time, mut lacking) = (duration.unwrap_or(FIRST_DURATION), 0);
             loop {
-                let trajectory = tour.trajectory(time)?;
+                let mut trajectory = tour.trajectory(time)?;
+                if let Some(equilibrium) = &mut equilibrium {
+                    trajectory = equilibrium.along(&trajectory)?;
+                }
                 let Some(found) = check(&trajectory)? else { return Ok(trajectory) };
                 match found.violation {
                     Violation::Torque { .. } => lacking += 1,

@@ -33,6 +33,13 @@ pub enum UnreachedCause {
     OtherPose(Vec<String>),
     /// The path closes and the joints do not.
     NotClosed,
+    /// Fewer motors than joints: at these lengths of the cables the springs do not hold the others.
+    Snaps {
+        /// Name of the joint that moves most.
+        joint: String,
+        /// Least stiffness of the joints at constant lengths, Nm/rad or N/m.
+        stiffness: f64,
+    },
 }
 
 impl fmt::Display for UnreachedPoint {
@@ -61,6 +68,11 @@ impl fmt::Display for UnreachedPoint {
             UnreachedCause::NotClosed => {
                 write!(f, "the path closes, but the joints do not (phase {phase:.3})")
             }
+            UnreachedCause::Snaps { joint, stiffness } => write!(
+                f,
+                "fewer motors than joints, and `{joint}` does not follow the lengths of its cables but snaps: \
+                    the springs leave it a stiffness of {stiffness:.2e} Nm/rad (phase {phase:.3})"
+            ),
         }
     }
 }

@@ -61,6 +61,15 @@ pub enum Violation {
         /// The saturated muscle with the largest moment arm in its direction, and its tension, N.
         muscle: Option<(String, f64)>,
     },
+    /// A cable whose joints, left to their springs, need less tension than keeps it taut.
+    Slack {
+        /// Its name.
+        muscle: String,
+        /// That its joints need, N.
+        tension: f64,
+        /// Least, N.
+        least: f64,
+    },
     /// A cable that needs more tension than its muscle may have, whatever the motion.
     TensionLimit {
         /// Its name.
@@ -149,6 +158,13 @@ impl fmt::Display for Infeasibility {
                     None => Ok(()),
                 }
             }
+            Violation::Slack { muscle, tension, least } => write!(
+                f,
+                "`{muscle}` goes slack: the springs of its joints hold {} N against it, and it stays taut from \
+                    {} N on; stiffer springs, or ones that are at rest further open, keep it taut",
+                Significant(*tension),
+                Significant(*least)
+            ),
             Violation::TensionLimit { muscle, needed, most } => write!(
                 f,
                 "`{muscle}` may pull at most {} N, and its cable stays taut from {} N on",
@@ -180,7 +196,7 @@ struct Significant(f64);
 
 impl fmt::Display for Significant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let leading = -libm::floor(libm::log10(self.0.max(1e-12)));
+        let leading = -libm::floor(libm::log10(self.0.abs().max(1e-12)));
         write!(f, "{:.*}", (leading + 1.0).max(3.0) as usize, self.0)
     }
 }

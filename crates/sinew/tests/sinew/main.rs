@@ -26,3 +26,4 @@ mod springs;
 mod supervisor;
 mod tension;
 mod trajectory;
+mod underactuated;

@@ -186,6 +186,7 @@ fn the_first_violated_limit_is_reported_with_its_time() {
                 velocity,
                 torque: demand.torque[velocity].abs() - largest,
                 muscle: Some((2, 7.0)),
+                slack: None,
             }))
         });
         found.unwrap().unwrap()

@@ -7,6 +7,7 @@ use crate::table::number;
 use serde::Serialize;
 use sinew::control::arm::{LeastStable, UnheldPose, least_stable_pose, unheld_poses};
 use sinew::machine::{Clearance, Machine, NegativeStiffness};
+use sinew::trajectory::Equilibrium;
 use sinew::transmission::cable::CableLaw;
 
 /// Co-contractions at which stability is given: the controller's, and a quarter of the range of the tensions.
@@ -27,6 +28,32 @@ pub(super) struct LockedWinches {
     muscle: Option<String>,
 }
 
+/// What of the motion of a machine with fewer motors than joints its cables control; what is printed with
+/// `--json`.
+#[derive(Debug, Serialize)]
+pub(super) struct Underactuated {
+    controllable: usize,
+    joints: usize,
+    /// Joints that follow others in the middle of the ranges.
+    follows: Vec<Follows>,
+    /// Least stiffness of the joints at constant lengths over the sampled poses.
+    least_stiffness_nm_per_rad: f64,
+    /// The joint that moves most there, and the pose.
+    softest: String,
+    softest_pose: Vec<f64>,
+    /// Least and largest tension against springs and gravity over the sampled poses: `[muscles]`.
+    tensions_n: Vec<[f64; 2]>,
+}
+
+/// `joint` moves `ratio` times as far as `leader` when the cable of `muscle` moves slowly.
+#[derive(Debug, Serialize)]
+struct Follows {
+    muscle: String,
+    joint: String,
+    leader: String,
+    ratio: f64,
+}
+
 /// Of a machine with its payload in the body.
 #[derive(Debug)]
 pub(super) struct DesignChecks {
@@ -34,6 +61,8 @@ pub(super) struct DesignChecks {
     pub(super) locked_winches: Vec<LockedWinches>,
     /// Poses in which no tensions within their limits hold it, and the number of all sampled ones.
     unheld: [usize; 2],
+    /// None where motors hold every joint.
+    pub(super) underactuated: Option<Underactuated>,
     pub(super) warnings: Vec<String>,
 }
 
@@ -56,7 +85,8 @@ impl DesignChecks {
             }
             locked_winches.push(held);
         }
-        Ok(Self { locked_winches, unheld: [unheld.len(), poses.len()], warnings })
+        let underactuated = Underactuated::new(machine, poses)?;
+        Ok(Self { underactuated, locked_winches, unheld: [unheld.len(), poses.len()], warnings })
     }
 
     /// On standard error, one per line.
@@ -68,7 +98,8 @@ impl DesignChecks {
 
     /// A paragraph.
     pub(super) fn text(&self, machine: &Machine) -> String {
-        let mut text = "Winches held, cables sliding freely\n".to_owned();
+        let mut text = self.underactuated.as_ref().map_or(String::new(), Underactuated::text);
+        text += "Winches held, cables sliding freely\n";
         for held in &self.locked_winches {
             text += &format!("  {}\n", held.sentence(machine, self.unheld[0] == 0));
         }
@@ -83,6 +114,71 @@ impl DesignChecks {
             }
         }
         text
+    }
+}
+
+/// Part of the largest motion of a cable's joints below which a joint does not take part.
+const TAKES_PART: f64 = 1e-3;
+
+impl Underactuated {
+    fn new(machine: &Machine, poses: &[Vec<f64>]) -> Result<Option<Self>, Error> {
+        let Some(mut equilibrium) = Equilibrium::new(&machine.robot)? else { return Ok(None) };
+        let parts = machine.robot.parts();
+        let joints = machine.robot.independent_joints();
+        let name = |joint: usize| parts.joints[joints[joint]].name.clone();
+        let (mut softest, mut tensions) =
+            ((f64::INFINITY, 0, 0), vec![[f64::INFINITY, 0.0_f64]; parts.tendons.len()]);
+        let mut follows = Vec::new();
+        for (index, pose) in poses.iter().enumerate() {
+            let mut pose = pose.clone();
+            equilibrium.settle(&mut pose)?;
+            let motion = equilibrium.motion();
+            if let Some((stiffness, joint)) = motion.least_stiffness().filter(|(least, _)| *least < softest.0)
+            {
+                softest = (stiffness, joint, index);
+            }
+            for ([least, most], tension) in tensions.iter_mut().zip(equilibrium.tension()) {
+                (*least, *most) = (least.min(*tension), most.max(*tension));
+            }
+            if index == 1.min(poses.len() - 1) {
+                for (muscle, moved) in motion.leading().iter().zip(motion.per_length()) {
+                    let largest = moved.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+                    let mut taking = (0..moved.len()).filter(|&j| moved[j].abs() > TAKES_PART * largest);
+                    let Some(leader) = taking.next() else { continue };
+                    follows.extend(taking.map(|joint| Follows {
+                        muscle: parts.tendons[*muscle].name.clone(),
+                        joint: name(joint),
+                        leader: name(leader),
+                        ratio: moved[joint] / moved[leader],
+                    }));
+                }
+            }
+        }
+        Ok(Some(Self {
+            controllable: equilibrium.motion().count(),
+            joints: joints.len(),
+            follows,
+            least_stiffness_nm_per_rad: softest.0,
+            softest: name(softest.1),
+            softest_pose: poses[softest.2].clone(),
+            tensions_n: tensions,
+        }))
+    }
+
+    /// A paragraph.
+    fn text(&self) -> String {
+        let Self { controllable, joints, .. } = self;
+        let mut text =
+            format!("Fewer motors than joints: {controllable} of {joints} coordinates are controlled\n");
+        for Follows { muscle, joint, leader, ratio } in &self.follows {
+            let [muscle, joint, leader] = [muscle, joint, leader].map(|name| one_line(name));
+            text += &format!("  {joint} follows {} x {leader} ({muscle})\n", number(Some(*ratio)));
+        }
+        let least = number(Some(self.least_stiffness_nm_per_rad));
+        text + &format!(
+            "  least stiffness at constant lengths {least} Nm/rad, mostly of {}\n\n",
+            one_line(&self.softest)
+        )
     }
 }
 

@@ -1,6 +1,6 @@
 //! `sinew machine show`.
 
-use super::design_checks::{DesignChecks, LockedWinches};
+use super::design_checks::{DesignChecks, LockedWinches, Underactuated};
 use super::names::print_warnings;
 use crate::answer::{Answer, Content};
 use crate::arguments::{General, MachineShowArguments};
@@ -60,6 +60,8 @@ struct Shown {
     joints: Vec<Joint>,
     muscles: Vec<Muscle>,
     locked_winches: Vec<LockedWinches>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    underactuated: Option<Underactuated>,
     settings: Vec<Row>,
     warnings: Vec<String>,
 }
@@ -134,6 +136,7 @@ impl Shown {
             muscles: muscles.collect(),
             settings: loaded.settings.iter().map(|setting| Row::new(setting, machine)).collect(),
             locked_winches: checks.locked_winches,
+            underactuated: checks.underactuated,
             warnings: loaded.warnings.iter().map(ToString::to_string).chain(checks.warnings).collect(),
         })
     }

@@ -1,6 +1,6 @@
 //! `sinew machine tune`.
 
-use super::design_checks::{DesignChecks, LockedWinches};
+use super::design_checks::{DesignChecks, LockedWinches, Underactuated};
 use super::limit_words::Subject;
 use super::names::print_warnings;
 use super::view::machine_scene;
@@ -47,6 +47,7 @@ fn tune(
     checks.print_warnings();
     let cost = PeriodCost::new(&machine, &machine.laws(CELLS)?, &poses)?;
     print_unheld(&machine, &cost);
+    let underactuated = checks.underactuated.as_ref();
     let tuned = tuned(&machine, &poses, (checks.text(&machine), &cost), arguments.specimens)?;
     let mut files = Vec::new();
     if let Some(path) = &arguments.out {
@@ -59,7 +60,7 @@ fn tune(
         files.iter().map(|(path, text)| (path.clone(), text.as_bytes())).collect();
     let written = write_all(&bytes)?;
     let content = if general.json {
-        Content::json(&Printed { tuned: &tuned, locked_winches: &checks.locked_winches })?
+        Content::json(&Printed { tuned: &tuned, locked_winches: &checks.locked_winches, underactuated })?
     } else {
         Content::Text(text(&tuned) + "\n" + &tuned.locked_winches)
     };
@@ -72,6 +73,8 @@ struct Printed<'a> {
     #[serde(flatten)]
     tuned: &'a Tuned,
     locked_winches: &'a [LockedWinches],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    underactuated: Option<&'a Underactuated>,
 }
 
 fn tuned(

@@ -164,8 +164,12 @@ pub(crate) fn tracking_table(tracking: &BTreeMap<CompensationVariant, TrackingNu
     let milli = |x: f64| number(Some(1e3 * x));
     let has_end_point = tracking.values().any(|n| n.end_point_error_m.mean.is_finite());
     let has = |range: RangeOf| tracking.values().any(|n| range(n).is_some());
-    let joints: [(&str, RangeOf); 2] =
-        [("mean joint error, mrad", |n| n.joint_error_rad), ("mean joint error, mm", |n| n.joint_error_m)];
+    let joints: [(&str, RangeOf); 4] = [
+        ("mean joint error, mrad", |n| n.joint_error_rad),
+        ("mean joint error, mm", |n| n.joint_error_m),
+        ("mean closure error, mm", |n| n.closure_error_m),
+        ("mean off the manifold, mrad", |n| n.off_manifold_rad),
+    ];
     let mut header = vec!["SIMULATED", "ended"];
     let mut cells: BTreeMap<CompensationVariant, Vec<String>> =
         tracking.iter().map(|(variant, n)| (*variant, vec![variant.to_string(), ended(n)])).collect();

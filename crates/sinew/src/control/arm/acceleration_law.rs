@@ -28,6 +28,8 @@ use alloc::vec::Vec;
 pub(super) struct AccelerationLaw {
     /// `q_r - q^`, rad: `[joints]`.
     pub(super) error: Vec<f64>,
+    /// `q'_r - q'^`, rad/s: `[joints]`.
+    pub(super) speed_error: Vec<f64>,
     /// `q''_d`, rad/s^2: `[joints]`.
     pub(super) output: Vec<f64>,
     /// `d_u`, rad/s^2: `[joints]`.
@@ -39,7 +41,12 @@ const INTEGRAL_GAIN: f64 = 0.2;
 
 impl AccelerationLaw {
     pub(super) fn new(joints: usize) -> Self {
-        Self { error: vec![0.0; joints], output: vec![0.0; joints], disturbance: vec![0.0; joints] }
+        Self {
+            error: vec![0.0; joints],
+            speed_error: vec![0.0; joints],
+            output: vec![0.0; joints],
+            disturbance: vec![0.0; joints],
+        }
     }
 
     /// Starts with an estimated disturbance, rad/s^2, where it is compensated at all.
@@ -64,21 +71,24 @@ impl AccelerationLaw {
         }
     }
 
-    /// Error of the estimated angles, rad, (24).
-    pub(super) fn update_error(&mut self, reference: &Reference, q: &[f64]) {
+    /// Errors of the estimated angles, rad, and velocities, rad/s, (24).
+    pub(super) fn update_error(&mut self, reference: &Reference, q: &[f64], v: &[f64]) {
         for (error, (reference, q)) in self.error.iter_mut().zip(reference.q.iter().zip(q)) {
             *error = reference - q;
         }
+        for (error, (reference, v)) in self.speed_error.iter_mut().zip(reference.v.iter().zip(v)) {
+            *error = reference - v;
+        }
     }
 
-    /// `q''_d` from the errors and the estimated velocities, rad/s, (25) and (26).
-    pub(super) fn evaluate(&mut self, gains: &ArmGains, reference: &Reference, v: &[f64], at_rest: bool) {
+    /// `q''_d` from the errors, (25) and (26).
+    pub(super) fn evaluate(&mut self, gains: &ArmGains, reference: &Reference, at_rest: bool) {
         for (k, output) in self.output.iter_mut().enumerate() {
             let w = gains.joints[k].bandwidth;
             *output = if at_rest {
                 -self.disturbance[k]
             } else {
-                reference.a[k] + w * w * self.error[k] + 2.0 * gains.damping * w * (reference.v[k] - v[k])
+                reference.a[k] + w * w * self.error[k] + 2.0 * gains.damping * w * self.speed_error[k]
                     - self.disturbance[k]
             };
         }
@@ -127,7 +137,7 @@ mod tests {
     fn without_an_estimate_a_constant_error_is_integrated_with_the_third_power_of_the_bandwidth() {
         let (mut law, gains) = (AccelerationLaw::new(2), gains());
         let reference = Reference { q: vec![0.3, -0.1], ..Reference::new(2) };
-        law.update_error(&reference, &[0.1, 0.1]);
+        law.update_error(&reference, &[0.1, 0.1], &[0.0; 2]);
         assert!(near(law.error[0], 0.2) && near(law.error[1], -0.2), "{:?}", law.error);
         for _ in 0..50 {
             law.update_disturbance(0.01, &gains, None);
@@ -143,9 +153,9 @@ mod tests {
         let of = |a: f64, error: f64, speed_error: f64, disturbance: f64, at_rest: bool| {
             let mut law = AccelerationLaw::new(2);
             let reference = Reference { q: vec![0.0; 2], v: vec![2.0 + speed_error; 2], a: vec![a; 2] };
-            law.error.fill(error);
             law.disturbance.fill(disturbance);
-            law.evaluate(&gains, &reference, &[2.0, 2.0], at_rest);
+            law.update_error(&reference, &[-error; 2], &[2.0; 2]);
+            law.evaluate(&gains, &reference, at_rest);
             law.output
         };
         for (k, w) in [3.0, 5.0].into_iter().enumerate() {

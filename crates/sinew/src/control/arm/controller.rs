@@ -19,7 +19,7 @@ use crate::drive::DriveCommand;
 use crate::error::check_length;
 use crate::muscle::MuscleDynamics;
 use crate::predictor::CableModel;
-use crate::trajectory::Reference;
+use crate::trajectory::{ControllableMotion, Reference};
 use crate::transmission::SheathBend;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -42,6 +42,9 @@ use alloc::vec::Vec;
 /// | tau, M, c, g      | torque, inertia, velocity and gravity terms        | Nm, kg m^2, Nm, Nm |
 /// | F, R              | tensions at the anchors, moment arms `-dl/dq`       | N, m         |
 ///
+/// Where cables leave joints to springs, the errors `q_r - q^` and `q'_r - q'^` are what of them the cables
+/// control by [`ControllableMotion`], and the tensions those with `(R S)^T F = S^T tau`.
+///
 /// # Departs
 /// `yuan2023` commands the drives' tensions without knowing the far ones; see [`ActuationMode`] for both.
 ///
@@ -58,6 +61,8 @@ pub struct ArmController {
     stiffness: JointStiffness,
     joints: JointObserver,
     law: AccelerationLaw,
+    /// Where cables leave joints to springs: what of their motion the motors control.
+    controllable: Option<ControllableMotion>,
     end_point: Option<EndPointIntegral>,
     anchors: AnchorMotion,
     distribution: Distribution,
@@ -76,6 +81,8 @@ pub struct ArmController {
     model_force: Vec<f64>,
     /// `tau`, Nm: `[joints]`.
     torque: Vec<f64>,
+    /// `S^T tau`, Nm, of fewer motors than joints: `[coordinates]`.
+    controllable_torque: Vec<f64>,
     /// `F_d`, `F_min`, `F_max`, N: `[muscles]`.
     desired_tension: Vec<f64>,
     min_tension: Vec<f64>,
@@ -146,6 +153,8 @@ impl ArmController {
         let stiffness = JointStiffness::new(models, joints)?;
         let estimated = matches!(mode, ActuationMode::WinchSpeed(CableStateSource::Observer));
         let joint_tolerance = if estimated { 1.0 } else { TOLERANCE_WITHOUT_ESTIMATES };
+        let controllable = ControllableMotion::new(robot)?;
+        let coordinates = controllable.as_ref().map_or(joints, ControllableMotion::count);
         Ok(Self {
             source,
             dimensions: Dimensions { muscles, joints },
@@ -158,7 +167,7 @@ impl ArmController {
             anchors: AnchorMotion::new(muscles),
             distribution: Distribution::with_settings(
                 muscles,
-                joints,
+                coordinates,
                 &Settings { max_operations: MAX_OPERATIONS, ..Settings::default() },
             ),
             actuation: Actuation::new(muscles, mode)?,
@@ -171,6 +180,8 @@ impl ArmController {
             reached: Status::Optimal,
             model_force: vec![0.0; joints],
             torque: vec![0.0; joints],
+            controllable_torque: vec![0.0; coordinates],
+            controllable,
             desired_tension: vec![0.0; muscles],
             min_tension: gains.muscles.iter().map(|muscle| muscle.tension[0]).collect(),
             max_tension: gains.muscles.iter().map(|muscle| muscle.tension[1]).collect(),
@@ -359,7 +370,7 @@ impl ArmController {
             self.isolate_faults(h, measurement)?;
             self.evaluate_errors(h, reference)?; // (24), and (20)
             self.detect_rest(reference);
-            self.law.evaluate(&self.gains, reference.current, &self.joints.v, self.at_rest); // (25), (26)
+            self.law.evaluate(&self.gains, reference.current, self.at_rest); // (25), (26)
             self.evaluate_torque()?; // (23)
             self.distribute_tensions(h)?; // (22)
             self.command_drives(h, reference.repeat_time)?; // (8), or the law of the winches
@@ -473,8 +484,13 @@ impl ArmController {
 
     /// Errors of the joints and of the anchors.
     fn evaluate_errors(&mut self, h: f64, reference: &PreviewedReference<'_>) -> Result<(), Error> {
-        let Self { law, end_point, joints, .. } = self;
-        law.update_error(reference.current, &joints.q);
+        let Self { law, end_point, joints, controllable, .. } = self;
+        law.update_error(reference.current, &joints.q, &joints.v);
+        if let Some(controllable) = controllable {
+            controllable.evaluate(&joints.q, &self.desired_tension)?;
+            controllable.project(&mut law.error);
+            controllable.project(&mut law.speed_error);
+        }
         self.faults.check_tracking(&law.error);
         if let Some(integral) = end_point {
             let h = if moves(reference) && !self.tensions.is_active() { h } else { 0.0 };
@@ -514,9 +530,16 @@ impl ArmController {
             self.reached = Status::Optimal;
             return Ok(());
         }
+        let (moment_arms, torque) = match &self.controllable {
+            None => (self.body.moment_arms(), &self.torque),
+            Some(controllable) => {
+                controllable.torque(&self.torque, &mut self.controllable_torque);
+                (controllable.arms(), &self.controllable_torque)
+            }
+        };
         let solution = self.distribution.solve(&Problem {
-            moment_arms: self.body.moment_arms(),
-            torque: &self.torque,
+            moment_arms,
+            torque,
             minimum: &self.min_tension,
             maximum: &self.max_tension,
             reference: &self.zeros,

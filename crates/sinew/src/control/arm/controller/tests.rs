@@ -346,7 +346,7 @@ fn the_disturbance_compensated_follows_the_estimate_or_without_tensions_the_erro
             }
             let mut found = controller.law.clone();
             for law in [&mut expected, &mut found] {
-                law.evaluate(&controller.gains, &at(REST), &controller.joints.v, true);
+                law.evaluate(&controller.gains, &at(REST), true);
             }
             assert!((found.output[0] - expected.output[0]).abs() < 1e-12, "{source:?} {at_rest}");
             // By feedback of either kind something changes.
