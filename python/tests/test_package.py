@@ -131,6 +131,19 @@ def test_a_model_is_plotted_with_its_candidates_or_its_prediction(tmp_path: Path
         read.plot()
 
 
+def test_another_package_of_the_same_name_is_noticed(tmp_path: Path) -> None:
+    (tmp_path / "sinew").symlink_to(Path(sinew.__file__).parent)
+    command = [sys.executable, "-c", "import sinew; print(sinew.__file__)"]
+
+    def said() -> subprocess.CompletedProcess[str]:
+        return subprocess.run(command, env={"PYTHONPATH": str(tmp_path)}, capture_output=True, text=True, check=True)
+
+    alone = said()
+    assert alone.stdout.startswith(str(tmp_path)) and not alone.stderr
+    (tmp_path / "sinew-0.0.1.dist-info").mkdir()
+    assert "UserWarning: sinew-0.0.1 of another project" in said().stderr
+
+
 def test_import_is_quick_and_brings_numpy_alone() -> None:
     code = "import sys, sinew; print(*{name.split('.')[0] for name in sys.modules})"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
