@@ -52,6 +52,24 @@ def test_registered_environments_pass_the_checker_of_gymnasium(name: str) -> Non
         assert all((reset[0] != reset[other]).any() for other in (1, 3))
 
 
+def test_pictures_are_shown_in_a_window(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("matplotlib")
+    pytest.importorskip("mujoco")
+    pygame = pytest.importorskip("pygame", reason="pygame is not installed")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Gymnasium says that its wrapper draws the window.
+        env = gymnasium.make("sinew/BenchJoint-v0", render_mode="human")
+    env.reset(seed=1)
+    window = pygame.display.get_surface()
+    assert window.get_size() == (480, 480)
+    first = pygame.surfarray.array3d(window)
+    for _ in range(10):
+        env.step(env.action_space.high)
+    assert not np.array_equal(first, pygame.surfarray.array3d(window))
+    env.close()
+
+
 def test_a_picture_shows_the_pose_and_changes_with_it() -> None:
     pytest.importorskip("matplotlib")
     mujoco = pytest.importorskip("mujoco")

@@ -26,7 +26,7 @@ STUBTEST = ["mypy.stubtest", "sinew", "--mypy-config-file", "pyproject.toml"]
 STUBTEST += ["--allowlist", "python/tests/stubtest_allowlist.txt", "--ignore-unused-allowlist"]
 
 
-@pytest.mark.parametrize("arguments", [["mypy"], STUBTEST])
+@pytest.mark.parametrize("arguments", [["mypy"], ["mypy", "python/examples"], STUBTEST])
 def test_types_hold_and_the_stubs_are_those_of_the_native_module(arguments: list[str]) -> None:
     done = subprocess.run([sys.executable, "-m", *arguments], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -129,6 +129,19 @@ def test_a_model_is_plotted_with_its_candidates_or_its_prediction(tmp_path: Path
     assert np.array_equal(predicted.lines[0].get_ydata(), read.predict(logs[0]).mean)
     with pytest.raises(ValueError, match="read from a file"):
         read.plot()
+
+
+def test_another_package_of_the_same_name_is_noticed(tmp_path: Path) -> None:
+    (tmp_path / "sinew").symlink_to(Path(sinew.__file__).parent)
+    command = [sys.executable, "-c", "import sinew; print(sinew.__file__)"]
+
+    def said() -> subprocess.CompletedProcess[str]:
+        return subprocess.run(command, env={"PYTHONPATH": str(tmp_path)}, capture_output=True, text=True, check=True)
+
+    alone = said()
+    assert alone.stdout.startswith(str(tmp_path)) and not alone.stderr
+    (tmp_path / "sinew-0.0.1.dist-info").mkdir()
+    assert "UserWarning: sinew-0.0.1 of another project" in said().stderr
 
 
 def test_import_is_quick_and_brings_numpy_alone() -> None:

@@ -10,9 +10,9 @@ mod page;
 mod pictures;
 mod python;
 mod readme;
+mod release;
 mod targets;
 mod tree;
-mod wheel;
 
 use std::process::ExitCode;
 
@@ -27,6 +27,7 @@ usage: cargo xtask check [STEP...]     run every step, or only those named, in t
        cargo xtask check --list        the steps and what each is for
        cargo xtask book                docs/ as a book of HTML, by mdbook
        cargo xtask wheel               the Python package for Linux on x86-64, tried when installed
+       cargo xtask archive             the program for Linux on x86-64, tried when unpacked
        cargo xtask pictures            draw the machines of models/ anew, into docs/machines
        cargo xtask --help              this text
 
@@ -49,11 +50,12 @@ fn main() -> ExitCode {
             ExitCode::SUCCESS
         }
         ["book"] => made(book::make(&tree::root())),
-        ["wheel"] => made(wheel::make(&tree::root())),
+        ["wheel"] => made(release::wheel(&tree::root())),
+        ["archive"] => made(release::archive(&tree::root())),
         ["pictures"] => made(pictures::make(&tree::root())),
         ["check", names @ ..] => check::run(names).unwrap_or_else(|message| misunderstood(&message)),
         [other, ..] => misunderstood(&format!(
-            "`{other}` is not a command; expected `check`, `book`, `wheel` or `pictures`"
+            "`{other}` is not a command; expected `check`, `book`, `wheel`, `archive` or `pictures`"
         )),
     }
 }

@@ -80,14 +80,16 @@ const sinew = (() => {
     });
     return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${width} ${top - 12}" width="${width}" height="${top - 12}" font-family="Helvetica, Arial, sans-serif" font-size="13"><title>${escaped(title)}</title><rect width="100%" height="100%" fill="#fff"/>${body}</svg>\n`;
   };
-  const download = (title, svg) => {
+  const download = (title, text, kind) => {
     const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob([svg], { type: "image/svg+xml" }));
-    link.download = `${title.replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "").slice(0, 80).toLowerCase() || "figure"}.svg`;
+    link.href = URL.createObjectURL(new Blob([text], { type: kind === "csv" ? "text/csv" : "image/svg+xml" }));
+    link.download = `${title.replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "").slice(0, 80).toLowerCase() || "figure"}.${kind}`;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   };
-  const save = (title, panels) => download(title, picture(title, panels));
+  // Rows of texts and numbers; what is missing stays empty.
+  const table = (title, rows) => download(title, rows.map((row) => `${row.map((v) => (typeof v === "string" ? `"${v.replaceAll('"', '""')}"` : v ?? "")).join(",")}\n`).join(""), "csv");
+  const save = (title, panels) => download(title, picture(title, panels), "svg");
   const button = (text, label, action) => {
     const b = document.createElement("button");
     b.type = "button"; b.textContent = text; b.title = label;
@@ -251,10 +253,13 @@ const sinew = (() => {
       const shapes = [...svg.querySelectorAll("path")].map((p) => ({ data: p.getAttribute("d"), style: styleOf(p) }));
       const xs = named ? names.map((t, k) => [(k - x0) / (x1 - x0) * W, t]) : found.x;
       save(title, [{ box: view, height: 340, shapes, legend: legend(), x: { label: xLabel || (plot.dataset.link ? "time (s)" : ""), ticks: xs.map(([u, t]) => [(u - vx) / vw, t]) }, y: { label: yLabel, ticks: found.y.map(([u, t]) => [(u - vy) / vh, t]) } }]);
-    })));
+    })), button("CSV", `Save the drawn points as CSV: ${title}`, () => {
+      const exact = (v) => Number(v.toPrecision(6)), along = (u) => (named ? names[Math.round(valueX(u))] ?? "" : exact(valueX(u)));
+      table(title, [["line", xLabel || (plot.dataset.link ? "time (s)" : ""), yLabel], ...lines().flatMap((s) => s.points.map(([u, v]) => [s.name, along(u), exact(valueY(v))]))]);
+    }));
     plot.querySelector(".y-label").after(tools);
     all.push(self);
   };
   document.querySelectorAll(".plot").forEach(enhance);
-  return { button, download, number, onPaper, plain, save, ticks };
+  return { button, number, onPaper, plain, save, table, ticks };
 })();

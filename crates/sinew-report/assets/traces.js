@@ -228,6 +228,11 @@
     });
     sinew.save(`${data.far} ${data.records[current].label}`, panels);
   }));
+  byId("save-csv").addEventListener("click", () => {
+    const r = data.records[current], columns = [r.time, r.far, r.predicted, r.low, r.high, r.error, ...r.inputs];
+    const labels = [...live.querySelectorAll(".pane-label")].map((e) => e.textContent);
+    sinew.table(`${data.far} ${r.label}`, [["time (s)", labels[0], "predicted", "95 % band, low", "95 % band, high", ...labels.slice(1, 2 + r.inputs.length)], ...r.time.map((_, i) => columns.map((c) => c[i]))]);
+  });
   document.querySelectorAll("[data-zoom]").forEach((b) => b.addEventListener("click", () => step(b.dataset.zoom)));
   live.addEventListener("dblclick", () => step("all"));
   live.addEventListener("keydown", (e) => {

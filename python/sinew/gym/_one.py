@@ -19,14 +19,16 @@ class MachineEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     With the same seed and actions it does the same, bit for bit, as an environment of a `MachineVectorEnv`. Actions: shape
     `(muscles,)`, from -1 to 1, clipped. `info["error"]`: distance of the end point, m, or root-mean-square error of the
-    joints as a fraction of their ranges. `render_mode`: `"rgb_array"` for pictures, which need MuJoCo and matplotlib.
+    joints as a fraction of their ranges. `render_mode`: `"rgb_array"` for pictures, which need MuJoCo and matplotlib;
+    `"human"` of `gymnasium.make` shows them in a window.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 100}
 
     def __init__(self, *, render_mode: str | None = None, **conditions: Any) -> None:
         if render_mode not in (None, "rgb_array"):
-            raise ValueError(f'render_mode must be None or "rgb_array", but is {render_mode!r}')
+            window = ': gymnasium.make(.., render_mode="human") opens a window' if render_mode == "human" else ""
+            raise ValueError(f'render_mode must be None or "rgb_array", but is {render_mode!r}{window}')
         self._many = MachineVectorEnv(1, autoreset_mode=AutoresetMode.DISABLED, **conditions)
         self.render_mode = render_mode
         given = Conditions(**conditions)

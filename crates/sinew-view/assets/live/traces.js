@@ -114,7 +114,7 @@ export class Traces {
       key.append(figures[k]);
       return key;
     }));
-    const head = element("div", { class: "pane-head" }, [element("h3", { text: `${p.title}, ${p.unit}` }), values,
+    const head = element("div", { class: "pane-head" }, [element("h2", { text: `${p.title}, ${p.unit}` }), values,
       button("×", () => this.remove(p.id), { "aria-label": `Remove ${p.title}`, class: "quiet" })]);
     const holder = element("div", { class: "pane-chart" }), box = element("div", { class: "pane" }, [head, holder]);
     const soft = ink("--soft"), grid = { stroke: ink("--grid"), width: 1 }, ticks = { show: false }, font = "11px system-ui, sans-serif";

@@ -56,8 +56,9 @@ export class Stage {
     this.before = [];
     /** @type {(() => void)[]} Called once the first frame stands. */
     this.first = [];
+    this.misfits = false;
     this.resize();
-    this.observer = new ResizeObserver(() => this.resize());
+    this.observer = new ResizeObserver(() => this.refit());
     this.observer.observe(canvas);
     this.recolour();
     this.running = true;
@@ -93,6 +94,11 @@ export class Stage {
     this.invalidate();
   }
 
+  /** Fits the resolution with the next frame: from then until it is drawn a canvas is empty. */
+  refit() {
+    this.misfits = this.changed = true;
+  }
+
   resize(fraction = this.fraction) {
     const { clientWidth: w, clientHeight: h } = this.canvas;
     if (!w || !h) return;
@@ -100,7 +106,6 @@ export class Stage {
     this.renderer.setSize(w, h, false);
     this.camera.aspect = w / h;
     this.camera.updateProjectionMatrix();
-    this.changed = true;
   }
 
   /** @param {number} now */
@@ -109,9 +114,9 @@ export class Stage {
     // Once everything rests, one finer frame is drawn.
     const refine = !this.changed && this.software && !this.refined && performance.now() - this.touched > REST;
     if (!this.changed && !refine) return;
-    if (refine !== this.refined) this.resize(refine ? FINEST : this.fraction);
+    if (this.misfits || refine !== this.refined) this.resize(refine ? FINEST : this.fraction);
     this.refined = refine;
-    this.changed = false;
+    this.changed = this.misfits = false;
     for (const call of this.before) call(now);
     this.renderer.render(this.scene, this.camera);
     this.frames += 1;
@@ -135,6 +140,6 @@ export class Stage {
     if (Math.abs(fraction - this.fraction) < 0.01) return;
     this.fraction = fraction;
     this.lastChange = now;
-    this.resize();
+    this.refit();
   }
 }

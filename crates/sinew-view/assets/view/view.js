@@ -198,7 +198,7 @@ export class View {
     this.stage.before.forEach((call) => call(0));
     this.stage.renderer.render(this.stage.scene, this.stage.camera);
     this.stage.canvas.toBlob((blob) => blob && use(blob));
-    this.stage.resize();
+    this.stage.refit();
   }
 
   /** @param {number} now ms */

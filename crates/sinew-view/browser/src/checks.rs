@@ -308,11 +308,57 @@ pub(crate) async fn accessible(page: &Browser, requested: &Requested, state: &st
     if broken.is_empty() { Ok(()) } else { Err(format!("accessibility, {state}: {}", broken.join("\n"))) }
 }
 
-/// A phone's width: nothing wider than the screen, the stop in sight.
+/// Text that something hides or that lies beyond the screen, on a page of any of the widths in use.
+pub(crate) async fn clipped(page: &Browser, name: &str) -> Outcome<()> {
+    for width in [390, 768, 1280, 1920] {
+        page.size(width, 900).await?;
+        rest(300).await;
+        let found = page.value(include_str!("clipped.js")).await?;
+        if found.as_array().is_none_or(|list| !list.is_empty()) {
+            return Err(format!("{name}, {width} px: text is cut: {found}"));
+        }
+    }
+    println!("{name}: no text is cut from 390 to 1920 px");
+    Ok(())
+}
+
+/// A phone's width: nothing wider than the screen, the stop in sight and covered by nothing, and the machine
+/// is drawn whenever the canvas changes its size.
 async fn phone(page: &Browser, requested: &Requested) -> Outcome<()> {
+    page.value(
+        "window.empty = 0; const { stage } = sinew.view, { renderer } = stage; let bare = false;
+         const resize = stage.resize.bind(stage), render = renderer.render.bind(renderer);
+         stage.resize = (...a) => { resize(...a); bare = true; };
+         renderer.render = (...a) => { render(...a); bare = false; };
+         const painted = () => { empty += bare; requestAnimationFrame(() => setTimeout(painted)); }; painted();",
+    )
+    .await?;
+    clipped(page, "page").await?;
     page.size(390, 844).await?;
     settled(page).await?;
     page.picture(&requested.out, "phone").await?;
+    let empty = page.number("return empty").await?;
+    if empty > 0.0 {
+        return Err(format!("the view was empty in {empty} frames while its size changed"));
+    }
+    let covered = page
+        .value(
+            "const stop = document.querySelector('#stop'), over = new Set();
+         for (let y = 0; y < document.documentElement.scrollHeight; y += 200) {
+           scrollTo(0, y);
+           const b = stop.getBoundingClientRect();
+           for (const x of [0.25, 0.5, 0.75]) {
+             const top = document.elementFromPoint(b.left + x * b.width, b.top + b.height / 2);
+             if (!stop.contains(top)) over.add(top?.outerHTML.slice(0, 80));
+           }
+         }
+         scrollTo(0, 0);
+         return [...over];",
+        )
+        .await?;
+    if covered.as_array().is_none_or(|list| !list.is_empty()) {
+        return Err(format!("the stop is covered by {covered}"));
+    }
     let narrow = page
         .value(
             "const s = document.querySelector('#stop').getBoundingClientRect();

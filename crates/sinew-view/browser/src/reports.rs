@@ -2,7 +2,7 @@
 //! a phone.
 
 use crate::browser::{Browser, rest};
-use crate::checks::accessible;
+use crate::checks::{accessible, clipped};
 use crate::{Outcome, Requested};
 use std::path::Path;
 use std::process::Command;
@@ -63,6 +63,7 @@ async fn looked_at(page: &Browser, file: &Path, requested: &Requested) -> Outcom
     )
     .await?;
     let failed = page.number("return document.querySelectorAll('figure.scene .notice').length").await?;
+    clipped(page, &name).await?;
     page.size(390, 844).await?;
     page.go(&address).await?;
     rest(500).await;

@@ -1,0 +1,136 @@
+//! What a user installs without a compiler: the Python package and an archive of the program, for Linux on
+//! x86-64 with an old glibc, each tried as a new user would.
+
+use crate::commands::{cargo, succeed};
+use crate::python::{environment, install, python};
+use crate::tree;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+/// Zig links against the old glibc; auditwheel says which one the wheel needs.
+const PACKAGES: [&str; 4] = ["maturin>=1.9,<2", "ziglang", "auditwheel", "cargo-zigbuild"];
+/// glibc 2.17, of 2012.
+const PLATFORM: &str = "manylinux_2_17";
+const TARGET: &str = "x86_64-unknown-linux-gnu";
+const GLIBC: &str = "2.17";
+const FOLDER: &str = "target/dist";
+const MANIFEST: &str = "crates/sinew-cli/Cargo.toml";
+const FEATURES: &str = "parquet,mat73";
+/// Of the archive, beside the program and what it writes of itself.
+const TEXTS: [&str; 5] = ["README.md", "FEATURES.md", "CHANGELOG.md", "LICENSE-MIT", "LICENSE-APACHE"];
+const SHELLS: [&str; 3] = ["bash", "fish", "zsh"];
+/// Scripts of others in the program's pages.
+const SCRIPTS: [&str; 2] = ["three", "uplot"];
+
+/// What a new user does first: a model from two logs, and a machine.
+const FIRST: &str = "
+import pathlib, sinew
+logs = dict(list(sinew.demo_logs().items())[:2])
+for name, text in logs.items(): pathlib.Path(name).write_text(text)
+print(sinew.__version__, sinew.identify(list(logs), far='tension_out_n', models=['cell']), sinew.Machine('lm_arm'))";
+const FIRST_COMMANDS: &str = "
+./sinew twin bench --speeds 0.04,0.08 --duration 10 --out bench.csv
+./sinew identify bench.csv --out cable --model cell
+./sinew evaluate cable/model.json bench.csv";
+
+/// Builds wheel and source distribution, has the wheel judged, and uses it in a clean environment.
+pub(crate) fn wheel(root: &Path) -> Result<(), String> {
+    let (tools, path) = tools(root)?;
+    // So that the only wheel is the one that is built.
+    let folder = emptied(root, FOLDER)?;
+    let build = ["-m", "maturin", "build", "--release", "--locked", "--zig", "--compatibility", PLATFORM];
+    let mut build = python(root, &tools, &build);
+    succeed(build.args(["--target", TARGET, "--out", FOLDER]).env("PATH", &path))?;
+    let entries = std::fs::read_dir(&folder).map_err(|e| format!("{FOLDER}: {e}"))?;
+    let wheel = entries.filter_map(|entry| Some(entry.ok()?.path())).next();
+    let wheel = wheel.ok_or_else(|| format!("no wheel in {FOLDER}"))?.display().to_string();
+    succeed(&mut python(root, &tools, &["-m", "auditwheel", "show", &wheel]))?;
+    succeed(&mut python(root, &tools, &["-m", "maturin", "sdist", "--out", FOLDER]))?;
+    let clean = emptied(root, "target/wheel/clean")?;
+    let user = environment(root, &clean)?;
+    let begins = Instant::now();
+    install(root, &user, &[&wheel])?;
+    let installed = begins.elapsed().as_secs_f64();
+    succeed(python(root, &user, &["-c", FIRST]).current_dir(&clean))?;
+    let all = begins.elapsed().as_secs_f64();
+    println!("{wheel}: installed in {installed:.1} s, first result after {all:.1} s");
+    Ok(())
+}
+
+/// Builds the program and packs it with completions, manual pages, the licences of all libraries and a list
+/// of them in the form of CycloneDX; unpacks it and runs it without an environment.
+pub(crate) fn archive(root: &Path) -> Result<(), String> {
+    let (tools, path) = tools(root)?;
+    let zigbuild = tools.with_file_name("cargo-zigbuild");
+    let place = format!("{TARGET}.{GLIBC}");
+    let mut build = python(root, &zigbuild, &["rustc", "--release", "--locked", "--package", "sinew-cli"]);
+    build.args(["--bin", "sinew", "--features", FEATURES, "--target", &place, "--", "-C", "strip=symbols"]);
+    succeed(build.env("PATH", &path))?;
+    let name = format!("sinew-{}-{TARGET}", env!("CARGO_PKG_VERSION"));
+    let folder = emptied(root, &format!("target/archive/{name}"))?;
+    let copy = |from: PathBuf, to: &str| {
+        std::fs::copy(&from, folder.join(to)).map(drop).map_err(|e| format!("{}: {e}", from.display()))
+    };
+    copy(root.join("target").join(TARGET).join("release/sinew"), "sinew")?;
+    TEXTS.iter().try_for_each(|text| copy(root.join(text), text))?;
+    SCRIPTS.iter().try_for_each(|script| {
+        let vendor = root.join("crates/sinew-view/assets/vendor").join(script);
+        copy(vendor.join("LICENSE"), &format!("LICENSE-{script}"))
+    })?;
+    let program = folder.join("sinew");
+    succeed(Command::new(&program).args(["man", "--out"]).arg(folder.join("man")).stderr(Stdio::null()))?;
+    for shell in SHELLS {
+        let file = folder.join(format!("sinew.{shell}"));
+        let file = std::fs::File::create(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+        succeed(Command::new(&program).args(["completions", shell]).stdout(file))?;
+    }
+    let licences = folder.join("LICENSES-OF-LIBRARIES");
+    let licences = std::fs::File::create(&licences).map_err(|e| format!("{}: {e}", licences.display()))?;
+    let mut list = python(root, &tools, &["xtask/licences.py", MANIFEST, FEATURES, TARGET]);
+    succeed(list.stdout(licences))?;
+    let mut list = cargo(root, &["cyclonedx", "--quiet", "--format", "json", "--target", TARGET]);
+    list.args(["--manifest-path", MANIFEST, "--features", FEATURES, "--override-filename", "sinew.cdx"]);
+    succeed(&mut list).map_err(|error| format!("{error} (cargo install cargo-cyclonedx)"))?;
+    copy(root.join("crates/sinew-cli/sinew.cdx.json"), "sinew.cdx.json")?;
+    // It writes one beside the manifest of every crate.
+    for file in tree::files(root)?.iter().filter(|file| file.ends_with("sinew.cdx.json")) {
+        std::fs::remove_file(root.join(file)).map_err(|e| format!("{}: {e}", file.display()))?;
+    }
+    let dist = root.join(FOLDER);
+    std::fs::create_dir_all(&dist).map_err(|e| format!("{FOLDER}: {e}"))?;
+    let archive = format!("{name}.tar.gz");
+    let mut tar = Command::new("tar");
+    tar.args(["--sort=name", "--owner=0", "--group=0", "--numeric-owner", "--gzip", "--create", "--file"]);
+    succeed(tar.arg(dist.join(&archive)).arg("--directory").arg(root.join("target/archive")).arg(&name))?;
+    let sums = dist.join(format!("{archive}.sha256"));
+    let file = std::fs::File::create(&sums).map_err(|e| format!("{}: {e}", sums.display()))?;
+    succeed(Command::new("sha256sum").arg(&archive).current_dir(&dist).stdout(file))?;
+    let clean = emptied(root, "target/archive/clean")?;
+    let begins = Instant::now();
+    succeed(Command::new("tar").arg("--extract").arg("--file").arg(dist.join(&archive)).current_dir(&clean))?;
+    let mut first = Command::new("/bin/sh");
+    first.args(["-ec", FIRST_COMMANDS]).env_clear().current_dir(clean.join(&name));
+    succeed(&mut first)?;
+    println!("{FOLDER}/{archive}: unpacked, first result after {:.1} s", begins.elapsed().as_secs_f64());
+    Ok(())
+}
+
+/// An interpreter with the tools of this file, and the `PATH` on which they are first.
+fn tools(root: &Path) -> Result<(PathBuf, std::ffi::OsString), String> {
+    let tools = environment(root, &root.join("target/wheel/tools"))?;
+    install(root, &tools, &PACKAGES)?;
+    let mut places = vec![tools.parent().unwrap_or(root).to_path_buf()];
+    places.extend(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()));
+    let path = std::env::join_paths(places).map_err(|e| format!("PATH: {e}"))?;
+    Ok((tools, path))
+}
+
+fn emptied(root: &Path, folder: &str) -> Result<PathBuf, String> {
+    let place = root.join(folder);
+    if place.exists() {
+        std::fs::remove_dir_all(&place).map_err(|e| format!("{folder}: {e}"))?;
+    }
+    std::fs::create_dir_all(&place).map_err(|e| format!("{folder}: {e}"))?;
+    Ok(place)
+}
