@@ -234,7 +234,7 @@ impl TorqueCheck {
         let Some(motion) = controllable.as_ref() else {
             return Ok(Some(TorqueDeficit { velocity, torque, muscle, slack: None }));
         };
-        // The joint that moves most, and the muscle whose joints need less than its least tension.
+        // The joint that moves most, and the muscle whose joints need less than its minimum tension.
         let moved = demand.torque.len();
         let along = &motion.motion()[velocity * moved..(velocity + 1) * moved];
         let joint = (0..moved).max_by(|&a, &b| along[a].abs().total_cmp(&along[b].abs())).unwrap_or(0);

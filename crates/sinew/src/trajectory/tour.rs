@@ -168,8 +168,8 @@ const TRIED: usize = 4;
 ///
 /// Without a `duration`, s, it is made slower until `check` finds no infeasibility; where slower does not
 /// help other tours are tried. Where cables leave joints to springs, it is the motion with the lengths that
-/// the cables have on the tour, [`Equilibrium::along`]. If none is feasible the best one is returned as it is:
-/// the caller's check reports why.
+/// the cables have on the tour, [`Equilibrium::along`]. If none is feasible the best one is returned as it
+/// is: the caller's check reports why.
 ///
 /// # Errors
 /// As [`Tour::candidates`] and [`Tour::trajectory`]; whatever `check` returns.
