@@ -68,7 +68,7 @@ def train(plant: str, generations: int, pairs: int, seed: int = 0) -> Floats:
     """A policy from so many generations of pairs of opposite changes, each pair on one episode."""
     random = np.random.default_rng(seed)
     env = environment(plant, 2 * pairs)
-    shape = env.single_action_space.shape[0], features(env, env.reset(seed=0)[0]).shape[1]
+    shape = env.reset(seed=0)[0].shape[1], features(env, env.reset(seed=0)[0]).shape[1]
     # From low tensions on, of which the policy knows nothing else.
     mean, speed = np.zeros(shape), np.zeros(shape)
     mean[:, -1] = -0.8

@@ -14,7 +14,8 @@ ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
-PAGES = ["docs/python.md", "docs/mujoco.md", "docs/batch.md", "docs/gym.md", "docs/study.md", "docs/tutorials/policy.md", "README.md"]
+PAGES = ["docs/python.md", "docs/mujoco.md", "docs/batch.md", "docs/gradients.md", "docs/gym.md", "docs/study.md"]
+PAGES += ["docs/tutorials/policy.md", "README.md"]
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -29,6 +30,8 @@ def test_the_blocks_of_a_page_run_one_after_the_other(
     if "batch" in page:
         pytest.importorskip("mujoco.mjx", reason="MJX is not installed", exc_type=ImportError)
         pytest.importorskip("mujoco_warp", reason="MuJoCo Warp is not installed")
+    if "gradients" in page:
+        pytest.importorskip("jax", reason="JAX is not installed")
     if "policy" in page:
         pytest.importorskip("matplotlib", reason="matplotlib is not installed")
     if "gym" in page or "policy" in page or page == "README.md":

@@ -1,6 +1,6 @@
 """The elastic cable as a differentiable function in JAX: identification, and sensitivities of a design.
 
-Needs `pip install jax`. See docs/batch.md.
+Needs `pip install jax`. See docs/gradients.md.
 """
 
 try:
