@@ -106,7 +106,7 @@ fn campaign_of_supervised_faults() {
     }
     eprintln!("\nall\n{}", table(&all));
     if std::env::var_os("SINEW_SUPERVISOR_WRITE").is_some() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/faults.md");
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/fault_campaigns.md");
         let page = std::fs::read_to_string(path).unwrap();
         let (before, rest) = page.split_once(BEGIN).expect("the mark before the table");
         let (_, after) = rest.split_once(END).expect("the mark after the table");
