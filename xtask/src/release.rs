@@ -58,8 +58,8 @@ pub(crate) fn wheel(root: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Builds the program and packs it with completions, manual pages, the licences of all libraries and a list of
-/// them in the form of CycloneDX; unpacks it and runs it without an environment.
+/// Builds the program and packs it with completions, manual pages, the licences of all libraries and a list
+/// of them in the form of CycloneDX; unpacks it and runs it without an environment.
 pub(crate) fn archive(root: &Path) -> Result<(), String> {
     let (tools, path) = tools(root)?;
     let zigbuild = tools.with_file_name("cargo-zigbuild");
