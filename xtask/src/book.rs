@@ -14,8 +14,8 @@ const REFERENCE: [&str; 5] = ["api", "commands", "json", "link", "recording"];
 /// Of the README.
 const MAX_README: usize = 900;
 
-/// Every link leads to a file and a heading, every page is a chapter, none but the reference is too long; then
-/// the book itself where mdBook is installed.
+/// Every link leads to a file and a heading, every page is a chapter, none but the reference is too long;
+/// then the book itself where mdBook is installed.
 pub(crate) fn check(root: &Path) -> Result<(), String> {
     let pages = pages(root)?;
     let mut wrong = Vec::new();
