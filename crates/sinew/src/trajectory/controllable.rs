@@ -145,12 +145,12 @@ impl ControllableMotion {
         check_length("pose", q.len(), n)?;
         check_entries("tensions", tension, self.model.muscles())?;
         self.at.copy_from_slice(q);
-        for i in 0..n {
-            self.at[i] = q[i] + STEP;
+        for (i, &place) in q.iter().enumerate() {
+            self.at[i] = place + STEP;
             unbalanced(&mut self.model, &self.at, tension, &self.still, &mut self.above)?;
-            self.at[i] = q[i] - STEP;
+            self.at[i] = place - STEP;
             unbalanced(&mut self.model, &self.at, tension, &self.still, &mut self.below)?;
-            self.at[i] = q[i];
+            self.at[i] = place;
             for (j, (above, below)) in self.above.iter().zip(&self.below).enumerate() {
                 self.stiffness[i * n + j] = (above - below) / (2.0 * STEP);
             }
@@ -302,7 +302,7 @@ impl ControllableMotion {
         let (n, r) = (self.free.len(), self.leading.len());
         // R S of the leading muscles is lower triangular: Q is made of their rows in this order.
         let mut found = vec![vec![0.0; n]; r];
-        for lead in 0..r {
+        for (lead, found) in found.iter_mut().enumerate() {
             let mut weights = vec![0.0; r];
             for (k, muscle) in self.leading.iter().enumerate() {
                 let row = &self.arms[muscle * r..(muscle + 1) * r];
@@ -310,7 +310,7 @@ impl ControllableMotion {
                 weights[k] = (shortens - dot(&row[..k], &weights[..k])) / row[k];
             }
             for (weight, motion) in weights.iter().zip(self.motion.chunks_exact(n)) {
-                found[lead].iter_mut().zip(motion).for_each(|(x, entry)| *x += weight * entry);
+                found.iter_mut().zip(motion).for_each(|(x, entry)| *x += weight * entry);
             }
         }
         found
