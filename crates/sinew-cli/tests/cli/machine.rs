@@ -378,7 +378,8 @@ fn a_tendon_that_nothing_pulls_is_a_spring_without_a_drive_and_turns_the_finger_
     // What changes forces and is not read makes no machine.
     let tied = "</tendon><equality><weld body1=\"tip\"/></equality>";
     bench.write("tied.xml", hand.replace("</tendon>", tied));
-    bench.succeeds("machine body tied.xml");
+    let body = bench.run("machine body tied.xml");
+    assert!(body.code == Some(0) && body.stderr.contains("<weld> is not read"), "{}", body.stderr);
     bench.refuses("machine new tied.xml --out tied.toml", &["tied.xml:1", "<weld>", "forces"]);
 }
 

@@ -10,7 +10,7 @@ use crate::transmission::cable::CableLaw;
 /// e*_s(T) = sum_j c_j T_j    of the cable that slides steadily in direction s with T at the anchor
 /// m = dx_a + e*_s(T_k) - e*_s(T_(k-1))                   the motor's motion that follows both
 /// s <- -s,  e_c <- 0   once m has added up to more than r against s
-/// e_c' = C (T - T^) / t_c,   |e_c| <= |e*_+ - e*_-| / 2      while the motor is where it was commanded
+/// e_c' = C (T - T^) / t_c,   |e_c| <= |e*_+ - e*_-| / 2      while the motor was where it was commanded
 /// e = e*_s(T) + e_c
 /// ```
 ///
@@ -24,8 +24,9 @@ use crate::transmission::cable::CableLaw;
 ///
 /// One sample's far tension hardly depends on the motor's motion in that sample: it spreads along the sheath.
 /// The stretch decides the far tension once it has spread, and its difference in both directions is the
-/// travel of the dead band. What is left is integrated: slow motions have more friction than the speed at
-/// which dead bands are crossed, and models have memories of their own.
+/// travel of the dead band. What is left is integrated where every command is observed before the next one:
+/// slow motions have more friction than the speed at which dead bands are crossed, and models have memories
+/// of their own.
 ///
 /// # Departs
 /// `yuan2023`, (8): a drive's tension. As in the control of muscles, the stretch.
@@ -58,6 +59,8 @@ pub(super) struct CableGoal {
     /// Displacement of the anchor, m, at a time, s.
     pub(super) anchor: f64,
     pub(super) time_s: f64,
+    /// From the sample that was observed last, s.
+    pub(super) ahead_s: f64,
     /// Error of the far end that the command before has left, and where that command has put the motor, m.
     pub(super) left: f64,
     pub(super) commanded: f64,
@@ -139,7 +142,9 @@ impl CableStretch {
         let stretch = self.steady(tension, self.direction, drag);
         let half = 0.5 * (stretch - self.steady(tension, -self.direction, drag)).abs();
         let about = EXACT * half;
-        if elapsed && (goal.commanded - place.motor).abs() <= about {
+        // A command further ahead is not yet what the model has seen.
+        let observed = elapsed && (dt_s - goal.ahead_s).abs() <= 1e-6 * dt_s;
+        if observed && (goal.commanded - place.motor).abs() <= about {
             self.correction += dt_s / SETTLING * (self.compliance * (goal.left / self.far_gain));
         }
         self.correction = self.correction.max(-half).min(half);
@@ -147,8 +152,13 @@ impl CableStretch {
         let held = place.motor + (anchor - place.anchor);
         let motor = held + (stretch + self.correction) - place.stretch;
         let [low, high] = [motor - about, motor + about];
-        // The motor does not turn back for what is still on its way.
-        if self.direction > 0.0 { [low.max(held.min(high)), high] } else { [low, high.min(held.max(low))] }
+        // In a slow motion the motor does not turn back for what is still on its way.
+        let slow = motion.abs() * SETTLING <= about * dt_s;
+        match self.direction > 0.0 {
+            _ if !(observed && slow) => [low, high],
+            true => [low.max(held.min(high)), high],
+            false => [low, high.min(held.max(low))],
+        }
     }
 
     fn steady(&self, tension: f64, direction: f64, drag: f64) -> f64 {

@@ -307,7 +307,8 @@ impl Compensator {
                 let scale = cable.motor_scale;
                 let left = if self.last.flags.rate_limited { 0.0 } else { left };
                 let commanded = self.last.value * scale;
-                let goal = CableGoal { far: desired, anchor, time_s: sample.time_s, left, commanded };
+                let time_s = sample.time_s;
+                let goal = CableGoal { far: desired, anchor, time_s, ahead_s: dt_s, left, commanded };
                 let [low, high] = cable.stretch.motor(&goal, &place).map(|motor| motor / scale);
                 let [low, high] = if scale > 0.0 { [low, high] } else { [high, low] };
                 value.max(low).min(high).max(reach.low).min(reach.high)

@@ -144,10 +144,10 @@ static double @_steady(const @_compensator *c, double tension_out, double direct
     return stretch;
 }
 
-/* Lowest and highest position of the motor, m, for a desired far end, of which the command before has left an
-   error. */
-static void @_move(@_compensator *c, double far, double anchor, double time_s, double left, double *low,
-                   double *high)
+/* Lowest and highest position of the motor, m, for a desired far end at a time `ahead_s` after the last sample,
+   where the command before has left an error. */
+static void @_move_motor(@_compensator *c, double far, double anchor, double time_s, double ahead_s,
+                         double left, double *low, double *high)
 {
     const double drag_factor = //%here drag_factor, asked = far / @_far_gain;
     const double tension = asked < -1e6 ? -1e6 : asked > 1e6 ? 1e6 : asked;
@@ -155,8 +155,8 @@ static void @_move(@_compensator *c, double far, double anchor, double time_s, d
     const double dt_s = c->stretch_started ? time_s - c->stretch_time_s : 0.0;
     const double tension_before = c->stretch_started ? c->stretch_tension : tension;
     const int elapsed = dt_s > 0.0 && @_is_finite(dt_s);
-    double present, motion, stretch, half, about, held, motor, compliance = 0.0;
-    int i;
+    const int observed = elapsed && @_magnitude(dt_s - ahead_s) <= 1e-6 * dt_s;
+    double present, motion, stretch, half, about, held, motor;
     c->stretch_started = 1;
     c->stretch_time_s = time_s;
     c->stretch_anchor = anchor;
@@ -176,7 +176,9 @@ static void @_move(@_compensator *c, double far, double anchor, double time_s, d
     stretch = @_steady(c, tension, c->stretch_direction, drag_factor);
     half = 0.5 * @_magnitude(stretch - @_steady(c, tension, -c->stretch_direction, drag_factor));
     about = 0.05 * half;
-    if (elapsed && @_magnitude(c->last.value * @_motor_scale - c->model.motor) <= about) {
+    if (observed && @_magnitude(c->last.value * @_motor_scale - c->model.motor) <= about) {
+        double compliance = 0.0;
+        int i;
         for (i = 0; i < @@_CELLS; i++) {
             compliance += @_compliance[i];
         }
@@ -187,7 +189,10 @@ static void @_move(@_compensator *c, double far, double anchor, double time_s, d
     motor = held + (stretch + c->stretch_correction) - c->model.stretch;
     *low = motor - about;
     *high = motor + about;
-    /* The motor does not turn back for what is still on its way. */
+    /* In a slow motion the motor does not turn back for what is still on its way. */
+    if (!(observed && @_magnitude(motion) * 0.1 <= about * dt_s)) {
+        return;
+    }
     if (c->stretch_direction > 0.0) {
         *low = @_larger(*low, @_smaller(held, *high));
     } else {
@@ -286,10 +291,10 @@ void @_compensator_reset(@_compensator *c)
     const int missing = !@_is_finite(desired);
     @_query q;
     @_prediction p;
-    double reference, value, first, second, half_width, left = 0.0, error = 0.0;
+    double reference, value, first, second, half_width, error = 0.0;
     int kind, held = 0, commands, i;
 //%if cable
-    double anchor;
+    double anchor, ahead_s, left = 0.0;
 //%end
     for (i = 0; i < @@_INPUTS; i++) {
         c->given[i] = i == @_near ? NAN : inputs[i];
@@ -303,9 +308,10 @@ void @_compensator_reset(@_compensator *c)
     reference = c->trial.values[@_near];
 //%if cable
     anchor = @_anchor_scale * c->trial.values[//%here anchor_input];
+    ahead_s = c->trial.dt_s;
     if (c->has_desired && kind == @@_NEXT) {
         left = c->desired - c->model.last.mean;
-        error = -left * 0.003 / (0.003 + c->trial.dt_s);
+        error = -left * 0.003 / (0.003 + ahead_s);
     }
 //%end
     if (!missing) {
@@ -323,8 +329,10 @@ void @_compensator_reset(@_compensator *c)
 //%if cable
     if (q.crosses && c->model.moved) {
         double low, high;
-        @_move(c, desired, anchor, time_s, (c->last.flags & @@_COMMAND_RATE_LIMITED) != 0u ? 0.0 : left, &low,
-               &high);
+        if ((c->last.flags & @@_COMMAND_RATE_LIMITED) != 0u) {
+            left = 0.0;
+        }
+        @_move_motor(c, desired, anchor, time_s, ahead_s, left, &low, &high);
         low /= @_motor_scale;
         high /= @_motor_scale;
         value = @_motor_scale > 0.0 ? @_smaller(@_larger(value, low), high)

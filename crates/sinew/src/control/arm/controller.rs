@@ -494,8 +494,7 @@ impl ArmController {
         self.faults.check_tracking(&law.error);
         if let Some(integral) = end_point {
             let h = if moves(reference) && !self.tensions.is_active() { h } else { 0.0 };
-            let speeds = [&joints.v[..], &reference.current.v];
-            integral.update(h, self.body.robot(), &joints.q, &law.error, speeds)?;
+            integral.update(h, self.body.robot(), &joints.q, &law.error)?;
             law.error.iter_mut().zip(&integral.shift).for_each(|(error, shift)| *error += shift);
         }
         let filter_fraction = (h / self.gains.slip_filter_time).min(1.0);
