@@ -226,7 +226,6 @@ fn slow_motions_of_cables_arrive_and_their_motors_do_not_chatter() {
         parts.push(mean / swing);
     }
     parts.sort_by(f64::total_cmp);
-    // Most of the error is that of the time in which dead bands are crossed.
     assert!(parts[parts.len() / 2] < 0.08, "{parts:?}");
 }
 
