@@ -21,7 +21,7 @@ use alloc::vec::Vec;
 /// | R      | [`MuscleDynamics::moment_arms`]            | `[muscles x joints]`| m       | moment arms `-dl/dq`     |
 /// | F      | `tension`                                  | `[muscles]`         | N       | tensions at the anchors  |
 /// | g, tau_p |                                          | `[joints]`          | Nm or N | torque of gravity; of springs |
-/// | K      | [`least_stiffness`](Self::least_stiffness) | `[joints x joints]` | Nm/rad  | stiffness at constant tensions |
+/// | K      |                                            | `[joints x joints]` | Nm/rad  | stiffness at constant tensions |
 /// | S      | [`motion`](Self::motion)                   | `[count x joints]`  |         | directions in which the joints move when winches turn slowly, transposed |
 ///
 /// The directions do not depend on the stiffness of the cables. Lengths alone say where the joints are while
@@ -357,7 +357,7 @@ impl ControllableMotion {
         out.iter_mut().zip(rows).for_each(|(out, row)| *out = dot(row, torque));
     }
 
-    /// The least tensions that balance springs and gravity along `S`, N: `[muscles]`.
+    /// The tensions of least norm that balance springs and gravity along `S`, N: `[muscles]`.
     pub(crate) fn balance(&mut self, tension: &mut [f64]) {
         let r = self.leading.len();
         for (x, row) in self.coordinates.iter_mut().zip(self.motion.chunks_exact(self.free.len())) {

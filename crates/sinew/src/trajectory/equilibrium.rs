@@ -24,7 +24,7 @@ use alloc::vec::Vec;
 /// length, never by tension: a finger that snaps at a given tension may stand at every length of its cable.
 ///
 /// # Assumes
-/// As [`ControllableMotion`]. Where muscles share a direction, their least tensions.
+/// As [`ControllableMotion`]. Where muscles share a direction, their tensions of least norm.
 ///
 /// # Source
 /// Equilibrium of elastic mechanisms under constraints; the active set is textbook.
