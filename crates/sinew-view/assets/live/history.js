@@ -26,11 +26,15 @@ export class History {
     return (this.start + k) % this.most;
   }
 
+  /** Time of the newest sample, s; NaN while there is none. */
+  get last() {
+    return this.count ? this.time[this.at(this.count - 1)] : NaN;
+  }
+
   /** @param {State} state */
   push(state) {
-    const time = state.time_s?.[0] ?? NaN;
+    const time = state.time_s?.[0] ?? NaN, { last } = this;
     if (!Number.isFinite(time)) return;
-    const last = this.count ? this.time[this.at(this.count - 1)] : -Infinity;
     if (time === last) return;
     // A recording was wound back, or the source began anew.
     if (time < last || time > last + 30) this.clear();

@@ -51,7 +51,7 @@ export class Replay {
     const clock = performance.now();
     if (!now && clock - this.sent < EVERY) return;
     this.sent = clock;
-    this.session.seek(time, now);
+    this.session.seek(time);
   }
 
   toggle() {

@@ -6,6 +6,11 @@ import { FLAG } from "./protocol.js";
 /** @import {SceneMessage, State} from "./protocol.js" */
 /** @import {Selection} from "../view/types.js" */
 
+/** The longest step between two states of a recording that is no jump, s at normal speed. */
+const STEP = 1;
+/** Time after the last jump at which the signals before it are fetched, ms: a scrubber that is dragged jumps many times. */
+const SETTLED = 150;
+
 /** Events: `scene`, `state`, `select`, `connection`, `event`, `notice`; of a recording `seek`, `recall`. */
 export class Session extends EventTarget {
   constructor() {
@@ -26,6 +31,7 @@ export class Session extends EventTarget {
     this.compared = null;
     /** Number of the last wish for a history. */
     this.recalled = 0;
+    this.settling = 0;
     this.connection = new Connection(this);
   }
 
@@ -61,18 +67,27 @@ export class Session extends EventTarget {
     this.tell("recall");
   }
 
-  /** Goes to a time of a recording, s. @param {number} time @param {boolean} [whole] whether the signals before it are requested, too */
-  async seek(time, whole = true) {
-    if (!await this.command("seek", { time_s: time })) return;
+  /** Goes to a time of a recording. @param {number} time s */
+  async seek(time) {
+    if (await this.command("seek", { time_s: time })) this.jump();
+  }
+
+  /** The time of a recording jumped: what was kept does not join what comes. */
+  jump() {
+    this.recalled += 1;
     this.history.clear();
     this.tell("seek");
-    if (whole) this.recall();
+    clearTimeout(this.settling);
+    this.settling = window.setTimeout(() => this.recall(), SETTLED);
   }
 
   /** @param {State} state */
   takeState(state) {
+    // Any page can move the time of a recording, and an older state may come behind the answer to a command.
+    const { history } = this, step = (state.time_s?.[0] ?? NaN) - history.last;
+    if (this.scene?.recording && (step < 0 || step > STEP * Math.max(1, state.speed?.[0] ?? 1))) this.jump();
     this.state = state;
-    this.history.push(state);
+    history.push(state);
     this.tell("state");
   }
 
