@@ -40,6 +40,8 @@ class Scores:
     coverage95: float | None
     #: Fraction of samples outside the ranges of the training logs.
     out_of_range: float | None
+    #: RMSE to expect of these samples; beyond the conditions of the training logs what is expected there.
+    expected: float | None
     #: RMSE of the samples inside those ranges.
     rmse_in_range: float | None
     #: RMSE of the samples outside of them.

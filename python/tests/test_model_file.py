@@ -60,3 +60,28 @@ def test_a_key_that_is_missing_or_unknown_is_refused_by_both(document: dict[str,
                 read = False
             assert described or not read, f"{change} in {target}: read, but not described"
             assert not (described and change == "unknown"), f"{target}"
+
+
+def test_parts_that_only_some_models_have_are_described(document: dict[str, Any]) -> None:
+    check = {
+        "quantity": "height",
+        "terms": ["level_squared", {"given": 0}],
+        "mean": [1.0, 0.0],
+        "inverse_scale": [0.5, 2.0],
+        "offset": 3.0,
+        "weights": [0.1, 0.2],
+        "covariance": [1.0, 0.0, 0.0, 1.0],
+        "trials": 20,
+        "deviation": 0.3,
+        "scatter": 0.01,
+        "limit": 5.0,
+    }
+    parts = {
+        "specimen": {"effort": 0, "motion": 0, "reversal": 0.1, "checks": [check]},
+        "outside": {"band_factor": 4.0, "sides": [{"column": "load", "outermost": 60.0, "step": -10.0, "rmse": 0.5}]},
+        "offset": {"between": 0.4, "within": 0.1},
+    }
+    model = {**document["model"], **parts}
+    VALIDATOR.validate({**document, "model": model})
+    again = json.loads(sinew.Model.from_json(written(model)).to_json())["model"]
+    assert {name: again[name] for name in parts} == parts

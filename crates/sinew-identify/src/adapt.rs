@@ -82,7 +82,8 @@ pub fn adapt(
     let estimator =
         variants[chosen].2(&logs.counted()).ok_or(Error::NothingFitted { what: "the chosen adaptation" })?;
     let specimen = monitor(&logs, &folds);
-    let model = calibrate(estimator, &scored[chosen], rmse, &logs, specimen.as_ref().ok(), options.seed)?;
+    let model =
+        calibrate(estimator, &scored[chosen], rmse, (&logs, &folds), specimen.as_ref().ok(), options.seed)?;
     let reason = format!(
         "{} was chosen: the smallest root mean square error over all folds, or the transfer where no \
             other is {:.0} % better.",

@@ -4,7 +4,9 @@ use crate::Error;
 use crate::conditioning::ConditionedLogs;
 use crate::fit::run::Run;
 use crate::fit::statistics::{mean_and_deviation, quantiles};
+use crate::outside::outside;
 use crate::select::cross_validation::{CrossValidation, ScoredCandidate, Stretch, band_factor};
+use crate::select::folds::Folds;
 use sinew::predictor::{Estimator, Model, OffsetVariance, Provenance, SpecimenMonitor};
 
 /// The model of an estimator fitted to all logs, with the band that its cross-validation asks for and what
@@ -16,12 +18,13 @@ pub(crate) fn calibrate(
     estimator: Estimator,
     chosen: &ScoredCandidate,
     rmse_unseen: f64,
-    logs: &ConditionedLogs,
+    (logs, folds): (&ConditionedLogs, &Folds),
     specimen: Option<&SpecimenMonitor>,
     seed: u64,
 ) -> Result<Model, Error> {
     let roles = &logs.data.roles;
-    let folds = chosen.validation().map_or(&[][..], |validation| validation.folds.as_slice());
+    let scores = chosen.validation().map_or(&[][..], |validation| validation.folds.as_slice());
+    let inside = band_factor(scores, None);
     let model = Model {
         far: roles.far.clone().unwrap_or_default(),
         inputs: roles.inputs.clone(),
@@ -30,7 +33,8 @@ pub(crate) fn calibrate(
         guards: logs.limits.clone(),
         gap_s: logs.gap_s,
         estimator,
-        band_factor: band_factor(folds, None),
+        band_factor: inside,
+        outside: chosen.validation().and_then(|validation| outside(validation, logs, folds, inside)),
         specimen: specimen.cloned(),
         offset: chosen.validation().and_then(|validation| offset_variance(validation, &logs.runs)),
         provenance: Provenance {

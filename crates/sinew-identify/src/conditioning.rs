@@ -79,18 +79,26 @@ fn limits_of(data: &Dataset, input: usize, width: usize) -> InputLimits {
     if values.is_empty() {
         return InputLimits { jump: f64::MAX, low: 0.0, high: 0.0, typical: 0.0 };
     }
-    let edge = quantiles(values, &[0.0, 0.005, 0.5, 0.995, 1.0]);
+    let edge = quantiles(values, &EDGES);
     let usual = if changes.is_empty() { 0.0 } else { quantiles(changes, &[0.999])[0] };
     let jump = (SPIKE_FACTOR * usual).max(0.25 * (edge[3] - edge[1]));
     let jump = if jump > 0.0 { jump } else { f64::MAX };
-    // Extremes beyond one central range are spikes and do not widen the known range.
+    let (low, high) = between(&edge);
+    InputLimits { jump, low, high, typical: edge[2] }
+}
+
+/// Quantiles of an input that its known range is made of, and its median.
+const EDGES: [f64; 5] = [0.0, 0.005, 0.5, 0.995, 1.0];
+
+/// Extremes beyond one central range are spikes and do not widen the known range.
+fn between(edge: &[f64]) -> (f64, f64) {
     let margin = edge[3] - edge[1];
-    InputLimits {
-        jump,
-        low: edge[0].max(edge[1] - margin),
-        high: edge[4].min(edge[3] + margin),
-        typical: edge[2],
-    }
+    (edge[0].max(edge[1] - margin), edge[4].min(edge[3] + margin))
+}
+
+/// The known range of an input with these values.
+pub(crate) fn range_of(values: Vec<f64>) -> (f64, f64) {
+    between(&quantiles(values, &EDGES))
 }
 
 /// Pause after which states are reset, s.

@@ -2,9 +2,10 @@
 
 use crate::Error;
 use crate::log::{Dataset, ReadOptions, Roles, read_with_roles, unit_of};
+use crate::select::folds::numeric_quantities;
 use serde::Serialize;
 use sinew::metrics::Comparison;
-use sinew::predictor::{Model, Prediction, Predictor, Sample, SpecimenDeviation};
+use sinew::predictor::{Beyond, Model, Prediction, Predictor, Sample, SpecimenDeviation};
 
 /// Eqs. 14 to 16 with band and size, over some samples.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -24,6 +25,9 @@ pub struct Scores {
     /// Fraction of samples outside the ranges of the training logs; there neither the expected error nor the
     /// band holds.
     pub out_of_range: Option<f64>,
+    /// RMSE to expect of these samples, far unit: on unseen data, and beyond the conditions of the training
+    /// logs what is expected there.
+    pub expected: Option<f64>,
     /// RMSE of the samples inside those ranges, far unit.
     pub rmse_in_range: Option<f64>,
     /// RMSE of the samples outside of them, far unit.
@@ -82,6 +86,7 @@ impl Compared {
             percent_of_range: all.percent_of_range(None),
             coverage95: all.coverage(),
             out_of_range: fraction.is_finite().then_some(fraction),
+            expected: None,
             rmse_in_range: self.inside.rmse(),
             rmse_out_of_range: self.outside.rmse(),
             specimen: None,
@@ -126,12 +131,23 @@ pub fn roles_of(model: &Model) -> Roles {
     }
 }
 
+/// Columns that are conditions of a model's training logs and none of its inputs.
+#[must_use]
+pub fn conditions_of(model: &Model) -> Vec<String> {
+    let sides = model.outside.iter().flat_map(|outside| &outside.sides);
+    let mut columns: Vec<String> = sides.map(|side| side.column.clone()).collect();
+    columns.dedup();
+    columns.retain(|column| model.inputs.iter().all(|input| input.column != *column));
+    columns
+}
+
 /// Reads logs with the columns of a model.
 ///
 /// # Errors
 /// As [`read_with_roles`].
 pub fn read_for(model: &Model, options: &ReadOptions) -> Result<Dataset, Error> {
-    read_with_roles(&roles_of(model), options)
+    let options = ReadOptions { conditions: conditions_of(model), ..options.clone() };
+    read_with_roles(&roles_of(model), &options)
 }
 
 /// Predictions of a dataset.
@@ -177,6 +193,20 @@ pub fn predict(model: &Model, data: &Dataset, reading_s: Option<f64>) -> Result<
     Ok(all)
 }
 
+/// RMSE to expect of every sequence, far unit; beyond several conditions the largest.
+fn expected(model: &Model, data: &Dataset) -> Vec<f64> {
+    let quantities = numeric_quantities(data);
+    let sides = || model.outside.iter().flat_map(|outside| &outside.sides);
+    let of_sequence = |k: usize| {
+        let at = |side: &Beyond| {
+            let value = quantities.iter().find(|(column, _)| *column == side.column)?.1[k];
+            side.includes(value).then(|| side.expected(value))
+        };
+        sides().filter_map(at).fold(model.provenance.rmse_unseen, f64::max)
+    };
+    (0..data.sequences.len()).map(of_sequence).collect()
+}
+
 /// Scores a model on a dataset that has the far side; `reading_s` as of [`predict`].
 ///
 /// # Errors
@@ -199,6 +229,14 @@ pub fn evaluate(model: &Model, data: &Dataset, reading_s: Option<f64>) -> Result
         let trials = data.sequences.iter().zip(&predictions.specimen);
         SpecimenScore::of(trials.filter(|(sequence, _)| of(sequence.log)).map(|(_, found)| *found))
     };
+    let expected = expected(model, data);
+    let scored = |k: usize| data.sequences[k].scored.iter().filter(|scored| **scored).count() as f64;
+    let expected = |of: &dyn Fn(usize) -> bool| {
+        let kept = || (0..expected.len()).filter(|k| of(data.sequences[*k].log));
+        let (sum, count) = (kept().map(|k| scored(k) * expected[k].powi(2)).sum::<f64>(), kept().map(scored));
+        let mean = sum / count.sum::<f64>();
+        mean.is_finite().then(|| mean.sqrt())
+    };
     let logs = data
         .logs
         .iter()
@@ -207,9 +245,13 @@ pub fn evaluate(model: &Model, data: &Dataset, reading_s: Option<f64>) -> Result
         .map(|(k, (info, compared))| LogScores {
             log: info.name.clone(),
             in_training: model.provenance.logs.contains(&info.name),
-            scores: Scores { specimen: specimen(&|log| log == k), ..compared.scores() },
+            scores: Scores {
+                specimen: specimen(&|log| log == k),
+                expected: expected(&|log| log == k),
+                ..compared.scores()
+            },
         })
         .collect();
-    let overall = Scores { specimen: specimen(&|_| true), ..overall.scores() };
+    let overall = Scores { specimen: specimen(&|_| true), expected: expected(&|_| true), ..overall.scores() };
     Ok(Evaluation { far: model.far.clone(), far_unit: unit_of(&model.far), overall, logs })
 }

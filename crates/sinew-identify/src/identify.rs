@@ -9,7 +9,7 @@ use crate::report::{Evidence, IdentificationReport};
 use crate::select::agreement::report_shift;
 use crate::select::candidates::{CandidateRecipe, candidates, not_compared};
 use crate::select::choice::{Choice, selection_rmse};
-use crate::select::cross_validation::cross_validate_all;
+use crate::select::cross_validation::{ScoredCandidate, cross_validate_all};
 use crate::select::folds::Folds;
 pub use crate::select::influence::Keep;
 use crate::select::influence::{check_keep, exclude_outlier_logs};
@@ -61,6 +61,7 @@ pub struct Identification {
 /// Fits a candidate, or the members of a mean, to all logs.
 fn fit_candidate(
     candidates: &[CandidateRecipe],
+    scored: &[ScoredCandidate],
     chosen: usize,
     logs: &ConditionedLogs,
     seed: u64,
@@ -74,7 +75,7 @@ fn fit_candidate(
         Some((fit(&member.recipe, &runs, seed)?, *inside))
     };
     let members = candidate.mean_of.par_iter().map(member).collect::<Option<Vec<_>>>()?;
-    Some(mean_of(members))
+    Some(mean_of(members, &scored[chosen].validation()?.weights))
 }
 
 /// Checks the names in the options against a dataset, before any fit.
@@ -121,10 +122,11 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
     let rmse = selection_rmse(&scored, chosen, &choose);
 
     progress("fitting the chosen model to everything", 0.85);
-    let estimator = fit_candidate(&candidates, chosen, &logs, options.seed) // 5. Fit and calibrate.
+    let estimator = fit_candidate(&candidates, &scored, chosen, &logs, options.seed) // 5. Fit and calibrate.
         .ok_or(Error::NothingFitted { what: "the chosen model" })?;
     let specimen = monitor(&logs, &folds);
-    let model = calibrate(estimator, &scored[chosen], rmse, &logs, specimen.as_ref().ok(), options.seed)?;
+    let model =
+        calibrate(estimator, &scored[chosen], rmse, (&logs, &folds), specimen.as_ref().ok(), options.seed)?;
 
     progress("writing the report", 0.95);
     let laws = cross_validate_laws(&logs, &folds);

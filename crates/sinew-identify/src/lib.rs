@@ -16,6 +16,7 @@ mod estimation;
 pub mod evaluate;
 pub mod geometry;
 pub mod identify;
+mod outside;
 mod select;
 mod specimen;
 mod training;

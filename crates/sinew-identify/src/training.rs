@@ -22,14 +22,15 @@ pub(crate) fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator
     fit_on(fit_law(recipe, runs)?, recipe, runs, seed)
 }
 
-/// The mean of fitted estimators: each with its weight, and whether it counts inside the training data alone.
-pub(crate) fn mean_of(members: Vec<(Estimator, bool)>) -> Estimator {
-    let weight = 1.0 / members.len().max(1) as f64;
+/// The mean of fitted estimators by weights with the sum 1; of each whether it counts inside the training data
+/// alone.
+pub(crate) fn mean_of(members: Vec<(Estimator, bool)>, weights: &[f64]) -> Estimator {
     // What the mean errs in training is at most the mean of what its members do.
-    let sigma0 = weight * members.iter().map(|(estimator, _)| estimator.sigma0).sum::<f64>();
+    let sigma0 = members.iter().zip(weights).map(|((estimator, _), weight)| weight * estimator.sigma0).sum();
     let law = MemoryLaw { signals: vec![], cell: None, cable: None, axis: None, features: vec![] };
-    let member = |(estimator, inside)| Member { weight, inside, estimator };
-    Estimator { sigma0, members: members.into_iter().map(member).collect(), ..Estimator::of(law) }
+    let member = |((estimator, inside), &weight)| Member { weight, inside, estimator };
+    let members = members.into_iter().zip(weights).map(member).collect();
+    Estimator { sigma0, members, ..Estimator::of(law) }
 }
 
 /// Fits the physics of a recipe: its law without features.

@@ -15,7 +15,7 @@ use sinew::twin::cable::Specimen;
 use sinew_identify::cable::{CableFit, CableLog, FitOptions, fit_cable};
 use sinew_identify::fit::perceptron::{TrainOptions, train};
 use sinew_identify::identify::{Keep, Options, identify};
-use sinew_identify::log::{ColumnOptions, ReadOptions, RequestedRoles, read_bytes};
+use sinew_identify::log::{ReadOptions, RequestedRoles, read_bytes};
 
 /// Rate of drag adaptation after the calibration, 1/(N m): follows the time constant of the grease's
 /// temperature.
@@ -83,8 +83,7 @@ pub fn inverted(logs: &[Vec<BenchRow>], seed: u64) -> Result<Compensation, Error
     let files: Vec<(&str, &[u8])> =
         text.iter().map(|(name, text)| (name.as_str(), text.as_bytes())).collect();
     let roles = RequestedRoles { far: Some("tension_out_n".to_owned()), ..RequestedRoles::default() };
-    let read =
-        ReadOptions { skip_s: 0.0, far_required: true, paths: Vec::new(), columns: ColumnOptions::default() };
+    let read = ReadOptions { far_required: true, ..ReadOptions::default() };
     let data = read_bytes(&files, &roles, &read)?;
     let options =
         Options { seed, models: vec!["observer".to_owned()], keep: Keep::All, ..Options::default() };

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use sinew_identify::Error;
-use sinew_identify::evaluate::roles_of;
+use sinew_identify::evaluate::{conditions_of, roles_of};
 use sinew_identify::log::{
     ColumnOptions, Dataset, ReadOptions, RequestedRoles, read_bytes, read_bytes_with_roles, read_dataset,
     read_with_roles,
@@ -43,9 +43,12 @@ impl Logs {
         columns: ColumnOptions,
     ) -> Result<Dataset, Error> {
         let roles = roles_of(model);
-        self.read_by(skip_s, far_required, columns, |contents, o| match contents {
-            None => read_with_roles(&roles, o),
-            Some(contents) => read_bytes_with_roles(contents, &roles, o),
+        self.read_by(skip_s, far_required, columns, |contents, o| {
+            let options = ReadOptions { conditions: conditions_of(model), ..o.clone() };
+            match contents {
+                None => read_with_roles(&roles, &options),
+                Some(contents) => read_bytes_with_roles(contents, &roles, &options),
+            }
         })
     }
 
@@ -57,11 +60,15 @@ impl Logs {
         read: impl FnOnce(Option<&[(&str, &[u8])]>, &ReadOptions) -> Result<Dataset, Error>,
     ) -> Result<Dataset, Error> {
         match self {
-            Self::Files(paths) => read(None, &ReadOptions { skip_s, far_required, paths, columns }),
+            Self::Files(paths) => {
+                let options = ReadOptions { skip_s, far_required, paths, columns, ..ReadOptions::default() };
+                read(None, &options)
+            }
             Self::Contents(contents) => {
                 let borrowed: Vec<(&str, &[u8])> =
                     contents.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())).collect();
-                read(Some(&borrowed), &ReadOptions { skip_s, far_required, paths: Vec::new(), columns })
+                let options = ReadOptions { skip_s, far_required, columns, ..ReadOptions::default() };
+                read(Some(&borrowed), &options)
             }
         }
     }

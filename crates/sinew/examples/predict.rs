@@ -46,6 +46,20 @@ fn clamp_model() -> Model {
     let guards = vec![InputLimits { jump: 1e3, low: 0.0, high: 300.0, typical: 100.0 }];
     let estimator = Estimator { sigma0: 1.0, ..Estimator::of(law) };
     let provenance = Provenance { member, description, program, seed, logs, samples, rmse_unseen, far_range };
-    let (time, trial, specimen, offset, gap_s, band_factor) = (None, None, None, None, 0.1, 2.0);
-    Model { far, time, trial, specimen, offset, gap_s, band_factor, inputs, guards, estimator, provenance }
+    let (time, trial, specimen, offset, outside) = (None, None, None, None, None);
+    let (gap_s, band_factor) = (0.1, 2.0);
+    Model {
+        far,
+        time,
+        trial,
+        specimen,
+        offset,
+        outside,
+        gap_s,
+        band_factor,
+        inputs,
+        guards,
+        estimator,
+        provenance,
+    }
 }

@@ -26,6 +26,7 @@ pub(crate) fn run(arguments: &AdaptArguments, general: &General) -> Result<Answe
         far_required: true,
         paths: arguments.logs.clone(),
         columns: arguments.columns.options(),
+        ..ReadOptions::default()
     };
     let data = read_for(&old, &options)?;
     if !general.json {

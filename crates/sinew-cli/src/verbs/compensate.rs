@@ -24,6 +24,7 @@ pub(crate) fn run(arguments: &CompensateArguments, general: &General) -> Result<
         far_required: false,
         paths: vec![arguments.desired.clone()],
         columns: arguments.columns.options(),
+        ..ReadOptions::default()
     };
     let desired = Desired::read(&compensator, &options)?;
     let rows = desired.commands(&mut compensator);

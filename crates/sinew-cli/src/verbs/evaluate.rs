@@ -17,6 +17,7 @@ pub(crate) fn run(arguments: &EvaluateArguments, general: &General) -> Result<An
         far_required: true,
         paths: arguments.logs.clone(),
         columns: arguments.columns.options(),
+        ..ReadOptions::default()
     };
     let data = read_for(&model, &options)?;
     let evaluation = evaluate(&model, &data, arguments.reading.anchor_reading)?;
@@ -44,13 +45,25 @@ fn range_note(model: &Model, scores: &Scores) -> String {
         return String::new();
     }
     format!(
-        "\nNote: {} of the samples lie outside the ranges of the training logs (RMSE there {}, inside {}); \
-            the expected error of {} and the 95 % band are for samples inside them.\n",
+        "\nNote: {} of the samples lie outside the ranges of the training logs (RMSE there {}, inside {}); {}.\n",
         percent(scores.out_of_range),
         number(scores.rmse_out_of_range),
         number(scores.rmse_in_range),
-        number(Some(model.provenance.rmse_unseen)),
+        outside_note(model),
     )
+}
+
+/// What the expected error and the band say outside the ranges; completes a sentence.
+pub(super) fn outside_note(model: &Model) -> String {
+    match &model.outside {
+        Some(outside) if outside.band_factor > model.band_factor => format!(
+            "the 95 % band is {} times wider there, by what was held out of the training logs outside the ranges \
+                of the others",
+            number(Some(outside.band_factor / model.band_factor))
+        ),
+        Some(_) => "the 95 % band is that inside them".to_owned(),
+        None => "the expected error and the 95 % band are for samples inside them".to_owned(),
+    }
 }
 
 /// Scores as a table; the last column is the fraction of samples outside the ranges of the training logs.
@@ -62,6 +75,7 @@ pub(crate) fn scores_table(model: &Model, evaluation: &Evaluation) -> String {
             scores.n.to_string(),
             number(scores.mse),
             number(scores.rmse),
+            number(scores.expected),
             number(scores.pearson),
             percent(scores.percent_of_range.map(|p| p / 100.0)),
             percent(scores.coverage95),
@@ -78,6 +92,7 @@ pub(crate) fn scores_table(model: &Model, evaluation: &Evaluation) -> String {
         "samples",
         "MSE",
         "RMSE",
+        "expected",
         "Pearson",
         "of range",
         "in 95 % band",

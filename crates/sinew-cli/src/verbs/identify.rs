@@ -26,6 +26,7 @@ pub(crate) fn run(arguments: &IdentifyArguments, general: &General) -> Result<An
         far_required: true,
         paths: arguments.logs.clone(),
         columns: arguments.columns.options(),
+        ..ReadOptions::default()
     };
     let data = read_dataset(&role_flags(&arguments.roles), &reading)?;
     let models =

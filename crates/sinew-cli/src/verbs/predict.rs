@@ -1,6 +1,6 @@
 //! `sinew predict`.
 
-use super::evaluate::{NOTABLE_FRACTION, specimen_note};
+use super::evaluate::{NOTABLE_FRACTION, outside_note, specimen_note};
 use super::read_model;
 use crate::answer::{Answer, Content};
 use crate::arguments::{General, PredictArguments};
@@ -8,7 +8,7 @@ use crate::csv_text::Csv;
 use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
 use crate::table::percent;
-use sinew::predictor::{Flags, Prediction};
+use sinew::predictor::{Flags, Model, Prediction};
 use sinew_identify::evaluate::{SpecimenScore, predict, read_for};
 use sinew_identify::log::{Dataset, ReadOptions, unit_of};
 
@@ -21,6 +21,7 @@ pub(crate) fn run(arguments: &PredictArguments, general: &General) -> Result<Ans
         far_required: false,
         paths: arguments.logs.clone(),
         columns: arguments.columns.options(),
+        ..ReadOptions::default()
     };
     let data = read_for(&model, &options)?;
     let predictions = predict(&model, &data, arguments.reading.anchor_reading)?;
@@ -41,21 +42,22 @@ pub(crate) fn run(arguments: &PredictArguments, general: &General) -> Result<Ans
         }))?
     } else {
         let note = specimen_note(&model, specimen.as_ref());
-        Content::Text(summary(&model.far, rows, unknown, outside, fraction) + &note)
+        Content::Text(summary(&model, rows, unknown, outside, fraction) + &note)
     };
     Ok(Answer::done(content, written))
 }
 
-fn summary(far: &str, rows: usize, unknown: usize, outside: usize, fraction: f64) -> String {
+fn summary(model: &Model, rows: usize, unknown: usize, outside: usize, fraction: f64) -> String {
     let mut text = format!(
-        "{rows} predictions of `{far}`; the state of the hysteresis is unknown in {unknown}, {outside} lie \
-            outside the range of the training logs\n"
+        "{rows} predictions of `{}`; the state of the hysteresis is unknown in {unknown}, {outside} lie \
+            outside the range of the training logs\n",
+        model.far
     );
     if fraction > NOTABLE_FRACTION {
         text += &format!(
-            "Warning: {} of the samples lie outside the ranges of the training logs; the expected error and \
-                the 95 % band are for samples inside them.\n",
-            percent(Some(fraction))
+            "Warning: {} of the samples lie outside the ranges of the training logs; {}.\n",
+            percent(Some(fraction)),
+            outside_note(model)
         );
     }
     text

@@ -4,7 +4,7 @@ use crate::bench::{Bench, ROWS, log, samples};
 use serde_json::Value;
 use sinew::predictor::{Model, Predictor, Sample};
 
-const SCORES: [&str; 10] = [
+const SCORES: [&str; 11] = [
     "n",
     "mse",
     "rmse",
@@ -12,6 +12,7 @@ const SCORES: [&str; 10] = [
     "percent_of_range",
     "coverage95",
     "out_of_range",
+    "expected",
     "rmse_in_range",
     "rmse_out_of_range",
     "specimen",

@@ -32,6 +32,8 @@ pub(super) fn generate(
     estimator_parts(&mut filling, &mut members, model.inputs.len(), estimator, name)?;
     let unknown = format!("(s->determined ? 0u : {}_STATE_UNKNOWN) |", name.upper());
     filling.set("unknown", if has_state(estimator) { unknown } else { String::new() });
+    let wider = format!("(outside ? {0}_band_outside : {0}_band)", name.as_str());
+    filling.set("band", if model.outside.is_some() { wider } else { format!("{}_band", name.as_str()) });
     let dt = if uses_dt(estimator) { ", s->dt_s" } else { "" };
     filling.set("estimate_dt", dt);
     inverse::fill(&mut filling, model, name, content)?;
@@ -140,6 +142,9 @@ fn limits(model: &Model, name: &Name) -> String {
         + &column("typical", |l| l.typical)
         + &literal::scalar(&format!("{n}_gap_s"), model.gap_s)
         + &literal::scalar(&format!("{n}_band"), model.band_factor)
+        + &model.outside.as_ref().map_or_else(String::new, |outside| {
+            literal::scalar(&format!("{n}_band_outside"), outside.band_factor)
+        })
 }
 
 /// The signals that a law or a feature reads.
@@ -208,7 +213,8 @@ fn features(filling: &mut Filling, estimator: &Estimator, name: &Name) {
     filling.when("features", used && count > 0);
     filling.when("stateful_features", used && law.features.iter().any(stateful));
     filling.when("dt", law.cable.is_some());
-    filling.when("width", law.has_physics() || (used && law.features.iter().any(wide)));
+    filling
+        .when("width", (law.has_physics() && law.cell.is_none()) || (used && law.features.iter().any(wide)));
     filling.when("constant", estimator.ensemble.is_none() && estimator.perceptron.is_none());
     if !used {
         return;

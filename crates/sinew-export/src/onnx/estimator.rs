@@ -28,7 +28,8 @@ struct Cell {
     state: Value,
     low: Value,
     width: Value,
-    known: Option<Value>,
+    /// Whether the state is known, and the width of the interval in which it may be before; none without one.
+    known: Option<(Value, Value)>,
 }
 
 pub(super) fn estimate(g: &mut Graph, estimator: &Estimator, sample: &Sample) -> Estimate {
@@ -48,10 +49,9 @@ pub(super) fn estimate(g: &mut Graph, estimator: &Estimator, sample: &Sample) ->
     let features = features(g, estimator, &signals, &previous, &cell, sample);
 
     let zero = g.double(0.0);
-    let start = cell.known.map(|known| {
-        let (square, twelve) = (g.op("Mul", &[cell.width, cell.width]), g.double(12.0));
-        let spread = g.op("Div", &[square, twelve]);
-        g.select(known, zero, spread)
+    let start = cell.known.map(|(_, unknown)| {
+        let (square, twelve) = (g.op("Mul", &[unknown, unknown]), g.double(12.0));
+        g.op("Div", &[square, twelve])
     });
     let sigma = g.double(estimator.sigma0 * estimator.sigma0);
     let mut variance = start.map_or(sigma, |start| g.op("Add", &[sigma, start]));
@@ -79,7 +79,8 @@ pub(super) fn estimate(g: &mut Graph, estimator: &Estimator, sample: &Sample) ->
     let before = g.select(sample.next, farthest.before, zero);
     let beyond = g.larger(before, excess);
     g.keep(farthest, beyond);
-    let own = Estimate { mean, variance, gate, known: cell.known, clipped, beyond };
+    let known = cell.known.map(|(known, _)| known);
+    let own = Estimate { mean, variance, gate, known, clipped, beyond };
     with_members(g, estimator, own, sample)
 }
 
@@ -157,7 +158,8 @@ fn cell(
         let change = g.op("Sub", &[signals[*i], previous[*i].before]);
         increment = sum_of(g, increment, [(*kappa, change)]);
     }
-    let (mut state, mut active) = (zero, None);
+    let kept = g.remember(1);
+    let (mut state, mut slid) = (zero, g.select(sample.next, kept.before, zero));
     for branch in &cell.branches {
         let slot = g.remember(1);
         let (share, position, weight) =
@@ -172,19 +174,24 @@ fn cell(
         g.keep(slot, projected);
         let part = g.op("Mul", &[weight, projected]);
         state = g.op("Add", &[state, part]);
-        if branch.width >= 1.0 {
-            let (below, above) = (g.op("Less", &[trial, lower]), g.op("Greater", &[trial, upper]));
-            let either = g.op("Or", &[below, above]);
-            active = Some(active.map_or(either, |other| g.op("Or", &[other, either])));
-        }
+        let (below, above) = (g.op("Less", &[trial, lower]), g.op("Greater", &[trial, upper]));
+        let (active, wider) = (g.op("Or", &[below, above]), g.op("Greater", &[share, slid]));
+        let first = g.op("And", &[active, wider]);
+        slid = g.select(first, share, slid);
     }
-    let slot = g.remember(1);
-    let before = g.op("Greater", &[slot.before, zero]);
-    let before = g.op("And", &[before, sample.next]);
-    let known = active.map_or(before, |active| g.op("Or", &[before, active]));
-    let after = g.cast(known, Kind::Double);
-    g.keep(slot, after);
-    Cell { state, low, width, known: Some(known) }
+    g.keep(kept, slid);
+    let mut fraction = zero;
+    for branch in &cell.branches {
+        let (part, share) = (g.double(branch.fraction.abs() * branch.width), g.double(branch.width));
+        let wider = g.op("Greater", &[share, slid]);
+        let part = g.select(wider, part, zero);
+        fraction = g.op("Add", &[fraction, part]);
+    }
+    let one = g.double(1.0);
+    let partly = g.op("Less", &[slid, one]);
+    let (known, unknown) = (g.op("Not", &[partly]), g.op("Mul", &[fraction, width]));
+    let unknown = g.select(partly, unknown, zero);
+    Cell { state, low, width, known: Some((known, unknown)) }
 }
 
 fn features(

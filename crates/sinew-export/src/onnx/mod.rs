@@ -90,10 +90,14 @@ fn outputs(
     estimate: &estimator::Estimate,
     last: Slot,
 ) -> [Value; 4] {
-    let (root, band) = (g.op("Sqrt", &[estimate.variance]), g.double(model.band_factor));
+    let outside = estimate.clipped.map_or(sample.outside, |clipped| g.op("Or", &[sample.outside, clipped]));
+    let (root, inside) = (g.op("Sqrt", &[estimate.variance]), g.double(model.band_factor));
+    let band = model.outside.as_ref().map_or(inside, |beyond| {
+        let factor = g.double(beyond.band_factor);
+        g.select(outside, factor, inside)
+    });
     let (wide, two_sided) = (g.op("Mul", &[band, root]), g.double(1.96));
     let deviation = g.op("Div", &[wide, two_sided]);
-    let outside = estimate.clipped.map_or(sample.outside, |clipped| g.op("Or", &[sample.outside, clipped]));
     // Unknown state, out of range, held input.
     let mut lasting = sample.zero;
     let unknown = estimate.known.map(|known| g.op("Not", &[known]));

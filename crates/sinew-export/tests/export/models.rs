@@ -4,8 +4,8 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use sinew::predictor::{
     Axis, AxisForce, AxisMotion, AxisSlip, CableColumns, CableModel, Ensemble, Estimator, Feature, Input,
-    InputLimits, LinearLaw, MEMBERS, Member, MemoryLaw, Model, ObservedCable, PerNetwork, Provenance, Role,
-    Signal,
+    InputLimits, LinearLaw, MEMBERS, Member, MemoryLaw, Model, ObservedCable, Outside, PerNetwork,
+    Provenance, Role, Signal,
 };
 use sinew::transmission::cable::{CableParameters, CablePath, Segment, Weakening, WeakeningForm};
 use sinew::transmission::{BasisTerm, Branch, ClampCell, Perceptron, PerceptronWeights};
@@ -108,6 +108,7 @@ pub(crate) fn model(kind: Kind, random: &mut ChaCha8Rng) -> Model {
         estimator,
         specimen: None,
         offset: None,
+        outside: often(random).then(|| Outside { band_factor: between(random, 0.5, 9.0), sides: vec![] }),
         band_factor: between(random, 0.5, 4.0),
         provenance: Provenance {
             member: format!("{kind:?}"),

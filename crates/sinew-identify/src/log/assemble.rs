@@ -42,7 +42,8 @@ fn gather(roles: Roles, logs: Vec<OpenLog>, options: &ReadOptions) -> Result<Dat
         sequences.extend(log.cut.sequences.into_iter().map(|s| Sequence { log: k, ..s }));
         constants.push(log.constants);
     }
-    let found = conditions::find(roles.group.as_deref(), &constants, &mut sequences);
+    let always: Vec<&str> = roles.group.iter().chain(&options.conditions).map(String::as_str).collect();
+    let found = conditions::find(&always, &constants, &mut sequences);
     let mut dataset = Dataset { roles, columns: Vec::new(), logs: infos, conditions: found, sequences };
     if far_required {
         drop_duplicates(&mut dataset);

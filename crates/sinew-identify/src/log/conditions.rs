@@ -17,24 +17,24 @@ pub(super) struct LogConstants {
     pub(super) first_rows: Vec<usize>,
 }
 
-/// Finds the conditions and writes their values into the sequences; `group` comes first whatever it is.
-pub(super) fn find(group: Option<&str>, logs: &[LogConstants], sequences: &mut [Sequence]) -> Vec<Condition> {
+/// Finds the conditions and writes their values into the sequences; `always` come first, whatever they are.
+pub(super) fn find(always: &[&str], logs: &[LogConstants], sequences: &mut [Sequence]) -> Vec<Condition> {
     let Some(first) = logs.first() else { return Vec::new() };
     // BTreeMap: by name, so that the order of the columns changes nothing.
-    let names = first.columns.keys().map(String::as_str).filter(|name| Some(*name) != group);
+    let names = first.columns.keys().map(String::as_str).filter(|name| !always.contains(name));
     let mut conditions = Vec::new();
-    for name in group.into_iter().chain(names) {
+    for name in always.iter().copied().chain(names) {
         let Some(values) = values(name, logs) else { continue };
         let mut different: Vec<String> = Vec::new();
         for value in &values {
             if !different.contains(value) {
                 different.push(value.clone());
             }
-            if different.len() > MAX_VALUES && group != Some(name) {
+            if different.len() > MAX_VALUES && !always.contains(&name) {
                 break;
             }
         }
-        if group != Some(name) && !(MIN_VALUES..=MAX_VALUES).contains(&different.len()) {
+        if !always.contains(&name) && !(MIN_VALUES..=MAX_VALUES).contains(&different.len()) {
             continue;
         }
         conditions.push(Condition { column: name.to_owned(), values: different });

@@ -212,4 +212,6 @@ pub struct ReadOptions {
     pub paths: Vec<PathBuf>,
     /// What the files do not say of their columns.
     pub columns: ColumnOptions,
+    /// Columns that are conditions however many values they take.
+    pub conditions: Vec<String>,
 }

@@ -1,7 +1,6 @@
 //! The report of an identification from its results.
 
 use super::assessment::Assessment;
-use super::beyond::beyond;
 use super::evidence::Evidence;
 use super::excitation;
 use super::headline::{headline, withdraw_others};
@@ -38,7 +37,7 @@ pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> I
         folds: folds.held_out.len(),
         far_range: range,
         expected: ExpectedError { rmse, percent_of_range: 100.0 * rmse / range },
-        beyond: beyond(evidence),
+        beyond: model.outside.as_ref().map_or_else(Vec::new, |outside| outside.sides.clone()),
         specimen: model.specimen.iter().flat_map(|monitor| monitor.checks.iter().map(noticed)).collect(),
         candidates: candidates(evidence),
         influence,

@@ -2,7 +2,6 @@
 //! trusted.
 
 mod assessment;
-mod beyond;
 pub(crate) mod build;
 mod evidence;
 mod excitation;
@@ -14,7 +13,6 @@ mod types;
 
 pub use crate::fit::classical::{ClassicalFit, Parameter};
 pub use crate::select::influence::InfluenceRow;
-pub use beyond::Beyond;
 pub(crate) use evidence::Evidence;
 pub use headline::Headline;
 pub use types::{

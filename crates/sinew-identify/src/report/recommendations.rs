@@ -1,11 +1,10 @@
 //! Limits of an identification, and what to do next.
 
 use super::assessment::{Assessment, MIN_COVERAGE};
-use super::beyond::in_words;
 use super::evidence::Evidence;
 use super::types::{Grade, IdentificationReport, Noticed};
 use crate::select::cross_validation::FoldScore;
-use sinew::predictor::{LoopQuantity, Role};
+use sinew::predictor::{Beyond, LoopQuantity, Role};
 
 /// Ratio of the largest fold error to the median from which that fold's conditions deserve a log of their
 /// own.
@@ -206,4 +205,27 @@ fn held_out(evidence: &Evidence<'_>, fold: usize) -> String {
     let mut logs: Vec<&str> = held.iter().map(|s| data.logs[s.log].name.as_str()).collect();
     logs.dedup();
     logs.join(", ")
+}
+
+/// What to expect one step beyond either side of a condition, in words; nothing without conditions.
+fn in_words(beyond: &[Beyond], range: f64) -> String {
+    let one = |side: &Beyond| {
+        let at = side.outermost + side.step;
+        let percent = 100.0 * side.expected(at) / range;
+        format!("at `{}` {at} expect {percent:.1} %", side.column)
+    };
+    let sides: Vec<String> = beyond.iter().map(one).collect();
+    if sides.is_empty() { String::new() } else { format!("; beyond them {}", sides.join(", ")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_to_expect_one_step_beyond_is_said_of_every_side() {
+        let side = Beyond { column: "load".into(), outermost: 60.0, step: 20.0, rmse: 2.0 };
+        assert_eq!(in_words(&[side], 50.0), "; beyond them at `load` 80 expect 4.0 %");
+        assert!(in_words(&[], 50.0).is_empty());
+    }
 }

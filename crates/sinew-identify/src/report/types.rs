@@ -1,12 +1,11 @@
 //! What a report shows, as plain data.
 
-use super::beyond::Beyond;
 use super::headline::Headline;
 use crate::fit::classical::{ClassicalFit, Parameter};
 use crate::log::{ColumnUse, Condition, Input, LogInfo};
 use crate::select::influence::InfluenceRow;
 use serde::Serialize;
-use sinew::predictor::LoopQuantity;
+use sinew::predictor::{Beyond, LoopQuantity};
 
 /// Logs, candidates, errors and recommendations of one identification.
 #[derive(Debug, Clone, Serialize)]

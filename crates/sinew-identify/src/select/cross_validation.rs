@@ -2,6 +2,7 @@
 
 use super::candidates::{CandidateRecipe, screening_recipe};
 use super::folds::Folds;
+use super::weights::weights;
 use crate::conditioning::ConditionedLogs;
 use crate::estimation::{estimate_sequence, size};
 use crate::fit::recipe::Recipe;
@@ -59,6 +60,8 @@ pub(crate) struct CrossValidation {
     pub(crate) sigma0: Vec<f64>,
     /// Numbers that were fitted in a fold.
     pub(crate) size: usize,
+    /// Weights of the members of a mean; empty for a model of its own.
+    pub(crate) weights: Vec<f64>,
 }
 
 impl CrossValidation {
@@ -205,13 +208,15 @@ pub(crate) fn mean_validation(
     let of = folds.held_out.len();
     let Some((first, _)) = members.first() else { return Err("it has no members".to_owned()) };
     let size = members.iter().map(|(member, _)| member.size).sum();
-    let mut validation = CrossValidation { laws: first.laws.clone(), size, ..CrossValidation::default() };
+    let (laws, all) = (first.laws.clone(), weights(members, runs, None));
+    let mut validation = CrossValidation { laws, size, weights: all, ..CrossValidation::default() };
     for fold in 0..of {
         let stub = |(member, inside): &(&CrossValidation, bool)| {
             let law = MemoryLaw { signals: vec![], cell: None, cable: None, axis: None, features: vec![] };
             (Estimator { sigma0: member.sigma0[fold], ..Estimator::of(law) }, *inside)
         };
-        let mean = mean_of(members.iter().map(stub).collect());
+        // What it held out does not weigh the members that are judged by it.
+        let mean = mean_of(members.iter().map(stub).collect(), &weights(members, runs, Some(fold)));
         let combined = |(k, stretch): (usize, &Stretch)| {
             let row = |i: usize| {
                 mean.combined(members.iter().map(|(member, _)| member.outputs[fold][k].estimates[i]))

@@ -13,3 +13,4 @@ pub(crate) mod laws;
 mod ranges;
 mod signals;
 pub(crate) mod trend;
+mod weights;

@@ -7,7 +7,7 @@ use crate::common;
 
 use common::{Sample, csv, read_all};
 use sinew_identify::adapt::adapt;
-use sinew_identify::evaluate::{evaluate, roles_of};
+use sinew_identify::evaluate::{conditions_of, evaluate, roles_of};
 use sinew_identify::identify::{Identification, Options, identify};
 use sinew_identify::log::{Dataset, ReadOptions, RequestedRoles, read_bytes_with_roles};
 
@@ -54,6 +54,51 @@ fn a_known_cell_comes_back_from_noisy_logs_with_gaps() {
     }
     assert!(cell.low[1].abs() < 0.05 && cell.high[1].abs() < 0.05, "{cell:?}");
     assert!(cell.branches.len() == 1);
+}
+
+/// Twelve trials of a cable at loads from `first` on, whose friction depends on the load although no column that the model reads says it.
+fn loaded(first: u32, loads: u32) -> String {
+    let mut text = String::from("time_s,tension_in_n,tension_out_n,trial,load_pct\n");
+    for trial in 0..4 * loads {
+        let load = first + 10 * (trial / 4);
+        let gain = 0.8 + 0.001 * f64::from(load);
+        for [t, near, far] in cable(300, f64::from(trial), [gain - 0.1, gain + 0.1], 0.05) {
+            let size = f64::from(load) / 40.0;
+            text += &format!("{t},{},{},{trial},{load}\n", size * near, size * far);
+        }
+    }
+    text
+}
+
+#[test]
+fn beyond_the_loads_of_the_logs_the_expected_error_and_the_band_grow() {
+    let read = |text: &str| {
+        let requested = RequestedRoles { trial: Some("trial".into()), ..RequestedRoles::default() };
+        read_all(&[("loads.csv", text)], &requested).unwrap()
+    };
+    let found = identified(&read(&loaded(40, 3)), &["cell"]);
+    let outside = found.model.outside.clone().unwrap();
+    assert!(outside.band_factor >= found.model.band_factor);
+    let named: Vec<(&str, f64, f64)> =
+        outside.sides.iter().map(|side| (side.column.as_str(), side.outermost, side.step)).collect();
+    assert_eq!(named, [("load_pct", 60.0, 10.0), ("load_pct", 40.0, -10.0)]);
+    assert_eq!(found.report.beyond, outside.sides);
+    // A log of one load: its condition is known by the name of the column.
+    for (load, steps) in [(50, 0.0), (90, 3.0), (10, 3.0)] {
+        let text = loaded(load, 1);
+        let options = ReadOptions {
+            conditions: conditions_of(&found.model),
+            far_required: true,
+            ..ReadOptions::default()
+        };
+        let one = read_bytes_with_roles(&[("one.csv", text.as_bytes())], &roles_of(&found.model), &options);
+        let scores = evaluate(&found.model, &one.unwrap(), None).unwrap().overall;
+        let side = &outside.sides[usize::from(load < 40)];
+        let least = found.model.provenance.rmse_unseen;
+        let expected = if steps > 0.0 { least.max(side.rmse * f64::powf(steps, 1.5)) } else { least };
+        assert!((scores.expected.unwrap() - expected).abs() < 1e-9 * expected, "{load}: {scores:?}");
+        assert!(scores.coverage95.unwrap() > 0.9, "{load}: {scores:?}");
+    }
 }
 
 #[test]

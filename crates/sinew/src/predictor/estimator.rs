@@ -22,12 +22,12 @@ pub const FADE: f64 = 0.5;
 /// ```text
 /// y = z + a . x + g c + W sum_k v_k y_k / sum_k v_k
 /// g = P / (P + 8 V),   v_k = w_k f,   W = sum_k w_k
-/// sigma^2 = sigma_0^2 + V + (w^2 / 12 while the state is unknown) + sum_k v_k ((y_k - m)^2 + s_k) / sum_k v_k
+/// sigma^2 = sigma_0^2 + V + w^2 / 12 + sum_k v_k ((y_k - m)^2 + s_k) / sum_k v_k
 /// ```
 ///
 /// | symbol  | field        | unit  | meaning                                             |
 /// |---------|--------------|-------|-----------------------------------------------------|
-/// | z, w    | `law.cell`   | far   | state and band width of the cell (0 without a cell) |
+/// | z, w    | `law.cell`   | far   | state of the cell, and width of the band of its branches that have not slid yet (0 without a cell) |
 /// | a . x   | `linear`     | far   | regression on the features (0 without one)          |
 /// | c, V    | `ensemble`   | far   | median of the networks and their variance           |
 /// | P       | `gate_power` | far^2 | mean square of c in training; without it g = 1      |
@@ -112,9 +112,7 @@ impl Estimator {
     pub(super) fn estimate(&self, memory: &Memory, scratch: &mut [f32]) -> Estimate {
         let cell = memory.cell();
         let known = !self.law.has_physics() || cell.known;
-        let width = cell.high - cell.low;
-        let start = if known { 0.0 } else { width * width / 12.0 };
-        let physics = self.sigma0 * self.sigma0 + start;
+        let physics = self.sigma0 * self.sigma0 + cell.unknown * cell.unknown / 12.0;
         let mut mean = cell.state;
         if let Some(linear) = &self.linear {
             mean += linear.value(memory.features());

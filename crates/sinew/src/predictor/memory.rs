@@ -110,6 +110,8 @@ pub struct CellOutput {
     pub high: f64,
     /// Whether a bound was active since the last reset; before, the state depends on its start.
     pub known: bool,
+    /// Width of the interval in which the state may be before, far unit; 0 where it is known.
+    pub unknown: f64,
 }
 
 impl CellOutput {
@@ -119,7 +121,7 @@ impl CellOutput {
     fn from_cable(estimate: &CableEstimate) -> Self {
         let CableEstimate { far: state, known, .. } = *estimate;
         let (low, high) = if known { (state, state) } else { (estimate.low, estimate.high) };
-        Self { state, low: low.min(high), high: high.max(low), known }
+        Self { state, low: low.min(high), high: high.max(low), known, unknown: (high - low).abs() }
     }
 
     /// Until its friction has slipped once, the force of an axis is known up to that friction.
@@ -127,7 +129,8 @@ impl CellOutput {
     fn from_axis(output: &AxisOutput) -> Self {
         let AxisOutput { value: state, half_width, known } = *output;
         let half_width = if known { 0.0 } else { half_width };
-        Self { state, low: state - half_width, high: state + half_width, known }
+        let (low, high) = (state - half_width, state + half_width);
+        Self { state, low, high, known, unknown: high - low }
     }
 }
 
@@ -140,6 +143,8 @@ pub struct Memory {
     features: Vec<f64>,
     cell: CellOutput,
     branches: Vec<f64>,
+    /// Relative width up to which branches have been at a bound.
+    slid: f64,
     observer: Option<SequenceObserver>,
     axis: AxisState,
     started: bool,
@@ -156,6 +161,7 @@ impl Memory {
             features: vec![0.0; law.features.len()],
             cell: CellOutput::default(),
             branches: vec![0.0; law.cell.as_ref().map_or(0, |c| c.branches.len())],
+            slid: 0.0,
             observer: law.cable.as_ref().and_then(SequenceObserver::new),
             axis: AxisState::default(),
             started: false,
@@ -211,7 +217,7 @@ impl Memory {
             observer.copy_state(from);
         }
         self.axis.clone_from(&from.axis);
-        (self.cell, self.started) = (from.cell, from.started);
+        (self.cell, self.slid, self.started) = (from.cell, from.slid, from.started);
     }
 
     #[inline]
@@ -262,9 +268,11 @@ impl Memory {
         } else {
             cell.start(&mut self.branches, &self.signals, far)
         };
-        let known = if self.started { self.cell.known } else { far.is_some() };
-        let ClampStep { state, low, high, bound_active } = step;
-        self.cell = CellOutput { state, low, high, known: known || bound_active };
+        let before = if self.started { self.slid } else { f64::from(u8::from(far.is_some())) };
+        let ClampStep { state, low, high, slid } = step;
+        self.slid = if slid > before { slid } else { before };
+        let unknown = cell.unknown_width(self.slid, low, high);
+        self.cell = CellOutput { state, low, high, known: self.slid >= 1.0, unknown };
     }
 
     #[inline]

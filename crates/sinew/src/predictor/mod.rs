@@ -36,7 +36,7 @@ pub use estimator::{Estimate, Estimator, EstimatorState, FADE, GATE_STRENGTH, Me
 pub use file::VERSION;
 pub use linear::LinearLaw;
 pub use memory::{CellOutput, Feature, Memory, MemoryLaw};
-pub use model::{Input, Model, OffsetVariance, Provenance, Role};
+pub use model::{Beyond, Input, Model, OffsetVariance, Outside, Provenance, Role};
 pub use model_file_error::ModelFileError;
 pub use signal::Signal;
 pub use specimen::{LoopCheck, LoopQuantity, LoopState, LoopTerm, Loops, SpecimenDeviation, SpecimenMonitor};

@@ -68,6 +68,55 @@ pub struct OffsetVariance {
     pub within: f64,
 }
 
+/// The error to expect beyond one side of a condition of the training logs.
+///
+/// ```text
+/// e(d) = e_1 max(1, (d / d_1)^1.5)
+/// ```
+///
+/// `e_1` is the error on the outermost value where it was held out, `d_1` its distance from the others, `d`
+/// that of a value from the outermost one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Beyond {
+    /// The condition or given quantity.
+    pub column: String,
+    /// The outermost value in the logs.
+    pub outermost: f64,
+    /// `d_1`, with the sign of the side.
+    pub step: f64,
+    /// `e_1`, far unit.
+    pub rmse: f64,
+}
+
+impl Beyond {
+    /// Growth of the error with the distance from the logs: faster than linear, slower than quadratic.
+    const POWER: f64 = 1.5;
+
+    /// Whether a value lies beyond the outermost one on this side.
+    #[must_use]
+    pub fn includes(&self, value: f64) -> bool {
+        (value - self.outermost) / self.step > 0.0
+    }
+
+    /// Root mean square error to expect at a value, far unit; inside the logs `e_1`.
+    #[must_use]
+    pub fn expected(&self, value: f64) -> f64 {
+        let distance = (value - self.outermost) / self.step;
+        self.rmse * libm::pow(distance.max(1.0), Self::POWER)
+    }
+}
+
+/// What holds outside the ranges of the training logs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Outside {
+    /// [`Model::band_factor`] there, by what the folds held out outside the ranges of the others.
+    pub band_factor: f64,
+    /// Either side of every condition that is a number.
+    pub sides: Vec<Beyond>,
+}
+
 /// The complete model of one transmission.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -93,6 +142,9 @@ pub struct Model {
     /// What notices another specimen; none where the logs do not show what one looks like.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub specimen: Option<SpecimenMonitor>,
+    /// What holds outside the ranges of the training logs; none where the folds do not show it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outside: Option<Outside>,
     /// Weight of a reading of the far end; none where the folds do not show it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub offset: Option<OffsetVariance>,
@@ -116,6 +168,13 @@ impl Model {
         }
         positive("gap_s", self.gap_s)?;
         positive("band_factor", self.band_factor)?;
+        if let Some(Outside { band_factor, sides }) = &self.outside {
+            positive("outside.band_factor", *band_factor)?;
+            for side in sides {
+                all_moderate("outside.sides", &[side.outermost, side.step, side.rmse])?;
+                require("outside.sides.step", "not zero", side.step != 0.0, side.step)?;
+            }
+        }
         let Provenance { rmse_unseen, far_range, .. } = self.provenance;
         require("provenance.rmse_unseen", "a finite number", rmse_unseen.is_finite(), rmse_unseen)?;
         require("provenance.far_range", "a finite number", far_range.is_finite(), far_range)?;

@@ -77,7 +77,7 @@ impl Prediction {
 /// # };
 /// # let law = MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), cable: None, axis: None, features: vec![] };
 /// # let text = Model {
-/// #     far: "tension_out_n".into(), time: None, trial: None, gap_s: 0.1, band_factor: 2.0, specimen: None, offset: None,
+/// #     far: "tension_out_n".into(), time: None, trial: None, gap_s: 0.1, band_factor: 2.0, specimen: None, offset: None, outside: None,
 /// #     inputs: vec![Input { column: "tension_in_n".into(), role: Role::Effort }],
 /// #     guards: vec![InputLimits { jump: 1e3, low: 0.0, high: 300.0, typical: 100.0 }],
 /// #     estimator: Estimator { sigma0: 1.0, ..Estimator::of(law) },
@@ -258,13 +258,16 @@ impl Predictor {
         }
         self.readings.sampled = true;
         let outside = inputs.iter().zip(&model.guards).any(|(v, limit)| *v < limit.low || *v > limit.high);
+        let out_of_range = outside || estimate.clipped > 0;
+        let beyond = model.outside.as_ref().filter(|_| out_of_range);
+        let band_factor = beyond.map_or(model.band_factor, |outside| outside.band_factor);
         self.last = Prediction {
             mean: estimate.mean + self.readings.offset,
-            standard_deviation: model.band_factor * libm::sqrt(estimate.variance) / BAND_95,
+            standard_deviation: band_factor * libm::sqrt(estimate.variance) / BAND_95,
             gate: estimate.gate,
             flags: Flags {
                 state_unknown: !estimate.known,
-                out_of_range: outside || estimate.clipped > 0,
+                out_of_range,
                 input_held: self.conditioner.any_held(),
                 reset: kind == SampleKind::First,
                 repeated: false,

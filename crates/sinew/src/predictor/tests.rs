@@ -98,6 +98,7 @@ fn model(law: MemoryLaw) -> Model {
         band_factor: 2.0,
         specimen: None,
         offset: None,
+        outside: None,
         provenance: Provenance {
             member: "parts".into(),
             description: "built by hand".into(),
@@ -127,6 +128,41 @@ fn refused(change: impl FnOnce(&mut Model)) -> Result<(), String> {
 
 fn close(a: f64, b: f64) -> bool {
     (a - b).abs() < 1e-14 * (1.0 + a.abs())
+}
+
+#[test]
+fn the_band_is_wider_outside_the_ranges_of_the_training_logs() {
+    let mut model = with_cell();
+    let at = |model: &Model, tension: f64| {
+        let mut predictor = Predictor::new(model.clone()).unwrap();
+        predictor.step(&Sample { time_s: 0.0, inputs: &[tension, 0.0] })
+    };
+    let limit = model.guards[0].high;
+    let plain = [0.9, 1.1].map(|part| at(&model, part * limit).standard_deviation);
+    model.outside = Some(Outside { band_factor: 3.0 * model.band_factor, sides: vec![] });
+    for (k, (part, wider)) in [(0.9, 1.0), (1.1, 3.0)].into_iter().enumerate() {
+        let found = at(&model, part * limit);
+        assert_eq!(found.flags.out_of_range, k == 1);
+        assert!(close(found.standard_deviation, wider * plain[k]), "{found:?}");
+    }
+    let of = |band_factor| Some(Outside { band_factor, sides: vec![] });
+    assert_eq!(refused(|model| model.outside = of(0.0)), Err("outside.band_factor".to_owned()));
+    let still = Beyond { column: "load".into(), outermost: 1.0, step: 0.0, rmse: 1.0 };
+    let sides = vec![still];
+    let standing = refused(|model| model.outside = Some(Outside { band_factor: 1.0, sides }));
+    assert_eq!(standing, Err("outside.sides.step".to_owned()));
+}
+
+#[test]
+fn the_error_grows_beyond_one_step_on_either_side_and_not_before() {
+    for sign in [1.0, -1.0] {
+        let side = Beyond { column: "load".into(), outermost: 60.0, step: sign * 20.0, rmse: 2.0 };
+        for (steps, factor) in [(-1.0, 1.0), (0.5, 1.0), (1.0, 1.0), (4.0, 8.0)] {
+            let value = 60.0 + sign * 20.0 * steps;
+            assert!((side.expected(value) - 2.0 * factor).abs() < 1e-12, "{sign} {steps}");
+            assert_eq!(side.includes(value), steps > 0.0);
+        }
+    }
 }
 
 #[test]

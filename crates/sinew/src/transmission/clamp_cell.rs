@@ -124,8 +124,9 @@ pub struct ClampStep {
     pub low: f64,
     /// `hi`, far unit; `m` where the bounds cross.
     pub high: f64,
-    /// Whether a branch of full width was at a bound: from then on the state no longer depends on its start.
-    pub bound_active: bool,
+    /// Relative width of the widest branch that is at a bound, 0 where none is: this one and narrower ones no
+    /// longer depend on their start.
+    pub slid: f64,
 }
 
 impl ClampCell {
@@ -163,15 +164,29 @@ impl ClampCell {
 
     #[inline]
     fn project(&self, states: &mut [f64], band: Band, trial: impl Fn(f64, &Branch) -> f64) -> ClampStep {
-        let (mut sum, mut bound_active) = (0.0, false);
+        let (mut sum, mut slid) = (0.0, 0.0_f64);
         for (state, branch) in states.iter_mut().zip(&self.branches) {
             let (projected, active) = band.project(trial(*state, branch), branch.width);
             *state = projected;
             // A narrower branch reaches its bound first and does not determine the others.
-            bound_active |= branch.width >= 1.0 && active.is_some();
+            if active.is_some() && branch.width > slid {
+                slid = branch.width;
+            }
             sum += branch.fraction * projected;
         }
-        ClampStep { state: sum, low: band.low, high: band.high, bound_active }
+        ClampStep { state: sum, low: band.low, high: band.high, slid }
+    }
+
+    /// Width of the interval in which the state may be, of branches wider than `slid`, the largest
+    /// [`ClampStep::slid`] so far; `low` and `high` are those of the last step, far unit.
+    #[inline]
+    #[must_use]
+    pub fn unknown_width(&self, slid: f64, low: f64, high: f64) -> f64 {
+        let mut fraction = 0.0;
+        for branch in self.branches.iter().filter(|branch| branch.width > slid) {
+            fraction += branch.fraction.abs() * branch.width;
+        }
+        if slid < 1.0 { fraction * (high - low) } else { 0.0 }
     }
 }
 
@@ -288,7 +303,7 @@ mod tests {
         for (step, play) in steps.iter().zip([0.0, 0.0, 2.0, 2.0, 2.0, 1.0]) {
             assert!((step.state - play).abs() < 1e-12, "{steps:?}");
         }
-        let active: Vec<bool> = steps.iter().map(|step| step.bound_active).collect();
+        let active: Vec<bool> = steps.iter().map(|step| step.slid >= 1.0).collect();
         assert_eq!(active, [false, false, true, false, false, true]);
     }
 
@@ -302,6 +317,18 @@ mod tests {
         assert!(spread[25].state < spread[1].state - 0.05);
         assert!((single[25].state - single[1].state).abs() < 1e-12);
         assert!(spread.iter().all(|step| step.low - 1e-12 <= step.state && step.state <= step.high + 1e-12));
+    }
+
+    #[test]
+    fn only_branches_that_have_not_slid_are_unknown() {
+        let spread = cell(&[(1.0, 0.4), (0.5, 0.6)]);
+        assert!((spread.unknown_width(0.0, -1.0, 1.0) - 1.4).abs() < 1e-12);
+        // From 0 to 0.8 the branch of half the width slides, the other one does not.
+        let steps = along(&spread, &[0.0, 0.8, 0.8, 3.0], None);
+        let slid: Vec<f64> = steps.iter().map(|step| step.slid).collect();
+        assert!(slid.iter().zip([0.0, 0.5, 0.0, 1.0]).all(|(a, b)| (a - b).abs() < 1e-15), "{slid:?}");
+        assert!((spread.unknown_width(0.5, -0.2, 1.8) - 0.8).abs() < 1e-12);
+        assert!(spread.unknown_width(1.0, 2.0, 4.0).abs() < 1e-15);
     }
 
     #[test]

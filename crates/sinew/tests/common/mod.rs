@@ -75,6 +75,7 @@ pub(crate) fn capstan() -> Model {
         band_factor: 1.96,
         specimen: None,
         offset: None,
+        outside: None,
         provenance: Provenance {
             member: "cell".into(),
             description: "built by hand".into(),

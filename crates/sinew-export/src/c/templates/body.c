@@ -115,7 +115,7 @@ static @_prediction @_advance(@_state *s, double time_s, const double *inputs, d
     }
     outside |= s->clipped > 0;
     s->last.mean = s->mean;
-    s->last.standard_deviation = @_band * sqrt(s->variance) / 1.96;
+    s->last.standard_deviation = //%here band * sqrt(s->variance) / 1.96;
     s->last.gate = s->gate;
     s->last.flags = //%here unknown (outside ? @@_OUT_OF_RANGE : 0u)
                     | (s->any_held ? @@_INPUT_HELD : 0u) | (kind == @@_FIRST ? @@_RESET : 0u);

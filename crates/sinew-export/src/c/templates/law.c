@@ -61,10 +61,14 @@ static void @_estimate(@_state *s//%here dt_argument)
 //%end
     s->memory_started = 1;
 
+//%if cell
+    start = s->unknown * s->unknown / 12.0;
+//%else
 //%if physics
     start = s->known ? 0.0 : width * width / 12.0;
 //%else
     start = 0.0;
+//%end
 //%end
     variance = @_sigma * @_sigma + start;
 //%if gate

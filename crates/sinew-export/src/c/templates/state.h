@@ -18,6 +18,7 @@
     int known;
 //%if cell
     double branches[//%here branch_count];
+    double slid, unknown;
 //%end
 //%if cable
     double tension[//%here cells];

@@ -118,6 +118,7 @@ fn cable_model() -> Model {
         band_factor: 1.0,
         specimen: None,
         offset: None,
+        outside: None,
         provenance: Provenance {
             member: "cable".into(),
             description: "a test".into(),
