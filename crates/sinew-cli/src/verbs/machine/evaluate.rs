@@ -24,9 +24,13 @@ use sinew::muscle::{Geometry, Muscles};
 use sinew_lab::machine_file::load_robot;
 
 pub(crate) fn run(arguments: &MachineEvaluateArguments, general: &General) -> Result<Answer, Error> {
-    let inputs = [&arguments.model, &arguments.poses].into_iter().chain(&arguments.muscles);
+    let inputs = [&arguments.model, &arguments.poses].into_iter().chain(&arguments.files.muscles);
     refuse_overwrite(inputs, arguments.out.as_slice(), general.no_clobber)?;
-    let loaded = load_robot(&arguments.model, arguments.muscles.as_deref())?;
+    let loaded = load_robot(
+        &arguments.model,
+        arguments.files.muscles.as_deref(),
+        arguments.files.root.dir.as_deref(),
+    )?;
     print_warnings(&loaded.warnings);
     let poses = read_poses(&loaded.robot, &arguments.poses)?;
     let names = columns(&loaded.robot);
@@ -90,8 +94,8 @@ fn rows(robot: &Robot, poses: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, Error> {
         muscles.evaluate(q, &mut geometry)?;
         muscles.dense(&geometry, &mut arms)?;
         muscles.wrap_angles(&geometry, &mut angles)?;
-        robot.gravity_force(q, &mut scratch, &mut torques)?;
         robot.forward_kinematics(q, &mut frames)?;
+        robot.gravity_force(q, &mut scratch, &mut torques)?;
         let mut row = geometry.lengths().to_vec();
         row.extend(&arms);
         row.extend(&angles);
