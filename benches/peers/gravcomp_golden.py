@@ -1,6 +1,6 @@
 """Bodies of which something holds weight: `qfrc_gravcomp` of MuJoCo, for `crates/sinew/tests/sinew/gravity_compensation.rs`.
 
-    python benches/peers/gravcomp_golden.py [COUNT] > crates/sinew/tests/golden/gravcomp.json
+    python benches/peers/gravcomp_golden.py [COUNT] > crates/sinew/tests/golden/gravcomp/bodies.json
 
 Random trees of hinges, slides, balls and free bodies; a part of the bodies has `gravcomp`, of up to twice their weight.
 """

@@ -34,7 +34,7 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
 
 #[test]
 fn forces_that_hold_weight_are_mujocos_in_a_body_its_copies_and_its_dynamics() {
-    let cases: Vec<Case> = serde_json::from_str(include_str!("../golden/gravcomp.json")).unwrap();
+    let cases: Vec<Case> = serde_json::from_str(include_str!("../golden/gravcomp/bodies.json")).unwrap();
     let (mut most, mut machines) = (0.0_f64, 0);
     for case in &cases {
         let own = robot(&case.mjcf);
