@@ -79,9 +79,10 @@ pub(crate) fn hold<const N: usize>(
     for (index, link) in links.iter().enumerate().skip(1).rev() {
         let (mass, moment) = held[index];
         let (force, about) = (mass * gravity, moment.cross(gravity));
-        for k in link.v..link.v + link.kind.velocities() {
+        let own = link.v..link.v + link.kind.velocities();
+        for (torque, k) in torque[own.clone()].iter_mut().zip(own) {
             let [angular, linear] = axes(k);
-            torque[k] = (Row(torque[k]) - (angular.dot(about) + linear.dot(force))).0;
+            *torque = (Row(*torque) - (angular.dot(about) + linear.dot(force))).0;
         }
         let parent = &mut held[link.parent];
         *parent = (parent.0 + mass, parent.1 + moment);
