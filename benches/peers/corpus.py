@@ -67,7 +67,7 @@ def differences(sinew, file, m, count):
         d.qpos[:] = q; d.qvel[:] = 0; mj.mj_fwdPosition(m, d); mj.mj_fwdVelocity(m, d)
         of = lambda kind: np.array([float(x) for name, x in zip(names, row, strict=True) if name.startswith(kind)])
         errors = {"length m": of("length_m:") - d.ten_length, "moment arm m": of("moment_arm_m:") + jacobian(m, d).ravel(),
-                  "gravity": (of("gravity_torque_nm:") - d.qfrc_bias) / max(np.abs(d.qfrc_bias).max(initial=0.0), 1e-6)}
+                  "gravity": (of("gravity_torque_nm:") - d.qfrc_bias + d.qfrc_gravcomp) / max(np.abs(d.qfrc_bias).max(initial=0.0), 1e-6)}
         for kind, error in errors.items(): worst[kind] = max(worst[kind], float(np.abs(error).max(initial=0.0)))
     return worst
 

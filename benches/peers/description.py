@@ -81,7 +81,7 @@ def evaluate(sinew, file, m, folder, seed=0):
         of = lambda kind: np.array([float(x) for n, x in zip(names, row) if n.startswith(kind)])
         scale = max(1e-6, np.abs(d.qfrc_bias).max(initial=1e-6))
         for k, error in enumerate((of("length_m:") - d.ten_length, of("moment_arm_m:") + J.ravel(),
-                                   (of("gravity_torque_nm:") - d.qfrc_bias) / scale,
+                                   (of("gravity_torque_nm:") - d.qfrc_bias + d.qfrc_gravcomp) / scale,
                                    np.stack([of(f"{x}_m:") for x in "xyz"], 1) - d.site_xpos)):
             worst[k] = max(worst[k], np.abs(error).max(initial=0))
     return worst

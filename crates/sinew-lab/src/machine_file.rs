@@ -2,10 +2,12 @@
 
 mod error;
 mod mesh;
+mod root;
 mod text;
 
 pub use error::MachineFileError;
 pub use mesh::mesh_bytes;
+pub use root::found;
 pub use text::{TextFileError, read_text};
 
 use sinew::body::Robot;
@@ -14,14 +16,15 @@ use sinew::description::{
     Description, MachineDescription, Warning, from_mjcf, from_urdf, machine_from_toml, machine_of,
     robot_from_toml,
 };
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 /// Machines that come with the program: name and file.
-pub const BUILT_IN: [(&str, &str); 8] = [
+pub const BUILT_IN: [(&str, &str); 9] = [
     ("lm_arm", include_str!("../../../models/lm_arm.toml")),
     ("bench_joint", include_str!("../../../models/bench_joint.toml")),
     ("planar_leg", include_str!("../../../models/planar_leg.toml")),
     ("finger", include_str!("../../../models/finger.toml")),
+    ("spring_finger", include_str!("../../../models/spring_finger.toml")),
     ("exosuit_elbow", include_str!("../../../models/exosuit_elbow.toml")),
     ("surgical_wrist", include_str!("../../../models/surgical_wrist.toml")),
     ("shoulder", include_str!("../../../models/shoulder.toml")),
@@ -39,28 +42,34 @@ pub struct LoadedRobot {
 
 /// Reads and validates a machine: a machine file, or a robot file with defaults for everything but the body.
 /// A file takes precedence over a built-in machine of the same name; `muscles` is as in [`load_robot`]. What
-/// identifies its devices on their bus is left out: see [`load_machine_on`].
+/// identifies its devices on their bus is left out: see [`load_machine_on`], which also has a `root`.
 ///
 /// # Errors
 /// [`MachineFileError`] names the file, the place in it and what was expected.
 pub fn load_machine(path: &Path, muscles: Option<&Path>) -> Result<MachineDescription, MachineFileError> {
-    match text_of(path, muscles)? {
-        Text::Toml { name, text } => Ok(machine_from_toml(&name, &text, &mut |file| beside(path, file))?),
+    match text_of(path, muscles, None)? {
+        Text::Toml { name, text } => {
+            Ok(machine_from_toml(&name, &text, &mut |file| beside(path, file, None))?)
+        }
         Text::Other(description) => Ok(machine_of(*description)?),
     }
 }
 
-/// As [`load_machine`], with what identifies its devices on a bus.
+/// As [`load_machine`], with what identifies its devices on a bus; the files that its body names lie in the
+/// [root](found).
 ///
 /// # Errors
 /// As [`load_machine`], and those of the bus.
 pub fn load_machine_on(
     path: &Path,
     muscles: Option<&Path>,
+    root: Option<&Path>,
     bus: &mut dyn BusReader,
 ) -> Result<MachineDescription, MachineFileError> {
-    match text_of(path, muscles)? {
-        Text::Toml { name, text } => Ok(machine_on_bus(&name, &text, &mut |file| beside(path, file), bus)?),
+    match text_of(path, muscles, root)? {
+        Text::Toml { name, text } => {
+            Ok(machine_on_bus(&name, &text, &mut |file| beside(path, file, root), bus)?)
+        }
         Text::Other(description) => Ok(machine_of(*description)?),
     }
 }
@@ -70,13 +79,17 @@ pub fn load_machine_on(
 ///
 /// `muscles` is a TOML file with the muscles of a URDF robot, because URDF has none. By default it is
 /// `NAME.muscles.toml` beside `NAME.urdf`, where that exists. Other robots contain their muscles: with them
-/// `muscles` is an error.
+/// `muscles` is an error. The files that it names lie in the [root](found).
 ///
 /// # Errors
 /// As [`load_machine`].
-pub fn load_robot(path: &Path, muscles: Option<&Path>) -> Result<LoadedRobot, MachineFileError> {
-    let (robot, warnings) = match text_of(path, muscles)? {
-        Text::Toml { name, text } => robot_from_toml(&name, &text, &mut |file| beside(path, file))?,
+pub fn load_robot(
+    path: &Path,
+    muscles: Option<&Path>,
+    root: Option<&Path>,
+) -> Result<LoadedRobot, MachineFileError> {
+    let (robot, warnings) = match text_of(path, muscles, root)? {
+        Text::Toml { name, text } => robot_from_toml(&name, &text, &mut |file| beside(path, file, root))?,
         Text::Other(description) => description.robot()?,
     };
     Ok(LoadedRobot { robot, warnings })
@@ -86,8 +99,12 @@ pub fn load_robot(path: &Path, muscles: Option<&Path>) -> Result<LoadedRobot, Ma
 ///
 /// # Errors
 /// As [`load_machine`].
-pub fn machine_in(path: &Path, text: &str) -> Result<MachineDescription, MachineFileError> {
-    Ok(machine_from_toml(&path.display().to_string(), text, &mut |file| beside(path, file))?)
+pub fn machine_in(
+    path: &Path,
+    text: &str,
+    root: Option<&Path>,
+) -> Result<MachineDescription, MachineFileError> {
+    Ok(machine_from_toml(&path.display().to_string(), text, &mut |file| beside(path, file, root))?)
 }
 
 /// Whether a file describes a robot alone or a machine.
@@ -106,8 +123,12 @@ pub enum Source {
 ///
 /// # Errors
 /// As [`load_machine`].
-pub fn source_of(path: &Path, muscles: Option<&Path>) -> Result<Source, MachineFileError> {
-    match (text_of(path, muscles)?, Format::from_path(path)) {
+pub fn source_of(
+    path: &Path,
+    muscles: Option<&Path>,
+    root: Option<&Path>,
+) -> Result<Source, MachineFileError> {
+    match (text_of(path, muscles, root)?, Format::from_path(path)) {
         (Text::Toml { name, text }, Ok(Format::Toml)) if !has_machine_keys(&name, &text)? => {
             Ok(Source::Robot { muscles: None })
         }
@@ -142,7 +163,7 @@ pub fn built_in(path: &Path) -> Option<(&'static str, &'static str)> {
     BUILT_IN.iter().find(|(name, _)| path.as_os_str() == *name && !path.exists()).copied()
 }
 
-fn text_of(path: &Path, muscles: Option<&Path>) -> Result<Text, MachineFileError> {
+fn text_of(path: &Path, muscles: Option<&Path>, root: Option<&Path>) -> Result<Text, MachineFileError> {
     let built_in = built_in(path);
     if built_in.is_some() && muscles.is_some() {
         return Err(MachineFileError::MusclesTwice { file: path.to_owned() });
@@ -167,7 +188,7 @@ fn text_of(path: &Path, muscles: Option<&Path>) -> Result<Text, MachineFileError
         }
         Format::Mjcf => {
             let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
-            let description = from_mjcf(&name, &text, &mut |file| include(&folder, file))?;
+            let description = from_mjcf(&name, &text, &mut |file| include(&folder, file, root))?;
             Ok(Text::Other(Box::new(description)))
         }
     }
@@ -177,12 +198,12 @@ fn text_of(path: &Path, muscles: Option<&Path>) -> Result<Text, MachineFileError
 ///
 /// # Errors
 /// The reason.
-pub fn beside(path: &Path, file: FileReference<'_>) -> Result<String, String> {
+pub fn beside(path: &Path, file: FileReference<'_>, root: Option<&Path>) -> Result<String, String> {
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
     match file.included_by {
         Some(body) => {
             let body = folder.join(body);
-            include(&body.parent().map_or_else(PathBuf::new, Path::to_owned), file.path)
+            include(&body.parent().map_or_else(PathBuf::new, Path::to_owned), file.path, root)
         }
         None => read_text(&folder.join(file.path)).map_err(|error| error.to_string()),
     }
@@ -214,40 +235,17 @@ impl Format {
     }
 }
 
-/// Text of a file that an MJCF model includes, or the reason why it cannot be read: below the nearest folder
-/// that holds both the model and the file, also after symbolic links are resolved, which may not be the root
-/// of the file system. Of a mesh its triangles.
+/// Text of a file that an MJCF model includes, or the reason why it cannot be read: it lies in the model's
+/// [root](found). Of a mesh its triangles.
 ///
 /// # Errors
 /// The reason.
-pub fn include(folder: &Path, file: &str) -> Result<String, String> {
+pub fn include(folder: &Path, file: &str, root: Option<&Path>) -> Result<String, String> {
     if mesh::is_mesh(file) {
-        return mesh::mesh_text(folder, file);
+        return mesh::mesh_text(folder, file, root);
     }
-    let name = Path::new(file);
-    let (mut below, mut up) = (0_usize, 0_usize);
-    for part in name.components() {
-        match part {
-            Component::Normal(_) => below += 1,
-            Component::CurDir => {}
-            Component::ParentDir if below > 0 => below -= 1,
-            Component::ParentDir => up += 1,
-            Component::RootDir | Component::Prefix(_) => {
-                return Err("is an absolute path: expected one from the model's folder".to_owned());
-            }
-        }
+    if root.is_none() && Path::new(file).is_absolute() {
+        return Err("is an absolute path: expected one from the model's folder".to_owned());
     }
-    let unreadable = |e: std::io::Error| format!("cannot be read: {e}");
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let common = folder.canonicalize().map_err(unreadable)?;
-    let common = common.ancestors().nth(up).filter(|common| up == 0 || common.parent().is_some());
-    let outside = || {
-        let problem = "lies outside the folder that holds it and the model: expected a file within it";
-        problem.to_owned()
-    };
-    let path = folder.join(name).canonicalize().map_err(unreadable)?;
-    if !common.is_some_and(|common| path.starts_with(common)) {
-        return Err(outside());
-    }
-    read_text(&path).map_err(|e| e.to_string())
+    read_text(&found(folder, Path::new(file), root)?).map_err(|e| e.to_string())
 }

@@ -64,6 +64,7 @@ fn robot(meshes: Vec<MeshGeom>) -> Robot {
         mass: 1.0,
         center_of_mass: [0.0; 3],
         inertia: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0],
+        gravity_compensation: 0.0,
     };
     let mut world = body("world");
     (world.mass, world.inertia) = (0.0, [0.0; 6]);

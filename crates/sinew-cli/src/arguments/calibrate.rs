@@ -1,5 +1,6 @@
 //! Arguments of `sinew calibrate`.
 
+use super::machine::RootArgument;
 use super::values::{number, workshop};
 use clap::{Args, Subcommand};
 use sinew::machine::Workshop;
@@ -39,6 +40,8 @@ pub(crate) struct ScenarioArguments {
     /// A machine's or robot's file, or the name of a built-in machine
     #[arg(default_value = "lm_arm")]
     pub(crate) model: PathBuf,
+    #[command(flatten)]
+    pub(crate) root: RootArgument,
     /// Tolerances of a workshop in place of those in the machine's file
     #[arg(long, value_name = "WORKSHOP", value_parser = workshop())]
     pub(crate) tolerances: Option<Workshop>,

@@ -1,5 +1,6 @@
 //! Arguments of `sinew ethercat`.
 
+use super::machine::RootArgument;
 use super::values::number;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
@@ -28,6 +29,8 @@ pub(crate) struct EthercatScanArguments {
     /// A machine's file, or the name of a built-in machine
     #[arg(default_value = "lm_arm")]
     pub(crate) machine: PathBuf,
+    #[command(flatten)]
+    pub(crate) root: RootArgument,
     /// Network interface
     #[arg(long, value_name = "IF")]
     pub(crate) interface: String,
@@ -43,6 +46,8 @@ pub(crate) struct EthercatSimulateArguments {
     /// A machine's file, or the name of a built-in machine
     #[arg(default_value = "lm_arm")]
     pub(crate) machine: PathBuf,
+    #[command(flatten)]
+    pub(crate) root: RootArgument,
     /// Network interface
     #[arg(long, value_name = "IF")]
     pub(crate) interface: String,

@@ -1,5 +1,6 @@
 //! Arguments of `sinew export`.
 
+use super::machine::RootArgument;
 use super::values::{SpecimenParser, SpecimenText};
 use clap::{Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -92,6 +93,8 @@ pub(crate) struct TwinExportArguments {
 pub(crate) struct MachineExportArguments {
     /// A machine file, or the name of a built-in machine
     pub(crate) machine: PathBuf,
+    #[command(flatten)]
+    pub(crate) root: RootArgument,
     #[command(flatten)]
     pub(crate) unit: UnitArguments,
     /// Seed of the specimen and of the sensor noise

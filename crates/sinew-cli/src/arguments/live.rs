@@ -1,5 +1,6 @@
 //! Arguments of `sinew live`.
 
+use super::machine::RootArgument;
 use super::values::{compensation, number};
 use clap::Args;
 use sinew_lab::CompensationVariant;
@@ -27,6 +28,8 @@ pub(crate) struct LiveArguments {
     /// A machine's or robot's file, the name of a built-in machine, or a recording (MCAP)
     #[arg(default_value = "lm_arm", value_name = "MACHINE|FILE.mcap")]
     pub(crate) model: PathBuf,
+    #[command(flatten)]
+    pub(crate) root: RootArgument,
     /// Another recording to lay over a recording; can be given several times, the page chooses
     #[arg(long, value_name = "FILE.mcap")]
     pub(crate) overlay: Vec<PathBuf>,

@@ -1,5 +1,6 @@
 //! Arguments of `sinew log`.
 
+use super::machine::RootArgument;
 use clap::{Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -115,6 +116,8 @@ pub(crate) struct ReplayArguments {
     /// Another machine file or built-in machine for the controller
     #[arg(long, value_name = "MACHINE")]
     pub(crate) machine: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) root: RootArgument,
     /// Other gains (JSON, as `sinew machine tune` writes them)
     #[arg(long, value_name = "FILE.json")]
     pub(crate) gains: Option<PathBuf>,

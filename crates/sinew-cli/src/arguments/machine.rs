@@ -8,11 +8,29 @@ use std::path::PathBuf;
 ///
 /// A MACHINE is a machine file (.toml), a robot file (.toml, .xml: MJCF, .urdf: URDF; everything but the body
 /// has its default), or the name of a built-in machine: lm_arm, bench_joint, planar_leg, finger,
-/// exosuit_elbow, surgical_wrist, shoulder, chain10.
+/// spring_finger, exosuit_elbow, surgical_wrist, shoulder, chain10.
 #[derive(Debug, Args)]
 pub(crate) struct MachineArguments {
     #[command(subcommand)]
     pub(crate) verb: MachineVerb,
+}
+
+// The help of the verb stands with the verb: no documentation comment here.
+#[derive(Debug, Args)]
+pub(crate) struct BodyFiles {
+    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) muscles: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) root: RootArgument,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RootArgument {
+    /// Folder outside of which no file is read that a body names, and in all of which packages of ROS are looked
+    /// for [default: the nearest that holds the body and the file]
+    #[arg(long = "root", value_name = "DIR")]
+    pub(crate) dir: Option<PathBuf>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -38,9 +56,8 @@ pub(crate) enum MachineVerb {
 pub(crate) struct MachineShowArguments {
     /// A machine's or robot's file, or the name of a built-in machine
     pub(crate) machine: PathBuf,
-    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
-    #[arg(long, value_name = "FILE.toml")]
-    pub(crate) muscles: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) files: BodyFiles,
     /// Draw bodies, joints, cables and end point in the start pose
     #[arg(long, value_name = "FILE.svg")]
     pub(crate) picture: Option<PathBuf>,
@@ -67,9 +84,8 @@ pub(crate) struct MachineNewArguments {
     /// Replace an existing file
     #[arg(long)]
     pub(crate) force: bool,
-    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
-    #[arg(long, value_name = "FILE.toml")]
-    pub(crate) muscles: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) files: BodyFiles,
     /// Period of the motion that drives are selected for
     #[arg(long, value_name = "SECONDS", default_value_t = 4.0,
         value_parser = number("0.01 to 3600 s", |s| (0.01..=3600.0).contains(&s)))]
@@ -126,9 +142,8 @@ fn radius(text: &str) -> Result<f64, String> {
 pub(crate) struct MachineMapArguments {
     /// A machine's or robot's file, or the name of a built-in machine
     pub(crate) machine: PathBuf,
-    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
-    #[arg(long, value_name = "FILE.toml")]
-    pub(crate) muscles: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) files: BodyFiles,
     /// Number of poses, spread evenly over the joints' ranges, 10 to 20000
     #[arg(long, value_name = "N", default_value_t = 400, value_parser = clap::value_parser!(u32).range(10..=20_000))]
     pub(crate) poses: u32,
@@ -150,9 +165,8 @@ pub(crate) struct MachineMapArguments {
 pub(crate) struct MachineTuneArguments {
     /// A machine's or robot's file, or the name of a built-in machine
     pub(crate) machine: PathBuf,
-    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
-    #[arg(long, value_name = "FILE.toml")]
-    pub(crate) muscles: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) files: BodyFiles,
     /// Number of machines sampled within the tolerances for the margins, 0 to 1000
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(0..=1000))]
     pub(crate) specimens: u32,
@@ -170,9 +184,8 @@ pub(crate) struct MachineTuneArguments {
 pub(crate) struct MachineBodyArguments {
     /// A robot's file, or the name of a built-in one
     pub(crate) model: PathBuf,
-    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
-    #[arg(long, value_name = "FILE.toml")]
-    pub(crate) muscles: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) files: BodyFiles,
     /// Write an HTML report with moment arms and a three-dimensional view of the robot
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,
@@ -189,9 +202,8 @@ pub(crate) struct MachineEvaluateArguments {
     /// Table of poses
     #[arg(long, value_name = "POSES.csv")]
     pub(crate) poses: PathBuf,
-    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
-    #[arg(long, value_name = "FILE.toml")]
-    pub(crate) muscles: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) files: BodyFiles,
     /// File to write [default: standard output]
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) out: Option<PathBuf>,
@@ -206,7 +218,6 @@ pub(crate) struct MachineConvertArguments {
     /// File to write
     #[arg(value_name = "OUT")]
     pub(crate) output: PathBuf,
-    /// Muscles of a URDF robot (TOML) [default: NAME.muscles.toml beside NAME.urdf]
-    #[arg(long, value_name = "FILE.toml")]
-    pub(crate) muscles: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) files: BodyFiles,
 }

@@ -1,6 +1,7 @@
 //! Arguments of a motion of a machine: what `sinew track` and `sinew run` fraction.
 
 use super::fault::FaultArgument;
+use super::machine::RootArgument;
 use super::path::{PathArgument, PathParser};
 use super::values::{compensation, number, workshop};
 use clap::Args;
@@ -15,6 +16,8 @@ pub(crate) struct MotionArguments {
     /// A machine's or robot's file, or the name of a built-in machine
     #[arg(default_value = "lm_arm")]
     pub(crate) model: PathBuf,
+    #[command(flatten)]
+    pub(crate) root: RootArgument,
     /// Desired motion: a closed path of the machine by NAME (lm_arm: sine, saddle), a tour, a position
     /// of the
     /// end point (m), a pose of the joints (rad or m), or a table of waypoints [default: the first named

@@ -1,5 +1,6 @@
 //! Arguments of `sinew servos`.
 
+use super::machine::RootArgument;
 use super::values::number;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
@@ -67,6 +68,8 @@ pub(crate) struct SimulatedMachineArguments {
     /// A machine's file, or the name of a built-in machine
     #[arg(default_value = "finger")]
     pub(crate) machine: PathBuf,
+    #[command(flatten)]
+    pub(crate) root: RootArgument,
     /// Answer on pseudo-terminals, as without it
     #[arg(long)]
     pub(crate) pty: bool,

@@ -30,6 +30,9 @@ pub(crate) struct MachineSource {
     pub(crate) path: PathBuf,
     /// Of all its files, [`MAIN`] first.
     pub(crate) texts: Vec<SourceText>,
+    /// Folder in which the files lie that its body names; of files that are read again it has no use.
+    #[serde(skip)]
+    pub(crate) root: Option<PathBuf>,
 }
 
 /// Gives the text of a role; `read` reads it from the disk.
@@ -46,15 +49,16 @@ pub(crate) struct Loaded {
 pub(crate) fn load_machine(
     path: &Path,
     muscles: Option<&Path>,
+    root: Option<&Path>,
 ) -> Result<(MachineDescription, Devices), Error> {
     let mut tables = DeviceTables::default();
-    let mut described = load_machine_on(path, muscles, &mut tables)?;
+    let mut described = load_machine_on(path, muscles, root, &mut tables)?;
     let devices = tables.devices(&mut described.machine)?;
     Ok((described, devices))
 }
 
 /// The same with the texts of all its files.
-pub(crate) fn load(path: &Path) -> Result<Loaded, Error> {
+pub(crate) fn load(path: &Path, root: Option<&Path>) -> Result<Loaded, Error> {
     let text = match built_in(path) {
         Some((_, text)) => text.to_owned(),
         None => {
@@ -63,12 +67,13 @@ pub(crate) fn load(path: &Path) -> Result<Loaded, Error> {
         }
     };
     let mut texts = vec![SourceText { role: MAIN.to_owned(), text: text.clone() }];
-    let (described, devices) = build(path, &text, &mut |role, read| {
+    let (described, devices) = build(path, &text, root, &mut |role, read| {
         let text = read()?;
         texts.push(SourceText { role, text: text.clone() });
         Ok(text)
     })?;
-    Ok(Loaded { described, devices, source: MachineSource { path: path.to_owned(), texts } })
+    let source = MachineSource { path: path.to_owned(), texts, root: root.map(Path::to_owned) };
+    Ok(Loaded { described, devices, source })
 }
 
 impl MachineSource {
@@ -88,7 +93,7 @@ impl MachineSource {
     /// Reads and validates the machine from its texts alone.
     pub(crate) fn machine(&self) -> Result<MachineDescription, Error> {
         let main = self.text(MAIN).unwrap_or_default();
-        let (described, _) = build(&self.path, main, &mut |role, _| {
+        let (described, _) = build(&self.path, main, None, &mut |role, _| {
             self.text(&role).map(str::to_owned).ok_or_else(|| "is not part of the recording".to_owned())
         })?;
         Ok(described)
@@ -99,7 +104,12 @@ fn role_of(file: &FileReference<'_>) -> String {
     file.included_by.map_or_else(|| file.path.to_owned(), |by| format!("{} in {by}", file.path))
 }
 
-fn build(path: &Path, text: &str, texts: &mut Texts<'_>) -> Result<(MachineDescription, Devices), Error> {
+fn build(
+    path: &Path,
+    text: &str,
+    root: Option<&Path>,
+    texts: &mut Texts<'_>,
+) -> Result<(MachineDescription, Devices), Error> {
     let name = path.display().to_string();
     let mut tables = DeviceTables::default();
     let mut described = match Format::from_path(path) {
@@ -120,13 +130,13 @@ fn build(path: &Path, text: &str, texts: &mut Texts<'_>) -> Result<(MachineDescr
         }
         Ok(Format::Mjcf) => {
             let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
-            let mut read = |file: &str| texts(file.to_owned(), &mut || include(&folder, file));
+            let mut read = |file: &str| texts(file.to_owned(), &mut || include(&folder, file, root));
             machine_of(from_mjcf(&name, text, &mut read)?)?
         }
         Ok(Format::Toml) | Err(_) => {
             let mut read = |file: FileReference<'_>| {
                 let role = role_of(&file);
-                texts(role, &mut || beside(path, FileReference { ..file }))
+                texts(role, &mut || beside(path, FileReference { ..file }, root))
             };
             machine_on_bus(&name, text, &mut read, &mut tables)?
         }

@@ -41,7 +41,7 @@ impl RunPage {
             return Ok(None);
         }
         let mut machine = setup.machine.clone();
-        read_meshes(&mut machine.robot, &setup.source.path);
+        read_meshes(&mut machine.robot, &setup.source.path, setup.source.root.as_deref());
         let (tap, run) = tap(RunParts {
             machine,
             trajectory: (!shown.linked).then(|| setup.trajectory.clone()),

@@ -3,11 +3,12 @@
 use crate::bench::Bench;
 use serde_json::Value;
 
-const BUILT_IN: [&str; 8] = [
+const BUILT_IN: [&str; 9] = [
     "lm_arm",
     "bench_joint",
     "planar_leg",
     "finger",
+    "spring_finger",
     "exosuit_elbow",
     "surgical_wrist",
     "shoulder",

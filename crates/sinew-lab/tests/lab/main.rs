@@ -18,6 +18,7 @@ mod reproduce_bench;
 mod sensor_faults;
 mod sensor_moments;
 mod sheath_bend;
+mod spread_files;
 mod supervisor;
 mod underactuated;
 mod unknown_cable;

@@ -148,6 +148,7 @@ fn bodies(parts: &mut Parts) -> Result<(), PartError> {
         part.finite("its position", &body.position)?;
         part.unit("its orientation", &mut body.orientation)?;
         part.not_negative("its mass", body.mass)?;
+        part.finite("its gravity compensation", &[body.gravity_compensation])?;
         part.finite("its center of mass", &body.center_of_mass)?;
         part.finite("its inertia", &body.inertia)?;
         physical(&part, &body.inertia)?;

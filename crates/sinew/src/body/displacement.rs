@@ -140,7 +140,7 @@ impl Robot {
         let mut carried = vec![Inertia::default(); links.len()];
         for (index, link) in links.iter().enumerate().skip(1).rev() {
             let pose = &poses.links[index];
-            let Inertia { mass, moment, .. } = link.inertia;
+            let (mass, moment) = link.weighing();
             let own = add_scaled(rotate(&pose.axes, moment), mass, pose.origin);
             let sum = &mut carried[index];
             (sum.mass, sum.moment) = (sum.mass + mass, add(sum.moment, own));

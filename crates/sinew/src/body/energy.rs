@@ -66,7 +66,8 @@ impl Robot {
         Ok(0.5 * twice)
     }
 
-    /// Potential energy of gravity (zero for mass at the world's origin) and of the joints' springs, J.
+    /// Potential energy of gravity (zero for mass at the world's origin; of what is
+    /// [not held](Robot::gravity_compensation)) and of the joints' springs, J.
     ///
     /// # Errors
     /// [`Error::WrongLength`] where poses of another robot are given.
@@ -77,8 +78,9 @@ impl Robot {
         let mut energy = 0.0;
         for (index, link) in self.tree.links.iter().enumerate().skip(1) {
             let pose = &poses.links[index];
-            let lever = super::vector::rotate(&pose.axes, link.inertia.moment);
-            energy -= dot(gravity, add_scaled(lever, link.inertia.mass, pose.origin));
+            let (mass, moment) = link.weighing();
+            let lever = super::vector::rotate(&pose.axes, moment);
+            energy -= dot(gravity, add_scaled(lever, mass, pose.origin));
             let joint = &self.parts().joints[link.joint];
             let mut stretch = [0.0; 6];
             self.stretch(link.joint, q, &mut stretch);
@@ -87,7 +89,8 @@ impl Robot {
         Ok(energy)
     }
 
-    /// Forces of the joints' springs and dampers. MuJoCo's `qfrc_passive` without tendons.
+    /// Forces of the joints' springs and dampers. MuJoCo's `qfrc_passive` without tendons
+    /// and without [what holds bodies](Robot::gravity_compensation).
     ///
     /// ```text
     /// tau = -k (q - q_s) - d v

@@ -81,7 +81,7 @@ impl Robot {
         done
     }
 
-    /// Forces that balance gravity, `g(q)`.
+    /// Forces that balance gravity, `g(q)`, without [what holds bodies](Robot::gravity_compensation).
     ///
     /// # Errors
     /// As [`inverse_dynamics`](Robot::inverse_dynamics).

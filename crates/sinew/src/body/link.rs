@@ -1,7 +1,9 @@
 //! Rigid links of the tree, their inertia, and frames fixed to them.
 
 use super::parts::JointKind;
-use super::vector::{Frame, IDENTITY, Vector, add, compose, point_inertia, rotate, rotate_symmetric, scale};
+use super::vector::{
+    Frame, IDENTITY, Vector, add, compose, point_inertia, rotate, rotate_symmetric, scale, sub,
+};
 use crate::lanes::{self, Row};
 
 /// A rigid body that moves by one joint relative to its parent. The origin of its frame is the joint's
@@ -29,6 +31,8 @@ pub(crate) struct Link {
     pub(crate) armature: f64,
     /// Sum over the bodies welded into it.
     pub(crate) inertia: Inertia,
+    /// Sum over these bodies of the mass whose weight is held.
+    pub(crate) held: Inertia,
 }
 
 /// Mass, mass times centre, and inertia about the origin of a frame.
@@ -37,6 +41,13 @@ pub(crate) struct Inertia {
     pub(crate) mass: f64,
     pub(crate) moment: Vector,
     pub(crate) about_origin: [f64; 6],
+}
+
+impl Link {
+    /// Mass that gravity pulls at the joints, and its first moment.
+    pub(crate) fn weighing(&self) -> (f64, Vector) {
+        (self.inertia.mass - self.held.mass, sub(self.inertia.moment, self.held.moment))
+    }
 }
 
 impl Inertia {
@@ -69,6 +80,8 @@ pub(crate) struct LinkRows<const N: usize> {
     pub(super) mass: Row<N>,
     pub(super) moment: lanes::Vector<N>,
     pub(super) about_origin: [Row<N>; 6],
+    /// Mass whose weight is held, and its first moment.
+    pub(super) held: (Row<N>, lanes::Vector<N>),
 }
 
 impl<const N: usize> LinkRows<N> {
@@ -79,6 +92,8 @@ impl<const N: usize> LinkRows<N> {
         self.moment.set(k, link.inertia.moment);
         (self.reference.0[k], self.armature.0[k]) = (link.reference, link.armature);
         self.mass.0[k] = link.inertia.mass;
+        self.held.0.0[k] = link.held.mass;
+        self.held.1.set(k, link.held.moment);
         for (row, entry) in self.about_origin.iter_mut().zip(link.inertia.about_origin) {
             row.0[k] = entry;
         }

@@ -61,6 +61,10 @@ pub struct Body {
     pub center_of_mass: [f64; 3],
     /// Inertia about the centre of mass in the body's axes, kg m^2, `[xx, yy, zz, xy, xz, yz]`.
     pub inertia: [f64; 6],
+    /// Fraction of its weight that something holds, which no joint or muscle feels: 0 holds nothing; see
+    /// [`Robot::gravity_compensation`](super::Robot::gravity_compensation).
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub gravity_compensation: f64,
 }
 
 /// Kind of a joint.

@@ -6,6 +6,7 @@ use super::parts::{Body, JointKind, Parts};
 use super::tree::Tree;
 use super::vector::{add_scaled, frame_of, point_inertia, scale, sub};
 use crate::error::{Error, check_entries, non_negative};
+use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -63,7 +64,21 @@ impl Robot {
                 got: body as f64,
             });
         };
-        add_point_mass(carrier, position, mass);
+        if carrier.gravity_compensation == 0.0 {
+            add_point_mass(carrier, position, mass);
+        } else if mass > 0.0 {
+            // A body of its own, because what holds the weight of the carrier does not know of it.
+            parts.bodies.push(Body {
+                name: String::new(),
+                parent: body,
+                position,
+                orientation: [1.0, 0.0, 0.0, 0.0],
+                mass,
+                center_of_mass: [0.0; 3],
+                inertia: [0.0; 6],
+                gravity_compensation: 0.0,
+            });
+        }
         Ok(Robot::new(parts)?)
     }
 

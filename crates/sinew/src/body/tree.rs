@@ -38,6 +38,7 @@ impl Tree {
             reference: 0.0,
             armature: 0.0,
             inertia: Inertia::default(),
+            held: Inertia::default(),
         };
         let bodies = vec![LinkFrame::WORLD; parts.bodies.len()];
         let mut tree = Tree {
@@ -62,6 +63,8 @@ impl Tree {
             tree.bodies[index] = place;
             let inertia = Inertia::new(body.mass, body.center_of_mass, &body.inertia, &place);
             tree.links[place.link].inertia.add(&inertia);
+            let held = body.gravity_compensation * body.mass;
+            tree.links[place.link].held.add(&Inertia::new(held, body.center_of_mass, &[0.0; 6], &place));
         }
         (tree.lumped_links, tree.quads) = (lumped_links(&tree.links), quads(&tree.links));
         tree.chains = chains(&tree.links);
@@ -90,6 +93,7 @@ impl Tree {
             reference: joint.reference,
             armature: joint.armature,
             inertia: Inertia::default(),
+            held: Inertia::default(),
         });
         self.nq += joint.kind.coordinates();
         self.nv += joint.kind.velocities();

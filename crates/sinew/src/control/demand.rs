@@ -7,6 +7,7 @@ use crate::error::{positive, within};
 use crate::machine::Machine;
 use crate::muscle::MuscleDynamics;
 use crate::random::EvenPoints;
+use crate::trajectory::{ControllableMotion, Equilibrium};
 use crate::transmission::cable::CableLaw;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -86,7 +87,8 @@ const MAX_TENSION: f64 = 1e6;
 ///
 /// # Assumes
 /// Friction of a cable is that of sliding toward the drive, `T_in = (T_out - T_0) e^A`, at the largest
-/// demand.
+/// demand. Of a machine with fewer motors than joints, springs and weight take the joints where they stand at
+/// these lengths of the cables, and only what the cables control moves.
 ///
 /// # Errors
 /// [`Error::OutOfDomain`] for a motion outside its domain; as [`Machine::validate`].
@@ -111,18 +113,30 @@ pub fn drive_demands(machine: &Machine, motion: &SizingMotion) -> Result<DriveDe
         .zip(&laws)
         .map(|(least, law)| DriveDemand { tension: near_tension(*least, law), ..DriveDemand::default() });
     let least = least.collect();
-    let mut torques = Torques::new(minimum, machine.encoders.len());
+    let mut equilibrium = Equilibrium::new(&machine.robot)?;
+    let coordinates = equilibrium.as_ref().map_or(machine.encoders.len(), |found| found.motion().count());
+    let mut torques = Torques::new(minimum, machine.encoders.len(), coordinates);
     let mut demands =
         DriveDemands { muscles: least, unreachable: 0, overpowered: 0, missing: None, samples: SAMPLES };
     for _ in 0..SAMPLES {
-        let [q, v, a] = sampler.next();
+        let [mut q, mut v, mut a] = sampler.next();
+        if let Some(equilibrium) = &mut equilibrium {
+            if equilibrium.settle(&mut q)?.is_some() {
+                demands.unreachable += 1;
+                continue;
+            }
+            let mut motion = equilibrium.motion().clone();
+            motion.project(&mut v);
+            motion.project(&mut a);
+        }
         dynamics.evaluate(&q)?;
         for ((law, bend), start) in laws.iter_mut().zip(&bends).zip(&start) {
             if !bend.is_constant() {
                 *law = start.clone().with_sheath_bend(bend.at(&q))?;
             }
         }
-        torques.include(&mut dynamics, &v, &a, &laws, &mut demands)?;
+        let motion = equilibrium.as_ref().map(Equilibrium::motion);
+        torques.include(&mut dynamics, motion, [&v, &a], &laws, &mut demands)?;
     }
     let strokes = strokes(machine, &mut dynamics)?;
     for ((demand, stroke), law) in demands.muscles.iter_mut().zip(strokes).zip(&laws) {
@@ -178,19 +192,22 @@ struct Torques {
     zeros: Vec<f64>,
     ones: Vec<f64>,
     torque: Vec<f64>,
+    /// Of the coordinates that the cables control.
+    along: Vec<f64>,
     motion: Vec<f64>,
 }
 
 impl Torques {
-    fn new(minimum: Vec<f64>, joints: usize) -> Self {
+    fn new(minimum: Vec<f64>, joints: usize, coordinates: usize) -> Self {
         let muscles = minimum.len();
         Self {
-            distribution: Distribution::new(muscles, joints),
+            distribution: Distribution::new(muscles, coordinates),
             minimum,
             maximum: vec![MAX_TENSION; muscles],
             zeros: vec![0.0; muscles],
             ones: vec![1.0; muscles],
             torque: vec![0.0; joints],
+            along: vec![0.0; coordinates],
             motion: vec![0.0; muscles],
         }
     }
@@ -198,15 +215,20 @@ impl Torques {
     fn include(
         &mut self,
         dynamics: &mut MuscleDynamics,
-        v: &[f64],
-        a: &[f64],
+        controllable: Option<&ControllableMotion>,
+        [v, a]: [&[f64]; 2],
         laws: &[CableLaw],
         demands: &mut DriveDemands,
     ) -> Result<(), Error> {
         dynamics.inverse_dynamics(v, a, &mut self.torque)?;
+        match controllable {
+            Some(motion) => motion.torque(&self.torque, &mut self.along),
+            None => self.along.copy_from_slice(&self.torque),
+        }
+        let moment_arms = controllable.map_or(dynamics.moment_arms(), ControllableMotion::arms);
         let solution = self.distribution.solve(&Problem {
-            moment_arms: dynamics.moment_arms(),
-            torque: &self.torque,
+            moment_arms,
+            torque: &self.along,
             minimum: &self.minimum,
             maximum: &self.maximum,
             reference: &self.zeros,
@@ -218,15 +240,16 @@ impl Torques {
             }
         } else {
             demands.unreachable += 1;
-            for (joint, torque) in solution.residual.iter().enumerate() {
+            for (k, torque) in solution.residual.iter().enumerate() {
                 if demands.missing.is_none_or(|missing| torque.abs() > missing.torque.abs()) {
-                    let against = against(dynamics.moment_arms(), &self.minimum, (joint, *torque), v.len());
+                    let against = against(moment_arms, &self.minimum, (k, *torque), self.along.len());
+                    let joint = controllable.map_or(k, |motion| moved_most(motion, k));
                     demands.missing = Some(MissingTorque { joint, torque: *torque, against });
                 }
             }
             let solution = self.distribution.solve(&Problem {
-                moment_arms: dynamics.moment_arms(),
-                torque: &self.torque,
+                moment_arms,
+                torque: &self.along,
                 minimum: &self.zeros,
                 maximum: &self.maximum,
                 reference: &self.zeros,
@@ -244,6 +267,14 @@ impl Torques {
         }
         Ok(())
     }
+}
+
+/// The joint that a controllable coordinate moves most.
+fn moved_most(motion: &ControllableMotion, coordinate: usize) -> usize {
+    let joints = motion.motion().len() / motion.count();
+    let row = motion.motion().chunks_exact(joints).nth(coordinate).unwrap_or_default();
+    let most = row.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    most.map_or(0, |(joint, _)| joint)
 }
 
 /// The muscle whose smallest tension pulls most against the torque that is missing at a joint.

@@ -27,7 +27,9 @@ use alloc::vec::Vec;
 ///
 /// No tension is above a fifth of the cord's breaking load at the drive, a third where a drive overshoots to
 /// its limit: a knot halves the load. The last term of `F_min` is a cord that lies straight. No muscle has a
-/// larger limit than its actuator in the body's description.
+/// larger limit than its actuator in the body's description. Where there are no more muscles than joints, no muscle
+/// can give way to another one: each is held taut by springs or weight alone, `F_w` of its `F_min` is
+/// [its own](WorkingTension::own), and `T_0` and drives follow from the smallest `F_min`.
 ///
 /// # Assumes
 /// Factors of the rule: found on random machines of four sizes in simulation.
@@ -97,16 +99,19 @@ impl Scaling {
         let weakest = machine.muscles.iter().filter_map(|design| design.tension[1]).reduce(f64::min);
         for cord in cords {
             let numbers = &cord.parameters;
-            let taut = [TAUT[0], TAUT[1] * working.tension, TAUT[2] * libm::sqrt(numbers.breaking_load)];
-            let taut = taut.into_iter().fold(0.0, f64::max);
+            let straight = TAUT[0].max(TAUT[2] * libm::sqrt(numbers.breaking_load));
+            let taut = straight.max(TAUT[1] * working.tension);
             let low = weakest.map_or(taut, |weakest| taut.min(OF_WEAKEST * weakest));
+            let alone = machine.muscles.len() <= machine.encoders.len();
+            let own = |work: f64| if alone { straight.max(TAUT[1] * work).min(low) } else { low };
             let common = [low, RESERVE * (working.tension + low)];
             let friction_angle = numbers.friction * bend - libm::log(EFFICIENCY);
             if numbers.breaking_load < SAFETY * common[1] * libm::exp(friction_angle) {
                 continue;
             }
-            let of = |most: Option<f64>| [low, most.map_or(common[1], |most| most.min(common[1]))];
-            let tension = machine.muscles.iter().map(|design| of(design.tension[1])).collect();
+            let most = |most: Option<f64>| most.map_or(common[1], |most| most.min(common[1]));
+            let designs = machine.muscles.iter().zip(&working.own);
+            let tension = designs.map(|(design, work)| [own(*work), most(design.tension[1])]).collect();
             return Ok(Some(Self { working, cord: cord.clone(), tension, common, friction_angle }));
         }
         Ok(None)
@@ -121,12 +126,16 @@ impl Scaling {
             viscous: 0.0,
             efficiency: EFFICIENCY,
             drag: cord.drag,
-            drag_fade: FADE * self.common[0],
-            pretension: PARALLEL * self.common[0],
+            drag_fade: FADE * self.smallest(),
+            pretension: PARALLEL * self.smallest(),
             compliance: 1.0 / cord.stiffness,
             sheath_compliance: 0.0,
             weakening: None,
         }
+    }
+
+    fn smallest(&self) -> f64 {
+        self.tension.iter().fold(self.common[0], |least, [low, _]| least.min(*low))
     }
 
     /// Largest tension at a drive that the anchors ask for, N.
@@ -138,7 +147,7 @@ impl Scaling {
     /// Limits of the drives, N.
     #[must_use]
     pub fn drive_limits(&self) -> [f64; 2] {
-        [DRIVE_TAUT * self.common[0], DRIVE_LIMIT * self.largest_at_drive()]
+        [DRIVE_TAUT * self.smallest(), DRIVE_LIMIT * self.largest_at_drive()]
     }
 
     /// Load cells at the drives.
@@ -273,6 +282,27 @@ mod tests {
         assert_eq!(found.tension[0], found.common);
         assert!((found.tension[1][1] - 0.6).abs() < 1e-15 && found.tension[1][0] <= 0.12 + 1e-15);
         found.applied(&machine).validate().unwrap();
+    }
+
+    #[test]
+    fn muscles_against_springs_alone_are_held_taut_by_their_own_work_and_others_by_the_strongest() {
+        let slide = |mass: f64| Slide { axis: [0.0, 0.0, 1.0], mass, range: [-0.1, 0.1] };
+        let of = |arms: &[&[f64]]| {
+            let robot = slides(9.81, &[slide(1.8), slide(0.2)], arms);
+            let machine = Machine::from_robot(&robot).unwrap();
+            let found =
+                Scaling::new(&machine, &Catalogue::built_in().unwrap().cords, Some(0.0)).unwrap().unwrap();
+            found.applied(&machine).validate().unwrap();
+            found
+        };
+        let found = of(&[&[1.0, 0.0], &[0.0, 1.0]]);
+        assert_eq!(found.tension[0], found.common);
+        let [low, work] = [found.tension[1][0], found.working.own[1]];
+        assert!(
+            low < 0.5 * found.common[0] && low >= (0.1 * work).max(0.2) && found.cable().pretension < low
+        );
+        let found = of(&[&[1.0, 0.0], &[0.0, 1.0], &[-1.0, 0.0], &[0.0, -1.0]]);
+        assert!(found.tension.iter().all(|tension| *tension == found.common));
     }
 
     #[test]

@@ -22,6 +22,7 @@ pub(super) fn slides(gravity: f64, slides: &[Slide], arms: &[&[f64]]) -> Robot {
         mass,
         center_of_mass: [0.0; 3],
         inertia: [1e-3, 1e-3, 1e-3, 0.0, 0.0, 0.0],
+        gravity_compensation: 0.0,
     };
     let joint = |(k, slide): (usize, &Slide)| Joint {
         name: alloc::format!("slide{k}"),

@@ -6,6 +6,7 @@ use crate::control::tension::{Distribution, Problem, Status};
 use crate::machine::Machine;
 use crate::muscle::MuscleDynamics;
 use crate::random::EvenPoints;
+use crate::trajectory::{ControllableMotion, Equilibrium};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -21,7 +22,9 @@ use alloc::vec::Vec;
 /// | q      |             |      | poses in the middle 60 % of the joints' ranges                       |
 /// | f      | `tip_force` | N    | at the end point, else at the mass centre of every last body in turn |
 ///
-/// Quantiles: a moment arm that passes zero within the ranges would ask for a crane.
+/// Of a machine with fewer motors than joints: where springs and weight take the joints at the lengths that the
+/// cables have in these poses, along what the cables control. Every muscle has such a tension of its own, the same quantiles of its `F_k`. Quantiles: a moment arm that passes
+/// zero within the ranges would ask for a crane.
 ///
 /// # Source
 /// Own addition.
@@ -31,6 +34,8 @@ pub struct WorkingTension {
     pub tension: f64,
     /// `f`, N.
     pub tip_force: f64,
+    /// The same of every muscle, N: `[muscles]`.
+    pub own: Vec<f64>,
     /// The muscle with this tension.
     pub muscle: usize,
     /// The pose in which it has it: `[joints]`, rad or m.
@@ -68,34 +73,46 @@ pub fn working_tension(machine: &Machine, tip_force: Option<f64>) -> Result<Opti
     let tip_force = tip_force.unwrap_or(0.0).max(OWN_WEIGHT * weight);
     let mut held = Held::new(machine)?;
     let (mut alone, mut loaded) = (Vec::new(), Vec::new());
+    let mut own = [vec![Vec::new(); held.most.len()], vec![Vec::new(); held.most.len()]];
     let ends = ends(machine);
     let ranges = machine.ranges()?;
     for point in EvenPoints::new(ranges.len()).take(POSES) {
         let within = |([low, high], x): (&[f64; 2], f64)| low + (0.5 + MIDDLE * (x - 0.5)) * (high - low);
-        let pose: Vec<f64> = ranges.iter().zip(point).map(within).collect();
-        let torque = held.evaluate(&pose)?;
-        alone.extend(held.largest(&torque, &pose)?);
+        let mut pose: Vec<f64> = ranges.iter().zip(point).map(within).collect();
+        let Some(torque) = held.evaluate(&mut pose)? else { continue };
+        alone.extend(held.largest(&torque, &pose, &mut own[0])?);
         for (body, place) in &ends {
             let rows = held.jacobian(*body, *place)?.to_vec();
             let n = torque.len();
             for (row, sign) in (0..3).flat_map(|row| [(row, 1.0), (row, -1.0)]) {
                 let pulled = (0..n).map(|j| torque[j] + sign * tip_force * rows[row * n + j]);
                 let pulled: Vec<f64> = pulled.collect();
-                loaded.extend(held.largest(&pulled, &pose)?);
+                loaded.extend(held.largest(&pulled, &pose, &mut own[1])?);
             }
         }
     }
     if (alone.len() as f64) < HELD * POSES as f64 {
         return Ok(None);
     }
-    let most = [quantile(alone, ALONE), quantile(loaded, LOADED)].into_iter().flatten();
+    let most =
+        [quantile(alone, ALONE, tension_of), quantile(loaded, LOADED, tension_of)].into_iter().flatten();
     let most = most.reduce(|a, b| if b.tension > a.tension { b } else { a });
-    Ok(most.map(|found| WorkingTension { tip_force, ..found }))
+    let [alone, loaded] = own;
+    let own = alone.into_iter().zip(loaded).map(|(alone, loaded)| {
+        let most = [quantile(alone, ALONE, |f| *f), quantile(loaded, LOADED, |f| *f)];
+        most.into_iter().flatten().fold(0.0, f64::max)
+    });
+    let own = own.collect();
+    Ok(most.map(|found| WorkingTension { tip_force, own, ..found }))
+}
+
+fn tension_of(found: &WorkingTension) -> f64 {
+    found.tension
 }
 
 /// The one below which a fraction of them has its tension.
-fn quantile(mut found: Vec<WorkingTension>, fraction: f64) -> Option<WorkingTension> {
-    found.sort_by(|a, b| a.tension.total_cmp(&b.tension));
+fn quantile<T>(mut found: Vec<T>, fraction: f64, tension: fn(&T) -> f64) -> Option<T> {
+    found.sort_by(|a, b| tension(a).total_cmp(&tension(b)));
     let index = libm::ceil(fraction * found.len() as f64) as usize;
     (!found.is_empty()).then(|| found.swap_remove(index.saturating_sub(1)))
 }
@@ -121,6 +138,7 @@ fn ends(machine: &Machine) -> Vec<(usize, [f64; 3])> {
 /// A pose held by tensions alone.
 struct Held {
     robot: Robot,
+    equilibrium: Option<Equilibrium>,
     dynamics: MuscleDynamics,
     kinematics: IndependentKinematics,
     distribution: Distribution,
@@ -131,8 +149,11 @@ struct Held {
 
 impl Held {
     fn new(machine: &Machine) -> Result<Self, Error> {
-        let (m, n) = (machine.muscles.len(), machine.encoders.len());
+        let equilibrium = Equilibrium::new(&machine.robot)?;
+        let controlled = equilibrium.as_ref().map(|found| found.motion().count());
+        let (m, n) = (machine.muscles.len(), controlled.unwrap_or(machine.encoders.len()));
         Ok(Self {
+            equilibrium,
             dynamics: MuscleDynamics::new(&machine.robot)?,
             kinematics: IndependentKinematics::new(&machine.robot),
             distribution: Distribution::new(m, n),
@@ -143,14 +164,19 @@ impl Held {
         })
     }
 
-    /// Torque that holds the pose, Nm or N: `[joints]`.
-    fn evaluate(&mut self, pose: &[f64]) -> Result<Vec<f64>, Error> {
+    /// Torque that holds the pose, or that to which it settles, Nm or N: `[joints]`; none where it snaps.
+    fn evaluate(&mut self, pose: &mut [f64]) -> Result<Option<Vec<f64>>, Error> {
+        if let Some(equilibrium) = &mut self.equilibrium
+            && equilibrium.settle(pose)?.is_some()
+        {
+            return Ok(None);
+        }
         self.dynamics.evaluate(pose)?;
         self.kinematics.evaluate(&self.robot, pose)?;
         let rest = vec![0.0; pose.len()];
         let mut torque = vec![0.0; pose.len()];
         self.dynamics.inverse_dynamics(&rest, &rest, &mut torque)?;
-        Ok(torque)
+        Ok(Some(torque))
     }
 
     /// Of a point of a body by the independent joints: `[3 x joints]`.
@@ -160,12 +186,22 @@ impl Held {
         Ok(&self.kinematics.rows)
     }
 
-    /// The largest of the minimum tensions for a torque; none where no tensions give it.
-    fn largest(&mut self, torque: &[f64], pose: &[f64]) -> Result<Option<WorkingTension>, Error> {
+    /// The largest of the minimum tensions for a torque; none where no tensions give it. All are added to `own`.
+    fn largest(
+        &mut self,
+        torque: &[f64],
+        pose: &[f64],
+        own: &mut [Vec<f64>],
+    ) -> Result<Option<WorkingTension>, Error> {
         let moment_arms = self.dynamics.moment_arms();
+        let motion = self.equilibrium.as_ref().map(Equilibrium::motion);
+        let mut along = vec![0.0; motion.map_or(0, ControllableMotion::count)];
+        if let Some(motion) = motion {
+            motion.torque(torque, &mut along);
+        }
         let solution = self.distribution.solve(&Problem {
-            moment_arms,
-            torque,
+            moment_arms: motion.map_or(moment_arms, ControllableMotion::arms),
+            torque: if motion.is_some() { &along } else { torque },
             minimum: &self.zeros,
             maximum: &self.most,
             reference: &self.zeros,
@@ -176,10 +212,18 @@ impl Held {
         if solution.status != Status::Optimal {
             return Ok(None);
         }
+        own.iter_mut().zip(solution.tension).for_each(|(own, tension)| own.push(*tension));
         let n = pose.len();
         let arms = moment_arms[muscle * n..(muscle + 1) * n].iter().copied().enumerate();
         let joint = arms.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or_default();
-        Ok(Some(WorkingTension { tension, tip_force: 0.0, muscle, pose: pose.to_vec(), joint }))
+        Ok(Some(WorkingTension {
+            tension,
+            tip_force: 0.0,
+            own: Vec::new(),
+            muscle,
+            pose: pose.to_vec(),
+            joint,
+        }))
     }
 }
 
@@ -207,6 +251,8 @@ mod tests {
             let found = working_tension(&machine, force).unwrap().unwrap();
             assert!((found.tension / expected - 1.0).abs() < 1e-9, "{} {expected}", found.tension);
             assert_eq!((found.muscle, found.joint), (0, (0, 1.0)), "the one that lifts");
+            let lowers = (found.tension - 2.0 * weight).max(0.0);
+            assert!((found.own[0] - found.tension).abs() < 1e-9 && (found.own[1] - lowers).abs() < 1e-9);
         }
     }
 

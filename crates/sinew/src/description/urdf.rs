@@ -292,6 +292,7 @@ fn still(name: &str) -> Body {
         mass: 0.0,
         center_of_mass: [0.0; 3],
         inertia: [0.0; 6],
+        gravity_compensation: 0.0,
     }
 }
 

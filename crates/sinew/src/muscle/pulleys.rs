@@ -142,6 +142,7 @@ mod tests {
             mass,
             center_of_mass: [0.0; 3],
             inertia: [mass * 1e-4, mass * 1e-4, mass * 1e-4, 0.0, 0.0, 0.0],
+            gravity_compensation: 0.0,
         };
         let joint = |k: usize| Joint {
             name: format!("j{k}"),

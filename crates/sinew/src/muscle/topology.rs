@@ -1,7 +1,7 @@
 //! The pose-independent part of the muscles: sites, surfaces, and the joints that each cable crosses.
 
 use super::spring::{Spring, TendonSpring};
-use crate::body::link::{Link, LinkFrame, LinkRows};
+use crate::body::link::{Inertia, Link, LinkFrame, LinkRows};
 use crate::body::vector::Vector;
 use crate::body::{PathElement, PoseRows, Robot, Tendon, TendonPath, WrapKind};
 use crate::lanes::{self, Row};
@@ -77,7 +77,7 @@ pub(super) struct Cable {
 /// All data that are the same in every pose.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Topology {
-    /// Links that muscles touch and their ancestors, each with its index in the tree.
+    /// Links that muscles touch or whose weight is held, and their ancestors, each with its index in the tree.
     pub(super) links: Vec<(usize, Link)>,
     pub(super) anchors: Vec<Anchor>,
     pub(super) surfaces: Vec<Surface>,
@@ -340,8 +340,9 @@ impl TopologyBuilder<'_> {
         let links = &self.robot.tree.links;
         let topology = &mut self.topology;
         let ends = topology.anchors.iter().map(|anchor| anchor.link);
+        let held = (0..links.len()).filter(|&link| links[link].held != Inertia::default());
         let mut needed = BTreeSet::new();
-        for link in ends.chain(topology.surfaces.iter().map(|surface| surface.place.link)) {
+        for link in ends.chain(held).chain(topology.surfaces.iter().map(|surface| surface.place.link)) {
             let mut at = link;
             while at != 0 && needed.insert(at) {
                 at = links[at].parent;

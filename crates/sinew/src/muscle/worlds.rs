@@ -2,7 +2,7 @@ use super::geometry::Geometry;
 use super::spring::Spring;
 use super::topology::{Numbers, Topology};
 use crate::body::link::{Link, LinkRows};
-use crate::body::{ForwardScratch, JointSpring, Robot, Tendon, accelerations};
+use crate::body::{ForwardScratch, Held, JointSpring, Robot, Tendon, accelerations, hold};
 use crate::lanes::{Mask, Row, Vector};
 use alloc::vec;
 use alloc::vec::Vec;
@@ -17,6 +17,8 @@ pub(crate) struct MuscleWorlds<const N: usize> {
     bodies: Vec<LinkRows<N>>,
     joint_springs: Vec<JointSpring<N>>,
     gravity: Vector<N>,
+    /// Memory for what holds bodies, one for every link; none where no weight is held.
+    held: Vec<Held<N>>,
     pub(super) geometry: Geometry<N>,
     scratch: ForwardScratch<N>,
     /// Forces on the joints: `[nv]`.
@@ -32,6 +34,7 @@ impl MuscleWorlds<1> {
             bodies: robot.tree.rows.clone(),
             joint_springs: robot.parts().joints.iter().map(JointSpring::from).collect(),
             gravity: Vector::all(robot.parts().gravity),
+            held: vec![Held::default(); if robot.is_compensated() { links.len() } else { 0 }],
             geometry: Geometry::with_size(&topology, links.len(), nv),
             scratch: ForwardScratch::new(links.len(), nv),
             torque: vec![[0.0]; nv],
@@ -48,6 +51,7 @@ impl MuscleWorlds<1> {
             bodies: vec![LinkRows::default(); links.len()],
             joint_springs: vec![JointSpring::default(); self.joint_springs.len()],
             gravity: Vector::default(),
+            held: vec![Held::default(); self.held.len()],
             geometry: Geometry::with_size(topology, links.len(), torque.len()),
             scratch: ForwardScratch::new(links.len(), torque.len()),
             torque: vec![[0.0; N]; torque.len()],
@@ -64,6 +68,7 @@ impl<const N: usize> MuscleWorlds<N> {
     pub(crate) fn is_alike(&self, world: &MuscleWorlds<1>) -> bool {
         let link = |link: &Link| (link.parent, link.kind, link.q, link.v);
         self.links.iter().map(link).eq(world.links.iter().map(link))
+            && self.held.len() == world.held.len()
             && self.topology.is_alike(&world.topology)
     }
 
@@ -96,16 +101,17 @@ impl<const N: usize> MuscleWorlds<N> {
         self.topology.bend(&self.numbers, &self.geometry, muscle)
     }
 
-    /// Springs and dampers in the evaluated pose.
+    /// Springs, dampers and what holds bodies in the evaluated pose.
     #[inline(always)]
     pub(super) fn passive(&mut self, q: &[[f64; N]], v: &[[f64; N]]) {
         for (((torque, spring), q), v) in self.torque.iter_mut().zip(&self.joint_springs).zip(q).zip(v) {
             *torque = spring.force(spring.stretch(Row(*q)), Row(*v)).0;
         }
         self.add_tendon_springs(v);
+        self.add_held();
     }
 
-    /// Tensions, springs and dampers in the evaluated pose.
+    /// Tensions, springs, dampers and what holds bodies in the evaluated pose.
     #[inline(always)]
     pub(crate) fn forces(&mut self, q: &[[f64; N]], v: &[[f64; N]], tensions: &[[f64; N]]) {
         self.topology.torque(&self.geometry, tensions, &mut self.torque);
@@ -113,6 +119,16 @@ impl<const N: usize> MuscleWorlds<N> {
             *torque = (Row(*torque) + spring.force(spring.stretch(Row(*q)), Row(*v))).0;
         }
         self.add_tendon_springs(v);
+        self.add_held();
+    }
+
+    #[inline(always)]
+    fn add_held(&mut self) {
+        let Self { links, bodies, gravity, geometry, held, torque, .. } = self;
+        if !held.is_empty() {
+            let of = (|index: usize| geometry.links[index], |k: usize| geometry.motion_axes[k]);
+            hold(links, bodies, *gravity, of, held, torque);
+        }
     }
 
     #[inline(always)]

@@ -33,6 +33,7 @@ pub(crate) fn chain(random: &mut Random, joints: usize, kind: Chain) -> Robot {
         mass: 0.1,
         center_of_mass: [0.0; 3],
         inertia: [1e-4, 1e-4, 1e-4, 0.0, 0.0, 0.0],
+        gravity_compensation: 0.0,
     };
     parts.bodies.push(Body { mass: 0.0, inertia: [0.0; 6], ..body("world".into(), 0, 0.0) });
     for k in 0..joints {

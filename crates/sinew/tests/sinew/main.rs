@@ -16,6 +16,7 @@ mod compensator;
 mod description;
 mod drive;
 mod energy;
+mod gravity_compensation;
 mod inverse_kinematics;
 mod joint_motions;
 mod machine;

@@ -19,7 +19,8 @@ pub(super) struct Scenario {
 
 impl Scenario {
     pub(super) fn new(arguments: &ScenarioArguments) -> Result<Self, Error> {
-        let Loaded { described, source, .. } = machine_source::load(&arguments.model)?;
+        let Loaded { described, source, .. } =
+            machine_source::load(&arguments.model, arguments.root.dir.as_deref())?;
         let mut machine = described.machine;
         if let Some(workshop) = arguments.tolerances {
             machine = machine.built_by(workshop);

@@ -11,7 +11,8 @@ use sinew_runtime::PseudoTerminal;
 use sinew_runtime::can::{CanDevice, CanError, SimulatedMachine, serve};
 
 pub(super) fn run(arguments: &CanSimulateArguments, general: &General) -> Result<Answer, Error> {
-    let (described, devices) = load_machine(&arguments.simulated.machine, None)?;
+    let (described, devices) =
+        load_machine(&arguments.simulated.machine, None, arguments.simulated.root.dir.as_deref())?;
     let (machine, nodes) = (described.machine, devices.of::<CanDevice>());
     let Some(first) = nodes.first() else { return Err(CanError::OtherBus.into()) };
     let arm = simulated_arm(&machine, arguments.simulated.seed)?;

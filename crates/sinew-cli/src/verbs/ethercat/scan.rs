@@ -8,7 +8,7 @@ use crate::verbs::machine_source::load_machine;
 use sinew_runtime::ethercat::{EthercatDevice, FoundDevice, FrameStorage, Master, RawSocketLink, compare};
 
 pub(super) fn run(arguments: &EthercatScanArguments, general: &General) -> Result<Answer, Error> {
-    let (_, devices) = load_machine(&arguments.machine, None)?;
+    let (_, devices) = load_machine(&arguments.machine, None, arguments.root.dir.as_deref())?;
     let expected = devices.of();
     let storage = FrameStorage::new();
     let mut master = Master::new(&storage, RawSocketLink::open(&arguments.interface)?)?;

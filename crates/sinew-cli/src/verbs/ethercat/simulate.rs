@@ -12,7 +12,7 @@ use sinew_runtime::ethercat::{SimulatedMachine, serve};
 use sinew_segment::RawSocket;
 
 pub(super) fn run(arguments: &EthercatSimulateArguments, general: &General) -> Result<Answer, Error> {
-    let (described, devices) = load_machine(&arguments.machine, None)?;
+    let (described, devices) = load_machine(&arguments.machine, None, arguments.root.dir.as_deref())?;
     let (machine, devices) = (described.machine, devices.of());
     let descriptions = device_files::read(&arguments.devices.files, devices)?;
     let socket = RawSocket::open(&arguments.interface)?;

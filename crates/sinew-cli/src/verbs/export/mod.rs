@@ -46,7 +46,7 @@ fn twin(arguments: &TwinExportArguments, general: &General) -> Result<Answer, Er
 }
 
 fn machine(arguments: &MachineExportArguments, general: &General) -> Result<Answer, Error> {
-    let source = super::machine_source::load(&arguments.machine)?.source;
+    let source = super::machine_source::load(&arguments.machine, arguments.root.dir.as_deref())?.source;
     let plant = PlantFile::Machine { source, seed: arguments.seed };
     unit(&plant, &arguments.machine, &arguments.unit, general)
 }

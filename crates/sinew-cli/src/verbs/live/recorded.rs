@@ -15,7 +15,7 @@ pub(super) fn playback(arguments: &LiveArguments) -> Result<(Playback, bool), Er
     let read = recording(file, &bytes)?;
     let setup = RunSetup::from_recording(file, &read)?;
     let mut machine = setup.machine(file, &read)?;
-    read_meshes(&mut machine.robot, setup.machine_path());
+    read_meshes(&mut machine.robot, setup.machine_path(), arguments.root.dir.as_deref());
     let simulated = read.head.simulated;
     // A motion that cannot be planned again is not drawn; what was recorded is.
     let trajectory = if setup.link.is_some() { None } else { setup.trajectory(file, &read, &machine).ok() };

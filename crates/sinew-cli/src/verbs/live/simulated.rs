@@ -31,8 +31,9 @@ const VARIANTS: [CompensationVariant; 5] = [
 /// The machine of the arguments along its motion, calibrated. One that cannot make its motion is moved
 /// without forces, with the reason, unless the motion was asked for.
 pub(super) fn source(arguments: &LiveArguments) -> Result<Box<dyn Source>, Error> {
-    let mut machine = machine_source::load(&arguments.model)?.described.machine;
-    read_meshes(&mut machine.robot, &arguments.model);
+    let mut machine =
+        machine_source::load(&arguments.model, arguments.root.dir.as_deref())?.described.machine;
+    read_meshes(&mut machine.robot, &arguments.model, arguments.root.dir.as_deref());
     match stage(arguments, machine.clone()) {
         Ok(stage) => Ok(Box::new(stage)),
         Err(error @ Error::Infeasible { .. }) if arguments.path.is_none() => {
@@ -166,7 +167,7 @@ mod tests {
     #[test]
     fn every_failure_that_the_page_offers_is_accepted_for_every_muscle_of_every_built_in_machine() {
         for (name, text) in sinew_lab::machine_file::BUILT_IN {
-            let machine = sinew_lab::machine_file::machine_in(Path::new(name), text).unwrap().machine;
+            let machine = sinew_lab::machine_file::machine_in(Path::new(name), text, None).unwrap().machine;
             let parts = machine.robot.parts();
             let sizes = [parts.tendons.len(), machine.robot.nv()];
             for (offered, words) in OFFERED {

@@ -13,11 +13,15 @@ use sinew::body::{JointKind, Robot};
 use sinew_lab::machine_file::{LoadedRobot, load_robot};
 
 pub(crate) fn run(arguments: &MachineBodyArguments, general: &General) -> Result<Answer, Error> {
-    let inputs = [&arguments.model].into_iter().chain(&arguments.muscles);
+    let inputs = [&arguments.model].into_iter().chain(&arguments.files.muscles);
     refuse_overwrite(inputs, arguments.report.as_slice(), general.no_clobber)?;
-    let mut loaded = load_robot(&arguments.model, arguments.muscles.as_deref())?;
+    let mut loaded = load_robot(
+        &arguments.model,
+        arguments.files.muscles.as_deref(),
+        arguments.files.root.dir.as_deref(),
+    )?;
     if arguments.report.is_some() {
-        read_meshes(&mut loaded.robot, &arguments.model);
+        read_meshes(&mut loaded.robot, &arguments.model, arguments.files.root.dir.as_deref());
     }
     let survey = survey(&loaded.robot)?;
     let written = match &arguments.report {

@@ -13,15 +13,22 @@ const MACHINE_ALONE: [&str; 5] = ["transmissions", "drives", "encoders", "task",
 
 pub(crate) fn run(arguments: &MachineConvertArguments, general: &General) -> Result<Answer, Error> {
     let output = &arguments.output;
-    let inputs = [&arguments.input].into_iter().chain(&arguments.muscles);
+    let inputs = [&arguments.input].into_iter().chain(&arguments.files.muscles);
     refuse_overwrite(inputs, std::slice::from_ref(output), general.no_clobber)?;
     let Some(kind) = Format::from_path(output).ok().filter(|kind| *kind != Format::Urdf) else {
         let expected = ".toml or .xml; URDF has no cables";
         return Err(Error::RobotFormat { file: output.clone(), expected });
     };
-    let LoadedRobot { robot, warnings } = load_robot(&arguments.input, arguments.muscles.as_deref())?;
+    let LoadedRobot { robot, warnings } = load_robot(
+        &arguments.input,
+        arguments.files.muscles.as_deref(),
+        arguments.files.root.dir.as_deref(),
+    )?;
     print_warnings(&warnings);
-    let machine = matches!(source_of(&arguments.input, arguments.muscles.as_deref())?, Source::Machine);
+    let machine = matches!(
+        source_of(&arguments.input, arguments.files.muscles.as_deref(), arguments.files.root.dir.as_deref())?,
+        Source::Machine
+    );
     let left_out = if machine { &MACHINE_ALONE[..] } else { &[] };
     let parts = robot.parts();
     match parts.meshes.len() {

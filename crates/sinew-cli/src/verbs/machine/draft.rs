@@ -269,9 +269,14 @@ fn transmissions(out: &mut String, choice: &Choice) {
             write!(out, "\n[[transmission]]\nmuscle = {}\ndrive = {}\n", quoted(&tendon.name), quoted(drive));
         if let Some((scaling, _)) = &choice.scaling {
             let [taut, most] = scaling.tension[index];
-            if most < scaling.common[1] {
+            let [common, largest] = scaling.common;
+            if most < largest {
                 *out += "# What its actuator in the body's description allows.\n";
                 let _ = writeln!(out, "tension_limits_n = [{:?}, {most:?}]", rounded(taut));
+            } else if taut < common {
+                *out +=
+                    "# Taut by springs or weight alone: a tenth of the tension that it works with itself.\n";
+                let _ = writeln!(out, "tension_limits_n = [{:?}, {:?}]", rounded(taut), rounded(most));
             }
         }
         if let Some(sheath) = &tendon.sheath {

@@ -8,7 +8,7 @@
 //! | `length_m:MUSCLE` | m | `[muscles]` | length of the cable between first and last site |
 //! | `moment_arm_m:MUSCLE:JOINT` | m; 1 for a translation | `[muscles x nv]`, row by row | `R = -dl/dq` |
 //! | `wrap_rad:MUSCLE` | rad | `[muscles]` | wrap angle, the sum over the surfaces |
-//! | `gravity_torque_nm:JOINT` | Nm; N for a translation | `[nv]` | `g(q)`, balances gravity |
+//! | `gravity_torque_nm:JOINT` | Nm; N for a translation | `[nv]` | `g(q)`, balances gravity less what holds bodies |
 //! | `x_m:SITE`, `y_m:SITE`, `z_m:SITE` | m | `[sites x 3]` | position in the world frame |
 
 use super::names::{display_name, print_warnings};
@@ -24,9 +24,13 @@ use sinew::muscle::{Geometry, Muscles};
 use sinew_lab::machine_file::load_robot;
 
 pub(crate) fn run(arguments: &MachineEvaluateArguments, general: &General) -> Result<Answer, Error> {
-    let inputs = [&arguments.model, &arguments.poses].into_iter().chain(&arguments.muscles);
+    let inputs = [&arguments.model, &arguments.poses].into_iter().chain(&arguments.files.muscles);
     refuse_overwrite(inputs, arguments.out.as_slice(), general.no_clobber)?;
-    let loaded = load_robot(&arguments.model, arguments.muscles.as_deref())?;
+    let loaded = load_robot(
+        &arguments.model,
+        arguments.files.muscles.as_deref(),
+        arguments.files.root.dir.as_deref(),
+    )?;
     print_warnings(&loaded.warnings);
     let poses = read_poses(&loaded.robot, &arguments.poses)?;
     let names = columns(&loaded.robot);
@@ -84,14 +88,16 @@ fn rows(robot: &Robot, poses: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, Error> {
     let (mut scratch, mut frames) = (Scratch::new(robot), Poses::new(robot));
     let mut arms = vec![0.0; muscles.count() * robot.nv()];
     let mut angles = vec![0.0; muscles.count()];
-    let mut torques = vec![0.0; robot.nv()];
+    let (mut torques, mut held) = (vec![0.0; robot.nv()], vec![0.0; robot.nv()]);
     let mut rows = Vec::new();
     for q in poses {
         muscles.evaluate(q, &mut geometry)?;
         muscles.dense(&geometry, &mut arms)?;
         muscles.wrap_angles(&geometry, &mut angles)?;
-        robot.gravity_force(q, &mut scratch, &mut torques)?;
         robot.forward_kinematics(q, &mut frames)?;
+        robot.gravity_force(q, &mut scratch, &mut torques)?;
+        robot.gravity_compensation(&frames, &mut held)?;
+        torques.iter_mut().zip(&held).for_each(|(torque, held)| *torque -= held);
         let mut row = geometry.lengths().to_vec();
         row.extend(&arms);
         row.extend(&angles);

@@ -21,9 +21,13 @@ use sinew_report::payload::Payload;
 const DIRECTIONS: usize = 90;
 
 pub(super) fn run(arguments: &MachineMapArguments, general: &General) -> Result<Answer, Error> {
-    let inputs = [&arguments.machine].into_iter().chain(&arguments.muscles);
+    let inputs = [&arguments.machine].into_iter().chain(&arguments.files.muscles);
     refuse_overwrite(inputs, arguments.report.as_slice(), general.no_clobber)?;
-    let (loaded, _) = load_machine(&arguments.machine, arguments.muscles.as_deref())?;
+    let (loaded, _) = load_machine(
+        &arguments.machine,
+        arguments.files.muscles.as_deref(),
+        arguments.files.root.dir.as_deref(),
+    )?;
     print_warnings(&loaded.warnings);
     let machine = &loaded.machine;
     let mut model = CapabilityModel::new(machine)?;
@@ -42,7 +46,8 @@ pub(super) fn run(arguments: &MachineMapArguments, general: &General) -> Result<
     let written = match &arguments.report {
         Some(path) => write_all(&[(
             path.clone(),
-            page(&view, &machine_scene(machine, &arguments.machine)?)?.as_bytes(),
+            page(&view, &machine_scene(machine, &arguments.machine, arguments.files.root.dir.as_deref())?)?
+                .as_bytes(),
         )])?,
         None => Vec::new(),
     };

@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::output::{Written, one_line, refuse_overwrite, write_all};
 use crate::progress::Progress;
 use crate::table::{number, percent, table};
+use crate::verbs::machine_source::load_machine;
 use serde::Serialize;
 use sinew::body::Poses;
 use sinew::control::demand::{MissingTorque, SizingMotion};
@@ -16,12 +17,12 @@ use sinew::description::{Description, machine_of, to_toml};
 use sinew::machine::{Machine, Task};
 use sinew::muscle::{MuscleDynamics, PulleyRouting, with_pulleys};
 use sinew::twin::arm::ArmSpecimen;
-use sinew_lab::machine_file::{Source, load_machine, load_robot, machine_in, source_of};
+use sinew_lab::machine_file::{Source, load_robot, machine_in, source_of};
 use std::path::{Component, Path, PathBuf};
 
 pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<Answer, Error> {
     let (body, out) = (&arguments.body, &arguments.out);
-    let inputs = [body].into_iter().chain(&arguments.muscles);
+    let inputs = [body].into_iter().chain(&arguments.files.muscles);
     refuse_overwrite(inputs, std::slice::from_ref(out), general.no_clobber)?;
     if out.exists() && !arguments.force {
         return Err(Error::Exists { file: out.clone(), remedy: "--force" });
@@ -31,7 +32,7 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
     }
     let progress = Progress::new();
     progress.show("reading the body", 0.0);
-    let source = source_of(body, arguments.muscles.as_deref())?;
+    let source = source_of(body, arguments.files.muscles.as_deref(), arguments.files.root.dir.as_deref())?;
     let mut machine = of_body(body, &source, arguments)?;
     machine.task = movable(&machine)?;
     let motion = SizingMotion { period: arguments.period, fraction: arguments.fraction };
@@ -48,7 +49,7 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
     let text = draft::text(&choice, &body, &motion);
     progress.show("checking the machine", 0.8);
     // What is written runs: it is read as any machine file.
-    let written = machine_in(out, &text)?;
+    let written = machine_in(out, &text, arguments.files.root.dir.as_deref())?;
     ArmSpecimen::nominal(&written.machine).map_err(|error| written.places.error(error))?;
     drop(progress);
     let written = write_all(&[(out.clone(), text.as_bytes())])?;
@@ -57,11 +58,11 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
 
 /// The machine of defaults around a body; of a machine file the body alone.
 fn of_body(body: &Path, source: &Source, arguments: &MachineNewArguments) -> Result<Machine, Error> {
-    let muscles = arguments.muscles.as_deref();
+    let (muscles, root) = (arguments.files.muscles.as_deref(), arguments.files.root.dir.as_deref());
     let described = match (source, arguments.pulleys) {
-        (Source::Robot { .. }, None) => load_machine(body, muscles)?,
+        (Source::Robot { .. }, None) => load_machine(body, muscles, root)?.0,
         (_, pulleys) => {
-            let loaded = load_robot(body, muscles)?;
+            let loaded = load_robot(body, muscles, root)?;
             print_warnings(&loaded.warnings);
             let routing = match arguments.routing {
                 Routing::OneMore => PulleyRouting::OneMore,

@@ -23,9 +23,13 @@ const POSES: usize = 60;
 const CELLS: usize = 12;
 
 pub(super) fn run(arguments: &MachineShowArguments, general: &General) -> Result<Answer, Error> {
-    let inputs = [&arguments.machine].into_iter().chain(&arguments.muscles);
+    let inputs = [&arguments.machine].into_iter().chain(&arguments.files.muscles);
     refuse_overwrite(inputs, arguments.picture.as_slice(), general.no_clobber)?;
-    let (loaded, _) = load_machine(&arguments.machine, arguments.muscles.as_deref())?;
+    let (loaded, _) = load_machine(
+        &arguments.machine,
+        arguments.files.muscles.as_deref(),
+        arguments.files.root.dir.as_deref(),
+    )?;
     print_warnings(&loaded.warnings);
     show(&loaded, arguments, general).map_err(|error| error.at(&loaded.places))
 }

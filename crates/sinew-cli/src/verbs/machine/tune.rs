@@ -29,9 +29,13 @@ const CELLS: usize = 12;
 
 pub(super) fn run(arguments: &MachineTuneArguments, general: &General) -> Result<Answer, Error> {
     let outputs: Vec<PathBuf> = arguments.out.iter().chain(&arguments.report).cloned().collect();
-    let inputs = [&arguments.machine].into_iter().chain(&arguments.muscles);
+    let inputs = [&arguments.machine].into_iter().chain(&arguments.files.muscles);
     refuse_overwrite(inputs, &outputs, general.no_clobber)?;
-    let (loaded, _) = load_machine(&arguments.machine, arguments.muscles.as_deref())?;
+    let (loaded, _) = load_machine(
+        &arguments.machine,
+        arguments.files.muscles.as_deref(),
+        arguments.files.root.dir.as_deref(),
+    )?;
     print_warnings(&loaded.warnings);
     tune(&loaded, arguments, general).map_err(|error| error.at(&loaded.places))
 }
@@ -54,7 +58,8 @@ fn tune(
         files.push((path.clone(), serde_json::to_string_pretty(&tuned.gains)? + "\n"));
     }
     if let Some(path) = &arguments.report {
-        files.push((path.clone(), page(&tuned, &machine, &machine_scene(&machine, &arguments.machine)?)?));
+        let scene = machine_scene(&machine, &arguments.machine, arguments.files.root.dir.as_deref())?;
+        files.push((path.clone(), page(&tuned, &machine, &scene)?));
     }
     let bytes: Vec<(PathBuf, &[u8])> =
         files.iter().map(|(path, text)| (path.clone(), text.as_bytes())).collect();

@@ -16,9 +16,9 @@ const FRAMES: [usize; 2] = [5, 25];
 
 /// The pose in which motions of a machine start, then what [`scene`] shows; with the shapes of mesh files
 /// beside `path`.
-pub(crate) fn machine_scene(machine: &Machine, path: &Path) -> Result<SceneData, Error> {
+pub(crate) fn machine_scene(machine: &Machine, path: &Path, root: Option<&Path>) -> Result<SceneData, Error> {
     let mut robot = machine.robot.clone();
-    read_meshes(&mut robot, path);
+    read_meshes(&mut robot, path, root);
     let mut model = MuscleDynamics::new(&robot)?;
     model.evaluate(&machine.start)?;
     posed(&robot, vec![("start".to_owned(), model.coordinates().to_vec())])

@@ -189,7 +189,7 @@ impl RunSetup {
             Ok(SourceText { role: each.role.clone(), text })
         });
         let texts = texts.collect::<Result<_, Error>>()?;
-        let source = MachineSource { path: self.machine.clone(), texts };
+        let source = MachineSource { path: self.machine.clone(), texts, root: None };
         let machine = Machine { payload: self.payload_kg, ..source.machine()?.machine };
         let Some(name) = &self.calibration else { return Ok(machine) };
         let bytes = recording.file(name);

@@ -11,7 +11,8 @@ use sinew_runtime::PseudoTerminal;
 use sinew_runtime::servos::{ServoDevice, ServoError, SimulatedMachine, serve};
 
 pub(super) fn run(arguments: &ServosSimulateArguments, general: &General) -> Result<Answer, Error> {
-    let (described, devices) = load_machine(&arguments.simulated.machine, None)?;
+    let (described, devices) =
+        load_machine(&arguments.simulated.machine, None, arguments.simulated.root.dir.as_deref())?;
     let (machine, servos) = (described.machine, devices.of::<ServoDevice>());
     if servos.is_empty() {
         return Err(ServoError::OtherBus.into());

@@ -47,7 +47,7 @@ pub(crate) fn files(
     let mut files = Vec::new();
     if let Some(path) = &door.arguments.report {
         let mut robot = setup.machine.robot.clone();
-        read_meshes(&mut robot, &setup.source.path);
+        read_meshes(&mut robot, &setup.source.path, setup.source.root.as_deref());
         files.push((path.clone(), report(&head, setup.variant, trace, Some(&robot))?));
     }
     if let Some(path) = door.table() {

@@ -70,7 +70,8 @@ impl Setup {
         bus: BusArgument,
         default_path: impl FnOnce(&Machine) -> PathArgument,
     ) -> Result<Self, Error> {
-        let Loaded { described, devices, source } = machine_source::load(&arguments.model)?;
+        let Loaded { described, devices, source } =
+            machine_source::load(&arguments.model, arguments.root.dir.as_deref())?;
         let (machine, places) = (described.machine, described.places);
         let payload = arguments.payload.unwrap_or(machine.payload);
         let reading_age = bus.real().map_or(machine.reading_age, |bus| bus.reading_age(machine.period));

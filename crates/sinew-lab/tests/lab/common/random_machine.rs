@@ -92,6 +92,7 @@ fn body(name: &str, parent: usize, position: [f64; 3], mass: f64, length: f64) -
         mass,
         center_of_mass: [0.5 * length, 0.0, 0.0],
         inertia: [along, across, across, 0.0, 0.0, 0.0],
+        gravity_compensation: 0.0,
     }
 }
 

@@ -36,6 +36,7 @@ pub(super) fn world(import: &mut Import<'_>) -> Result<(), DescriptionError> {
         mass: 0.0,
         center_of_mass: [0.0; 3],
         inertia: [0.0; 6],
+        gravity_compensation: 0.0,
     });
     let tree = import.tree;
     let worlds = tree.elements[0].children.iter().copied().filter(|&e| tree.elements[e].name == "worldbody");
@@ -77,7 +78,6 @@ fn body(import: &mut Import<'_>, seen: Seen<'_>, parent: usize) -> Result<usize,
     if let Some(class) = at.text("childclass") {
         import.defaults.class(import.tree, seen.element, "childclass", class)?;
     }
-    import.ignored(at, &["gravcomp"]);
     if at.flag("mocap", false)? {
         import.pass_over(seen.element, "mocap", "`mocap` is not read: the body stands where it is described");
     }
@@ -95,6 +95,7 @@ fn body(import: &mut Import<'_>, seen: Seen<'_>, parent: usize) -> Result<usize,
         mass: 0.0,
         center_of_mass: [0.0; 3],
         inertia: [0.0; 6],
+        gravity_compensation: at.number_or("gravcomp", 0.0)?,
     });
     Ok(index)
 }

@@ -85,9 +85,10 @@ fn bodies(out: &mut String, parts: &Parts) {
         let body = &parts.bodies[index];
         let _ = writeln!(
             out,
-            "{indent}<body{}{}>",
+            "{indent}<body{}{}{}>",
             name_of(&body.name),
-            place(&body.position, &body.orientation)
+            place(&body.position, &body.orientation),
+            nonzero("gravcomp", body.gravity_compensation)
         );
         let _ = writeln!(
             out,

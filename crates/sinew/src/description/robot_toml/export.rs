@@ -84,6 +84,9 @@ fn bodies(out: &mut String, parts: &Parts) {
         line(out, "center_of_mass_m", &numbers(&body.center_of_mass));
         let diagonal = body.inertia[3..].iter().all(|x| x.to_bits() == 0);
         line(out, "inertia_kg_m2", &numbers(if diagonal { &body.inertia[..3] } else { &body.inertia }));
+        if body.gravity_compensation != 0.0 {
+            line(out, "gravity_compensation", &number(body.gravity_compensation));
+        }
     }
 }
 

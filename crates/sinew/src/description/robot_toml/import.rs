@@ -18,8 +18,16 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 /// Keys of each kind of table.
-const BODY: [&str; 7] =
-    ["name", "parent", "position_m", "orientation_wxyz", "mass_kg", "center_of_mass_m", "inertia_kg_m2"];
+const BODY: [&str; 8] = [
+    "name",
+    "parent",
+    "position_m",
+    "orientation_wxyz",
+    "mass_kg",
+    "center_of_mass_m",
+    "inertia_kg_m2",
+    "gravity_compensation",
+];
 /// Keys in `rad` and `nm` belong to hinges and balls, those in `m` and `n` to slides.
 const JOINT: [&str; 19] = [
     "name",
@@ -86,7 +94,7 @@ const WRAP_KINDS: [(WrapKind, &str); 2] = [(WrapKind::Sphere, "sphere"), (WrapKi
 /// | table | keys | default |
 /// |---|---|---|
 /// | | `name`; `gravity_m_per_s2` | empty; `[0, 0, -9.81]` |
-/// | `[[body]]` | `name`; `parent`, a body before it; `position_m`, `orientation_wxyz` in the parent; `mass_kg`, `center_of_mass_m`, `inertia_kg_m2 = [xx, yy, zz]` or with `xy, xz, yz` | world; zero |
+/// | `[[body]]` | `name`; `parent`, a body before it; `position_m`, `orientation_wxyz` in the parent; `mass_kg`, `center_of_mass_m`, `inertia_kg_m2 = [xx, yy, zz]` or with `xy, xz, yz`; `gravity_compensation`, fraction of its weight that is held | world; zero |
 /// | `[[joint]]` | `name`, `body`, `kind` (hinge, slide, ball, free), `axis` of a hinge or slide; `anchor_m`; of joints that turn `range_rad`, `reference_rad`, `armature_kg_m2`, `damping_nm_s_per_rad`, `friction_nm`, `stiffness_nm_per_rad`, `spring_reference_rad`; of slides the same in `m`, `kg`, `n_s_per_m`, `n`, `n_per_m` | no range; zero |
 /// | `[[site]]` | `name`, `body`; `position_m`, `orientation_wxyz` in the body | its frame |
 /// | `[[wrap]]` | `name`, `body`, `kind` (sphere, cylinder about z), `radius_m`; `position_m`, `orientation_wxyz` | its frame |
@@ -253,6 +261,7 @@ impl<'r> Reader<'r> {
             mass: 0.0,
             center_of_mass: [0.0; 3],
             inertia: [0.0; 6],
+            gravity_compensation: 0.0,
         });
         let mut bodies = Names { kind: "body before it", ..self.body_names() };
         for (table, named) in self.root.tables("body", "name", &BODY)? {
@@ -271,6 +280,7 @@ impl<'r> Reader<'r> {
                 orientation,
                 mass: number(&table, "mass_kg")?,
                 center_of_mass: numbers(&table, "center_of_mass_m", [0.0; 3])?,
+                gravity_compensation: number(&table, "gravity_compensation")?,
                 inertia: table.entry("inertia_kg_m2").map_or(Ok([0.0; 6]), |entry| inertia(&entry))?,
             });
         }

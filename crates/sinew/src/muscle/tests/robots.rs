@@ -17,6 +17,7 @@ fn body(name: &str, parent: usize, position: [f64; 3], mass: f64) -> Body {
         mass,
         center_of_mass: [0.1, 0.0, 0.0],
         inertia: [1e-3, 2e-3, 2e-3, 0.0, 0.0, 0.0],
+        gravity_compensation: 0.0,
     }
 }
 

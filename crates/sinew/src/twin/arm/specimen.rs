@@ -134,7 +134,10 @@ impl ArmSpecimen {
         let mut drawn = of.clone();
         let mut parts = of.robot.parts().clone();
         for body in &mut parts.bodies {
-            body.mass *= 1.0 + within(tolerances.mass);
+            let factor = 1.0 + within(tolerances.mass);
+            body.mass *= factor;
+            // What holds it does not know of its own mass.
+            body.gravity_compensation /= factor;
             let factor = 1.0 + within(tolerances.mass);
             body.inertia.iter_mut().for_each(|entry| *entry *= factor);
         }

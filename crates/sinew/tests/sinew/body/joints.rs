@@ -19,6 +19,7 @@ fn sprung(kind: JointKind, random: &mut Random) -> Robot {
         mass: 1.0,
         center_of_mass: [0.0; 3],
         inertia: [0.1, 0.1, 0.1, 0.0, 0.0, 0.0],
+        gravity_compensation: 0.0,
     };
     let joint = |name: &str, body: usize, kind: JointKind| Joint {
         name: name.into(),

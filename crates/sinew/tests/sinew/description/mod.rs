@@ -460,7 +460,6 @@ fn what_changes_forces_and_is_not_read_is_said_and_makes_no_machine() {
     };
     machine(&whole).unwrap();
     for (text, word) in [
-        (whole.replace("name=\"b\"", "name=\"b\" gravcomp=\"1\""), "gravcomp"),
         (whole.replace("</mujoco>", &weld("")), "<weld>"),
         (whole.replace("<fixed name", "<fixed frictionloss=\"1\" name"), "frictionloss"),
         (whole.replace("<worldbody>", "<option viscosity=\"1\"/><worldbody>"), "viscosity"),

@@ -8,10 +8,11 @@ use sinew::muscle::MuscleDynamics;
 use sinew::random::Random;
 
 /// Every machine, its independent joints and its muscles.
-const MODELS: [(&str, usize, usize); 8] = [
+const MODELS: [(&str, usize, usize); 9] = [
     ("bench_joint", 1, 2),
     ("planar_leg", 2, 4),
     ("finger", 3, 5),
+    ("spring_finger", 3, 1),
     ("exosuit_elbow", 1, 2),
     ("surgical_wrist", 3, 6),
     ("lm_arm", 7, 15),
@@ -52,6 +53,10 @@ fn every_machine_has_the_joints_and_muscles_it_is_described_with() {
 fn the_weight_of_every_machine_is_held_with_a_fifth_to_spare_all_over_its_range() {
     for (name, joints, muscles) in MODELS {
         let machine = model(name).machine;
+        // One cable holds only the poses to which its springs take it.
+        if muscles < joints {
+            continue;
+        }
         let mut dynamics = MuscleDynamics::new(&machine.robot).unwrap();
         let limits = tension_limits(&machine, &machine.laws(12).unwrap());
         let minimum: Vec<f64> = limits.iter().map(|[least, _]| *least).collect();

@@ -93,13 +93,13 @@ pub(super) fn recorded_controller(setup: &RunSetup, motion: &Motion) -> Result<S
 pub(super) fn other_controller(
     setup: &RunSetup,
     motion: &Motion,
-    machine: Option<&Path>,
+    (machine, root): (Option<&Path>, Option<&Path>),
     gains: Option<&Path>,
 ) -> Result<Supervisor, Error> {
     let given = gains.map(read_gains).transpose()?;
     let design = match machine {
         Some(path) => {
-            let design = machine_source::load(path)?.described.machine;
+            let design = machine_source::load(path, root)?.described.machine;
             Machine { payload: motion.machine.payload, ..design }.loaded()?
         }
         None => motion.machine.loaded()?,

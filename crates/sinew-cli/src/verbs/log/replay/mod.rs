@@ -27,7 +27,10 @@ pub(super) fn run(arguments: &ReplayArguments, general: &General) -> Result<Answ
     let controller = recorded_controller(&setup, &motion)?;
     let other = match (&arguments.machine, &arguments.gains) {
         (None, None) => None,
-        (machine, gains) => Some(other_controller(&setup, &motion, machine.as_deref(), gains.as_deref())?),
+        (machine, gains) => {
+            let machine = (machine.as_deref(), arguments.root.dir.as_deref());
+            Some(other_controller(&setup, &motion, machine, gains.as_deref())?)
+        }
     };
     progress.show("replaying", 0.0);
     let compared = compare(file, &recording, &motion, controller, other)?;
