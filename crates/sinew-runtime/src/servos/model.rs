@@ -1,5 +1,7 @@
 //! Models of servos: units, limits and where their registers are.
 
+use super::series::Series;
+
 /// A model of a servo.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
@@ -15,11 +17,11 @@ pub struct Model {
     pub current_a: f64,
     /// The largest limit of its velocity, in its unit.
     pub max_velocity: u32,
-    /// Where its registers are.
-    pub registers: Registers,
+    /// Its series.
+    pub series: Series,
 }
 
-/// Addresses of the control table that series differ in.
+/// Addresses of a Dynamixel's control table that series differ in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Registers {
     /// Torque enable, 1 octet; the EEPROM lies below it.
@@ -161,8 +163,12 @@ const P: [(&str, u16, f64); 6] = [
     ("PM54-060", 2120, 502_834.0),
 ];
 
+/// Name, model number and top speed at 12 V, counts/s, of those of the STS series. Sources: LeRobot,
+/// `motors/feetech/tables.py`; Feetech's pages of STS3215-C018 (0.222 s for 60 degrees) and STS3250 (0.133 s).
+const STS: [(&str, u16, u32); 2] = [("STS3215", 777, 3073), ("STS3250", 2825, 5133)];
+
 impl Model {
-    /// All models that have a name here. Source: ROBOTIS e-Manual, their control tables.
+    /// All models that have a name here. Source: ROBOTIS e-Manual, their control tables; see also `STS`.
     pub fn all() -> impl Iterator<Item = Self> {
         let x = X.iter().flat_map(|&(current_a, max_velocity, models)| {
             models.iter().map(move |&(name, number)| Self {
@@ -173,6 +179,15 @@ impl Model {
                 ..Self::any()
             })
         });
+        let sts = STS.iter().map(|&(name, number, max_velocity)| Self {
+            name: name.to_owned(),
+            number: Some(number),
+            counts: 4096.0,
+            velocity_rpm: 60.0 / 4096.0,
+            current_a: 6.5e-3,
+            max_velocity,
+            series: Series::Sts,
+        });
         let p = P.iter().map(|&(name, number, counts)| Self {
             name: name.to_owned(),
             number: Some(number),
@@ -180,9 +195,9 @@ impl Model {
             velocity_rpm: 0.01,
             current_a: 1e-3,
             max_velocity: 2900,
-            registers: Registers::P,
+            series: Series::P,
         });
-        x.chain(p)
+        x.chain(p).chain(sts)
     }
 
     /// A servo of the X series without limits of its own, for machines whose file names no devices.
@@ -195,8 +210,14 @@ impl Model {
             velocity_rpm: 0.229,
             current_a: 2.69e-3,
             max_velocity: 32_767,
-            registers: Registers::X,
+            series: Series::X,
         }
+    }
+
+    /// Whether it can be commanded a current.
+    #[must_use]
+    pub fn has_current_loop(&self) -> bool {
+        self.current_a > 0.0 && self.series != Series::Sts
     }
 
     /// Velocity of the horn of one count, rad/s.
