@@ -111,6 +111,18 @@ def test_the_sdk_of_feetech_drives_simulated_servos(feetech: str) -> None:
     line.closePort()
 
 
+def test_rustypot_drives_simulated_servos_of_feetech(feetech: str) -> None:
+    """Ping, sync read and sync write by its own table of the STS3215."""
+    rustypot: Any = pytest.importorskip("rustypot", reason="rustypot is not installed")
+    servos, ids = rustypot.Sts3215PyController(feetech, 1_000_000, 0.5), list(range(1, 11))
+    assert all(servos.ping(k) for k in ids)
+    assert servos.sync_read_lock(ids) == [1] * 10
+    assert servos.sync_read_present_voltage(ids) == [120] * 10
+    servos.sync_write_torque_enable(ids, [False] * 10)
+    servos.sync_write_mode(ids, [1] * 10)
+    assert servos.sync_read_mode(ids) == [1] * 10
+
+
 def test_a_scan_finds_the_servos_of_both_makers(port: str, feetech: str) -> None:
     """`servos scan` lists identifiers, models and firmware of a line of either."""
     for path, count, model, number in [(port, 5, "XM430-W350", 1020), (feetech, 10, "STS3215", 777)]:

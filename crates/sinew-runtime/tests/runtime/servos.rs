@@ -185,6 +185,13 @@ fn servos_on_two_ports_and_in_extended_position_track_as_well() {
         ServoDevice { port, id: 1 + (k / 2) as u8, baud: BAUD[4], ..servos[k].clone() }
     };
     let (two, _) = tracked(&setup, bus(&setup, &(0..4).map(on_two).collect::<Vec<_>>()));
+    // A maker on each port.
+    let mixed = |k: usize| match k % 2 {
+        0 => on_two(k),
+        _ => ServoDevice { baud: BAUD[3], model: feetech(&servos)[k].model.clone(), ..on_two(k) },
+    };
+    let (mixed, _) = tracked(&setup, bus(&setup, &(0..4).map(mixed).collect::<Vec<_>>()));
+    assert!(mixed.mean < 1.5 * plain.mean && mixed.max < 1.6 * plain.max, "{plain:?} {mixed:?}");
     let extended =
         |servo: &ServoDevice| ServoDevice { mode: OperatingMode::ExtendedPosition, ..servo.clone() };
     let (extended, _) = tracked(&setup, bus(&setup, &servos.iter().map(extended).collect::<Vec<_>>()));
