@@ -166,9 +166,9 @@ fn a_servo_without_a_watchdog_turns_on_when_its_master_is_gone_and_stops_when_it
             bus.write(&vec![sinew::drive::DriveCommand::Velocity(0.01); servos.len()]);
         }
         if ends {
-            drop(bus)
+            drop(bus);
         } else {
-            std::mem::forget(bus)
+            std::mem::forget(bus);
         }
         (0..250).for_each(|_| watched.0.borrow_mut().begin_cycle(4_000_000));
         let turns = watched.servos(|servo| servo.goal() != ServoGoal::Off);
