@@ -20,7 +20,7 @@ pub(crate) enum ServosVerb {
 
 /// List the servos that answer on a serial port: identifier, model, firmware, hardware errors.
 ///
-/// Dynamixels answer all at once; Feetechs are asked one by one, which takes 3 s at every rate that they have.
+/// Dynamixels answer all at once; Feetechs are asked one by one, 3 s at every rate.
 /// Nothing moves and nothing is written. Ends with exit code 3 where none answers.
 ///
 /// Example: sinew servos scan /dev/ttyUSB0 --baud all

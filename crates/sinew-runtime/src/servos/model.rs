@@ -164,7 +164,8 @@ const P: [(&str, u16, f64); 6] = [
 ];
 
 /// Name, model number and top speed at 12 V, counts/s, of those of the STS series. Sources: LeRobot,
-/// `motors/feetech/tables.py`; Feetech's pages of STS3215-C018 (0.222 s for 60 degrees) and STS3250 (0.133 s).
+/// `motors/feetech/tables.py`; Feetech's data of STS3215-C018 (0.222 s for 60 degrees) and STS3250 (0.133 s),
+/// as others cite them.
 const STS: [(&str, u16, u32); 2] = [("STS3215", 777, 3073), ("STS3250", 2825, 5133)];
 
 impl Model {

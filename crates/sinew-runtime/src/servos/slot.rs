@@ -18,8 +18,7 @@ pub(super) struct Slot {
     pub(super) silent: u32,
     /// The last reading; of a servo that is silent, an earlier one.
     pub(super) reading: Reading,
-    /// Its count over all turns, of a servo that shows it within one; `None` before the first reading, and NaN
-    /// where it has turned too far unseen.
+    /// Its count over all turns: none before the first reading, NaN where it has turned too far unseen.
     count: Option<f64>,
     /// Angle and speed of the motor, rad and rad/s, as read last.
     angle: f64,

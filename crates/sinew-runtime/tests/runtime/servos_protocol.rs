@@ -1,4 +1,5 @@
-//! Packets of Dynamixel protocol 2.0 and of Feetech servos: octets of the manual, any data both ways, any octets without a panic.
+//! Packets of Dynamixel protocol 2.0 and of Feetech servos: octets of the manuals, any data both ways, any
+//! octets without a panic.
 
 use proptest::prelude::*;
 use sinew_runtime::servos::protocol::instruction::{FAST_SYNC_READ, PING, READ, STATUS, WRITE};

@@ -106,7 +106,8 @@ const TABLE: [u16; 256] = {
     table
 };
 
-/// Appends a packet of a Dynamixel with the parameters of all parts, within the capacity of `out` without an allocation.
+/// Appends a packet of a Dynamixel with the parameters of all parts, within the capacity of `out` without an
+/// allocation.
 pub fn encode(out: &mut Vec<u8>, id: u8, instruction: u8, parts: &[&[u8]]) {
     let start = out.len();
     out.extend(HEADER);
