@@ -3,10 +3,10 @@
 use super::device::{OperatingMode, ServoDevice};
 use super::error::{ServoError, status};
 use super::line::Lines;
-use super::model::{Registers, eeprom};
 use super::protocol::instruction::{PING, READ, STATUS, WRITE};
 use super::protocol::{Decoder, Protocol};
-use super::series::{Series, sts};
+use super::registers::{Registers, eeprom, sts};
+use super::series::Series;
 use sinew::machine::Machine;
 use std::io;
 

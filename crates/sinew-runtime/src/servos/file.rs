@@ -2,9 +2,10 @@
 //! `operating_mode`.
 
 use super::device::{OperatingMode, ServoDevice};
-use super::model::{BAUD, Model};
+use super::model::Model;
 use super::protocol::MAX_ID;
-use super::series::{Series, sts};
+use super::registers::{BAUD, sts};
+use super::series::Series;
 use crate::bus::{AnyDevices, DeviceReader, Tables};
 use crate::whole::is_whole;
 use sinew::description::DescriptionError;

@@ -15,6 +15,7 @@ mod file;
 mod line;
 mod model;
 pub mod protocol;
+mod registers;
 mod scan;
 mod series;
 mod simulated;
@@ -28,9 +29,10 @@ pub use device::{OperatingMode, ServoDevice};
 pub use error::ServoError;
 pub use file::DeviceTables;
 pub use line::Lines;
-pub use model::{BAUD, Model, Registers, eeprom};
+pub use model::Model;
+pub use registers::{BAUD, Registers, eeprom, sts};
 pub use scan::{FoundServo, scan};
-pub use series::{Series, sts};
+pub use series::Series;
 #[cfg(target_os = "linux")]
 pub use simulated::serve;
 pub use simulated::{

@@ -5,7 +5,7 @@ use super::line::Lines;
 use super::model::Model;
 use super::protocol::instruction::{PING, STATUS};
 use super::protocol::{BROADCAST, MAX_ID, Protocol};
-use super::series::sts;
+use super::registers::sts;
 use std::io;
 
 /// A servo that answers.

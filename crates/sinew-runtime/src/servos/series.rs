@@ -1,7 +1,7 @@
 //! What series of servos differ in: protocol, where their registers are, and how they write numbers.
 
-use super::model::{BAUD, Registers, eeprom};
 use super::protocol::Protocol;
+use super::registers::{BAUD, Registers, eeprom, sts};
 
 /// A series of servos.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -12,47 +12,6 @@ pub enum Series {
     P,
     /// Feetech STS.
     Sts,
-}
-
-/// Registers of the STS series. Sources: Feetech's memory table of the STS series, with the constants of its
-/// `SMS_STS.h` and of LeRobot, which agree where all say something.
-pub mod sts {
-    /// Version of the firmware, 2 octets; the model number, 2 octets, is at 3.
-    pub const FIRMWARE: u16 = 0;
-    /// Model number, 2 octets.
-    pub const NUMBER: u16 = 3;
-    /// Identifier.
-    pub const ID: u16 = 5;
-    /// Rate of the line, by its place in [`BAUD`].
-    pub const BAUD_RATE: u16 = 6;
-    /// Return delay time, in units of 2 us.
-    pub const RETURN_DELAY: u16 = 7;
-    /// What is answered: 0 pings and readings, 1 everything.
-    pub const RESPONSE_LEVEL: u16 = 8;
-    /// Bits of its own: see [`FINE_SPEED`] and [`MANY_TURNS`].
-    pub const PHASE: u16 = 18;
-    /// Bit of the phase: the unit of the speed is a count/s, and not 50.
-    pub const FINE_SPEED: u8 = 0x04;
-    /// Bit of the phase: positions go beyond one turn.
-    pub const MANY_TURNS: u8 = 0x10;
-    /// Operating mode: 0 position, 1 speed.
-    pub const OPERATING_MODE: u16 = 33;
-    /// Torque enable; the EEPROM lies below it.
-    pub const TORQUE_ENABLE: u16 = 40;
-    /// Acceleration, in units of 100 counts/s^2; 0 is the largest.
-    pub const ACCELERATION: u16 = 41;
-    /// Goal speed, 2 octets; after power-on the largest.
-    pub const GOAL_SPEED: u16 = 46;
-    /// Whether what is written to the EEPROM is not kept; 1 after power-on. What a cycle reads begins here.
-    pub const LOCK: u16 = 55;
-    /// Present position, speed and load, 2 octets each, voltage and temperature.
-    pub const PRESENT: u16 = 56;
-    /// Hardware errors.
-    pub const STATUS: u16 = 65;
-    /// Present current, 2 octets.
-    pub const CURRENT: u16 = 69;
-    /// Rates of a line, bit/s, by their number in the table.
-    pub const BAUD: [u32; 8] = [1_000_000, 500_000, 250_000, 128_000, 115_200, 76_800, 57_600, 38_400];
 }
 
 /// Addresses of registers of one octet.

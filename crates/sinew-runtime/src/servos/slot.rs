@@ -1,7 +1,8 @@
 //! A servo in the cycle: commands in SI units to goals, its reading to the cable.
 
 use super::device::{OperatingMode, ServoDevice};
-use super::series::{Series, sts};
+use super::registers::sts;
+use super::series::Series;
 use sinew::drive::{DriveCommand, DriveParameters, MeasuredShaft, SpeedControl};
 use sinew::machine::DriveDevice;
 

@@ -3,7 +3,7 @@
 use super::chain::SimulatedChain;
 use super::servo::{ENCODER, OVERHEATING, OVERLOAD, ServoGoal, SimulatedServo};
 use crate::servos::device::ServoDevice;
-use crate::servos::model::BAUD;
+use crate::servos::registers::BAUD;
 use crate::servos::series::Series;
 use sinew::drive::{DriveCommand, DriveFault, DriveParameters};
 use sinew::machine::{DriveDevice, Machine};

@@ -1,8 +1,9 @@
 //! One simulated servo: its control table, and what it does with it.
 
-use crate::servos::model::{Model, Registers, eeprom};
+use crate::servos::model::Model;
 use crate::servos::protocol::{ALERT, MAX_ID};
-use crate::servos::series::{Places, Series, magnitude, signed, sts};
+use crate::servos::registers::{Registers, eeprom, sts};
+use crate::servos::series::{Places, Series, magnitude, signed};
 
 /// Errors of a status.
 pub(super) const RESULT_FAIL: u8 = 1;
