@@ -20,7 +20,7 @@ use sinew_runtime::can::{self, CanBus, CanDevice, SimulatedLink};
 use sinew_runtime::cycle::{Cycle, VirtualClock};
 use sinew_runtime::ethercat::FrameStorage;
 use sinew_runtime::link::{LinkedMotion, domain};
-use sinew_runtime::servos::{ServoBus, ServoDevice, SimulatedLines, SimulatedMachine};
+use sinew_runtime::servos::{Model, ServoBus, ServoDevice, SimulatedLines, SimulatedMachine};
 use sinew_session::Plant;
 use std::alloc::System;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -111,13 +111,16 @@ fn a_cycle_over_can_allocates_nothing() {
 #[test]
 fn a_cycle_over_serial_servos_allocates_nothing() {
     let setup = bare_setup();
-    let servos = ServoDevice::simulated(&setup.machine);
-    let ports = ServoDevice::ports(&servos);
-    let simulated = SimulatedMachine::new(setup.plant.clone(), &setup.machine, &servos, &ports, false);
-    allocates_nothing(
-        &setup,
-        ServoBus::start(SimulatedLines::new(simulated), &setup.machine, &servos).unwrap(),
-    );
+    let dynamixel = ServoDevice::simulated(&setup.machine);
+    let model = Model::all().find(|model| model.name == "STS3215").unwrap();
+    let model = Model { max_velocity: 32_767, ..model };
+    let feetech = dynamixel.iter().map(|servo| ServoDevice { model: model.clone(), ..servo.clone() });
+    for servos in [feetech.collect(), dynamixel.clone()] {
+        let ports = ServoDevice::ports(&servos);
+        let simulated = SimulatedMachine::new(setup.plant.clone(), &setup.machine, &servos, &ports, false);
+        let bus = ServoBus::start(SimulatedLines::new(simulated), &setup.machine, &servos).unwrap();
+        allocates_nothing(&setup, bus);
+    }
 }
 
 #[test]

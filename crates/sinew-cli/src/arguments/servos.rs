@@ -4,7 +4,6 @@ use super::machine::RootArgument;
 use super::values::number;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
-use sinew_runtime::servos::BAUD;
 use std::path::PathBuf;
 
 /// Serial servos: what is on a line, and simulated servos for other masters.
@@ -22,6 +21,7 @@ pub(crate) enum ServosVerb {
 
 /// List the servos that answer on a serial port: identifier, model, firmware, hardware errors.
 ///
+/// Dynamixels answer all at once; Feetechs are asked one by one, 3 s at every rate.
 /// Nothing moves and nothing is written. Ends with exit code 3 where none answers.
 ///
 /// Example: sinew servos scan /dev/ttyUSB0 --baud all
@@ -40,11 +40,13 @@ pub(crate) struct ServosScanArguments {
 pub(crate) struct Rates(pub(crate) Vec<u32>);
 
 fn rates() -> impl TypedValueParser<Value = Rates> {
-    const NAMES: [&str; 9] =
-        ["9600", "57600", "115200", "1000000", "2000000", "3000000", "4000000", "4500000", "all"];
+    const NAMES: [&str; 14] = [
+        "9600", "38400", "57600", "76800", "115200", "128000", "250000", "500000", "1000000", "2000000",
+        "3000000", "4000000", "4500000", "all",
+    ];
     PossibleValuesParser::new(NAMES).map(|name| match name.parse() {
         Ok(rate) => Rates(vec![rate]),
-        Err(_) => Rates(BAUD.to_vec()),
+        Err(_) => Rates(NAMES.iter().filter_map(|name| name.parse().ok()).collect()),
     })
 }
 

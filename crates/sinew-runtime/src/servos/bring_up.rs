@@ -3,9 +3,10 @@
 use super::device::{OperatingMode, ServoDevice};
 use super::error::{ServoError, status};
 use super::line::Lines;
-use super::model::{Registers, eeprom};
 use super::protocol::instruction::{PING, READ, STATUS, WRITE};
-use super::protocol::{Decoder, encode};
+use super::protocol::{Decoder, Protocol};
+use super::registers::{Registers, eeprom, sts};
+use super::series::Series;
 use sinew::machine::Machine;
 use std::io;
 
@@ -16,11 +17,8 @@ const TRIES: usize = 3;
 /// Unit of the bus watchdog, s.
 const WATCHDOG_UNIT: f64 = 0.02;
 
-/// What a cycle reads of a servo, by way of indirect addresses: torque enable, hardware error, temperature,
-/// current, velocity, position.
-pub(super) const READING: usize = 13;
-
-/// The addresses that a reading is made of.
+/// The addresses that a reading of a Dynamixel is made of, by way of indirect addresses: torque enable,
+/// hardware error, temperature, current, velocity, position.
 fn shown(of: Registers) -> impl Iterator<Item = u16> {
     [of.torque_enable, of.hardware_error, of.temperature()].into_iter().chain(of.present..of.present + 10)
 }
@@ -37,6 +35,13 @@ impl<'a, L: Lines> Exchange<'a, L> {
         Self { lines, decoder: Decoder::default(), out: Vec::new() }
     }
 
+    /// Speaks to servos of a protocol from now on.
+    pub(super) fn speak(&mut self, protocol: Protocol) {
+        if self.decoder.protocol() != protocol {
+            self.decoder = Decoder::new(protocol, true);
+        }
+    }
+
     /// Sends an instruction: error and data of the answer, none where nothing answers.
     ///
     /// # Errors
@@ -48,7 +53,7 @@ impl<'a, L: Lines> Exchange<'a, L> {
         parts: &[&[u8]],
     ) -> io::Result<Option<(u8, Vec<u8>)>> {
         self.out.clear();
-        encode(&mut self.out, id, instruction, parts);
+        self.decoder.protocol().instruct(&mut self.out, id, instruction, parts);
         for _ in 0..TRIES {
             let deadline = self.send(line)?;
             let mut buffer = [0; 256];
@@ -80,7 +85,23 @@ impl<'a, L: Lines> Exchange<'a, L> {
     /// Model number of a servo; none where none answers.
     pub(super) fn ping(&mut self, line: usize, id: u8) -> io::Result<Option<u16>> {
         let answer = self.ask((line, id), PING, &[])?;
+        let answer = match self.decoder.protocol() {
+            Protocol::Feetech if answer.is_some() => self.read((line, id), sts::NUMBER, 2)?,
+            _ => answer,
+        };
         Ok(answer.and_then(|(_, data)| data.first_chunk().map(|number| u16::from_le_bytes(*number))))
+    }
+
+    /// Error and octets at an address of a servo.
+    pub(super) fn read(
+        &mut self,
+        to: (usize, u8),
+        address: u16,
+        octets: u16,
+    ) -> io::Result<Option<(u8, Vec<u8>)>> {
+        let mut place = Vec::new();
+        self.decoder.protocol().places(&mut place, &[address, octets]);
+        self.ask(to, READ, &[&place])
     }
 }
 
@@ -95,8 +116,9 @@ impl<L: Lines> Configuring<'_, '_, L> {
     /// Finds the servo, takes its torque away and sets it up for a machine. Nothing moves.
     pub(super) fn configure(&mut self, machine: &Machine) -> Result<(), ServoError> {
         let Self { device, .. } = *self;
-        let registers = device.model.registers;
+        let series = device.model.series;
         let name = || device.name.clone();
+        self.exchange.speak(series.protocol());
         let number = self.exchange.ping(self.line, device.id).map_err(|source| self.port(source))?;
         let number = number.ok_or_else(|| self.device.silent())?;
         if device.model.number.is_some_and(|expected| expected != number) {
@@ -106,19 +128,31 @@ impl<L: Lines> Configuring<'_, '_, L> {
                 expected: device.model.name.clone(),
             });
         }
-        let error = self.read(registers.hardware_error, 1)?;
+        let error = series.errors(self.read(series.places().hardware_error, 1)? as u8);
         if error != 0 {
-            return Err(ServoError::Hardware { device: name(), error: error as u8 });
+            return Err(ServoError::Hardware { device: name(), error });
         }
         let drive = &machine.muscles[device.drive.muscle].drive;
         let speed = drive.motor.top_speed / drive.reducer.ratio / device.model.velocity_unit();
+        let speed = speed.ceil() as i64;
+        if series == Series::Sts {
+            self.configure_sts(speed)
+        } else {
+            self.configure_dynamixel(machine, speed)
+        }
+    }
+
+    fn configure_dynamixel(&mut self, machine: &Machine, speed: i64) -> Result<(), ServoError> {
+        let Self { device, .. } = *self;
+        let registers = device.model.series.registers();
+        let drive = &machine.muscles[device.drive.muscle].drive;
         // The watchdog holds goals until it is cleared; torque comes with the first command.
         self.write("bus watchdog", registers.bus_watchdog, 1, 0)?;
         self.write("torque enable", registers.torque_enable, 1, 0)?;
         self.set("return delay time", eeprom::RETURN_DELAY, 1, 0)?;
         self.set("operating mode", eeprom::OPERATING_MODE, 1, i64::from(device.mode.number()))?;
         self.set("homing offset", eeprom::HOMING_OFFSET, 4, 0)?;
-        self.set("velocity limit", eeprom::VELOCITY_LIMIT, 4, speed.ceil() as i64)?;
+        self.set("velocity limit", eeprom::VELOCITY_LIMIT, 4, speed)?;
         if device.mode == OperatingMode::Current {
             let current = drive.motor.peak_current / device.model.current_a;
             self.set("current limit", eeprom::CURRENT_LIMIT, 2, current.floor() as i64)?;
@@ -128,6 +162,28 @@ impl<L: Lines> Configuring<'_, '_, L> {
         }
         let watchdog = (sinew_session::watchdog(machine.period) / WATCHDOG_UNIT).ceil();
         self.set("bus watchdog", registers.bus_watchdog, 1, watchdog as i64)
+    }
+
+    fn configure_sts(&mut self, speed: i64) -> Result<(), ServoError> {
+        self.write("torque enable", sts::TORQUE_ENABLE, 1, 0)?;
+        let largest = i64::from(self.device.model.max_velocity);
+        if speed > largest {
+            let reason = format!("the model's largest speed is {largest} counts/s");
+            return Err(self.refused("velocity limit", speed, reason));
+        }
+        let phase = self.read(sts::PHASE, 1)?;
+        if phase as u8 & sts::FINE_SPEED == 0 {
+            let reason = "speeds are in units of 50 counts/s: expected bit 2 set".to_owned();
+            return Err(self.refused("phase", phase, reason));
+        }
+        self.set("lock", sts::LOCK, 1, 0)?;
+        self.set("response level", sts::RESPONSE_LEVEL, 1, 1)?;
+        self.set("return delay time", sts::RETURN_DELAY, 1, 0)?;
+        self.set("operating mode", sts::OPERATING_MODE, 1, 1)?;
+        self.set("acceleration", sts::ACCELERATION, 1, 0)?;
+        // After power-on it is the largest: torque would set the winch going.
+        self.set("goal speed", sts::GOAL_SPEED, 2, 0)?;
+        self.set("lock", sts::LOCK, 1, 1)
     }
 
     /// Writes a value where another one stands, and reads it back.
@@ -153,16 +209,23 @@ impl<L: Lines> Configuring<'_, '_, L> {
         octets: u16,
         value: i64,
     ) -> Result<(), ServoError> {
-        let data = value.to_le_bytes();
-        let parts = [&address.to_le_bytes()[..], &data[..usize::from(octets)]];
+        let (data, protocol) = (value.to_le_bytes(), self.device.model.series.protocol());
+        let mut place = Vec::new();
+        protocol.places(&mut place, &[address]);
+        let parts = [&place[..], &data[..usize::from(octets)]];
         let answer = self.exchange.ask((self.line, self.device.id), WRITE, &parts);
-        let (error, _) = answer.map_err(|source| self.port(source))?.ok_or_else(|| self.device.silent())?;
-        if error & 0x7f == 0 { Ok(()) } else { Err(self.refused(register, value, status(error))) }
+        let answer = answer.map_err(|source| self.port(source))?;
+        match (protocol, answer) {
+            // One that answers only what it is asked: reading back decides.
+            (Protocol::Feetech, _) => Ok(()),
+            (_, None) => Err(self.device.silent()),
+            (_, Some((error, _))) if error & 0x7f == 0 => Ok(()),
+            (_, Some((error, _))) => Err(self.refused(register, value, status(error))),
+        }
     }
 
     fn read(&mut self, address: u16, octets: u16) -> Result<i64, ServoError> {
-        let parts = [&address.to_le_bytes()[..], &octets.to_le_bytes()];
-        let answer = self.exchange.ask((self.line, self.device.id), READ, &parts);
+        let answer = self.exchange.read((self.line, self.device.id), address, octets);
         let (error, data) =
             answer.map_err(|source| self.port(source))?.ok_or_else(|| self.device.silent())?;
         if data.len() != usize::from(octets) {

@@ -1,11 +1,12 @@
 //! Servos in operation: one request to every line, one deadline for all answers.
 
-use super::bring_up::{Configuring, Exchange as Question, READING};
+use super::bring_up::{Configuring, Exchange as Question};
 use super::device::{OperatingMode, ServoDevice};
 use super::error::ServoError;
 use super::line::Lines;
 use super::protocol::instruction::{FAST_SYNC_READ, STATUS, SYNC_READ, SYNC_WRITE};
-use super::protocol::{BROADCAST, Decoder, encode};
+use super::protocol::{BROADCAST, Decoder};
+use super::series::Series;
 use super::simulated::SimulatedMachine;
 use super::slot::Slot;
 use crate::rest::{Drives, bring_to_rest};
@@ -37,7 +38,9 @@ pub struct ServoBus<L: Lines> {
 
 #[derive(Debug)]
 struct Line {
+    series: Series,
     decoder: Decoder,
+    /// Whether all answer in one packet, as Dynamixels can.
     fast: bool,
     /// Indices of its servos in the order in which they are asked: a silent one is asked last, since those
     /// behind it may wait for it.
@@ -87,9 +90,15 @@ impl<L: Lines> ServoBus<L> {
             .map(|device| Slot::new(device.clone(), line_of(device), parameters(device)))
             .collect();
         let of_line = |line| (0..servos.len()).filter(|k| servos[*k].line == line).collect();
-        let line = |line| Line { decoder: Decoder::default(), fast: true, order: of_line(line) };
+        let line = |line| {
+            let order: Vec<usize> = of_line(line);
+            let series = order.first().map_or(Series::X, |k| servos[*k].device.model.series);
+            let decoder = Decoder::new(series.protocol(), true);
+            Line { series, decoder, fast: series != Series::Sts, order }
+        };
+        let per_line = (0..ports.len()).map(line).collect();
         let mut bus = Self {
-            per_line: (0..ports.len()).map(line).collect(),
+            per_line,
             lines,
             servos,
             out: Vec::with_capacity(OCTETS),
@@ -130,8 +139,8 @@ impl<L: Lines> ServoBus<L> {
             let Some(Slot { device, .. }) = self.servos.iter().find(|servo| servo.line == line) else {
                 continue;
             };
-            let (servos, each) = (of.order.len(), if of.fast { READING + 4 } else { READING + 11 });
-            let octets = 2 * 14 + 6 * servos + 8 + each * servos;
+            let servos = of.order.len();
+            let octets = of.series.cycle_octets(servos, of.fast);
             let needed = (octets * 10) as f64 / f64::from(device.baud);
             let period = self.period as f64 * 1e-9;
             if needed > LINE_FRACTION * period {
@@ -176,64 +185,66 @@ impl<L: Lines> ServoBus<L> {
     }
 
     fn encode_goals(&mut self, line: usize, commands: &[DriveCommand], h: f64) {
-        let Self { servos, out, parameters, .. } = self;
+        let Self { servos, per_line, out, parameters, .. } = self;
+        let series = per_line[line].series;
+        let protocol = series.protocol();
         let modes = [OperatingMode::Current, OperatingMode::Velocity, OperatingMode::ExtendedPosition];
         for mode in modes {
             parameters.clear();
             for servo in servos.iter_mut().filter(|servo| servo.line == line && servo.device.mode == mode) {
                 let (address, octets) = servo.goal_place();
                 if parameters.is_empty() {
-                    parameters.extend(address.to_le_bytes());
-                    parameters.extend((octets as u16).to_le_bytes());
+                    protocol.places(parameters, &[address, octets as u16]);
                 }
                 let command = commands.get(servo.muscle()).copied().unwrap_or(DriveCommand::Brake);
-                let goal = servo.goal(command, h);
+                let goal = series.goal(servo.goal(command, h));
                 parameters.push(servo.device.id);
-                parameters.extend(&goal.to_le_bytes()[..octets]);
+                parameters.extend(&goal[..octets]);
             }
             if !parameters.is_empty() {
-                encode(out, BROADCAST, SYNC_WRITE, &[parameters]);
+                protocol.instruct(out, BROADCAST, SYNC_WRITE, &[parameters]);
             }
         }
-        parameters.clear();
-        for servo in servos.iter().filter(|servo| servo.line == line && servo.torque != servo.expected) {
-            if parameters.is_empty() {
-                parameters.extend(servo.registers().torque_enable.to_le_bytes());
-                parameters.extend([1, 0]);
+        for (address, with_torque) in series.power() {
+            parameters.clear();
+            for servo in servos.iter().filter(|servo| servo.line == line && servo.torque != servo.expected) {
+                if parameters.is_empty() {
+                    protocol.places(parameters, &[*address, 1]);
+                }
+                parameters
+                    .extend([servo.device.id, if servo.torque { *with_torque } else { 1 - with_torque }]);
             }
-            parameters.extend([servo.device.id, u8::from(servo.torque)]);
-        }
-        if !parameters.is_empty() {
-            encode(out, BROADCAST, SYNC_WRITE, &[parameters]);
+            if !parameters.is_empty() {
+                protocol.instruct(out, BROADCAST, SYNC_WRITE, &[parameters]);
+            }
         }
     }
 
     fn encode_request(&mut self, line: usize) {
         let Self { servos, per_line, out, parameters, .. } = self;
         let of = &per_line[line];
-        let Some(first) = of.order.first() else { return };
         parameters.clear();
-        parameters.extend(servos[*first].registers().indirect[1].to_le_bytes());
-        parameters.extend((READING as u16).to_le_bytes());
+        of.series.protocol().places(parameters, &of.series.reading());
         parameters.extend(of.order.iter().map(|k| servos[*k].device.id));
         let instruction = if of.fast { FAST_SYNC_READ } else { SYNC_READ };
-        encode(out, BROADCAST, instruction, &[parameters]);
+        of.series.protocol().instruct(out, BROADCAST, instruction, &[parameters]);
     }
 
     /// Collects the answers of a line until all have come or the deadline has; the octets that came.
     fn collect(&mut self, line: usize, deadline: u64) -> usize {
-        let Self { lines, servos, per_line, .. } = self;
-        let Line { decoder, fast, order } = &mut per_line[line];
+        let Self { lines, servos, per_line, period, .. } = self;
+        let h = *period as f64 * 1e-9;
+        let Line { series, decoder, fast, order } = &mut per_line[line];
+        let fast = fast.then_some(usize::from(series.reading()[1]));
         let (mut left, mut octets, mut buffer) = (order.len(), 0, [0; 1024]);
         order.iter().for_each(|k| servos[*k].silent = servos[*k].silent.saturating_add(1));
         while left > 0 {
-            while let Some(packet) = decoder.next(fast.then_some(READING)) {
+            while let Some(packet) = decoder.next(fast) {
                 let of = order.iter().copied().find(|k| servos[*k].device.id == packet.id);
-                let data = packet.data.first_chunk().filter(|_| packet.data.len() == READING);
-                if let (STATUS, Some(servo), Some(data)) = (packet.instruction, of, data)
-                    && servos[servo].silent > 0
+                if let (STATUS, Some(servo)) = (packet.instruction, of)
+                    && let silent @ 1.. = servos[servo].silent
+                    && servos[servo].read(packet.data, f64::from(silent) * h)
                 {
-                    servos[servo].read(data);
                     servos[servo].silent = 0;
                     left -= 1;
                 }
@@ -306,7 +317,7 @@ fn check_lines(devices: &[ServoDevice]) -> Result<(), ServoError> {
                 "each an id of its own"
             } else if other.baud != device.baud {
                 "the same baud"
-            } else if other.model.registers != device.model.registers {
+            } else if other.model.series != device.model.series {
                 "models of one series"
             } else {
                 continue;

@@ -1,7 +1,8 @@
 //! What identifies a machine's servos.
 
 use super::error::ServoError;
-use super::model::{BAUD, Model};
+use super::model::Model;
+use super::registers::BAUD;
 use sinew::machine::{Device, DeviceRole, DriveDevice, DriveMode, Machine};
 
 /// A drive of the machine that is a serial servo.

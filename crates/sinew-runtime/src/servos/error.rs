@@ -95,10 +95,16 @@ pub enum ServoError {
     },
 }
 
-/// The bits of a hardware error status in words.
+/// The bits of a hardware error status in words: a Dynamixel's, with one of ours.
 pub(super) fn hardware(error: u8) -> String {
-    let known =
-        [(0, "input voltage"), (2, "overheating"), (3, "encoder"), (4, "electrical shock"), (5, "overload")];
+    let known = [
+        (0, "input voltage"),
+        (2, "overheating"),
+        (3, "encoder"),
+        (4, "electrical shock"),
+        (5, "overload"),
+        (6, "overcurrent"),
+    ];
     let set = known.iter().filter(|(bit, _)| error >> bit & 1 == 1).map(|(_, name)| *name);
     let words = set.collect::<Vec<_>>().join(", ");
     if words.is_empty() { format!("hardware error {error:#04x}") } else { words }

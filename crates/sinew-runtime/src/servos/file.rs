@@ -1,8 +1,11 @@
-//! What a machine file says of servos: `id`, `model`, `port`, `baud`, of drives `operating_mode`.
+//! What a machine file says of servos: `id`, `model`, `port`, `baud`, `no_watchdog`, of drives
+//! `operating_mode`.
 
 use super::device::{OperatingMode, ServoDevice};
-use super::model::{BAUD, Model, Registers};
+use super::model::Model;
 use super::protocol::MAX_ID;
+use super::registers::{BAUD, sts};
+use super::series::Series;
 use crate::bus::{AnyDevices, DeviceReader, Tables};
 use crate::whole::is_whole;
 use sinew::description::DescriptionError;
@@ -11,14 +14,21 @@ use sinew::machine::{DeviceRole, DriveMode, Machine};
 use std::sync::Arc;
 
 const ID: Domain = Domain::new("a whole number in 0..=252", |x| is_whole(x, f64::from(MAX_ID)));
-const RATE: Domain = Domain::new("9600, 57600, 115200 or 1, 2, 3, 4, 4.5 million bit/s", |x| {
-    BAUD.iter().any(|rate| f64::from(*rate).to_bits() == x.to_bits())
-});
+const RATE: Domain =
+    Domain::new("9600, 57600, 115200 or 1, 2, 3, 4, 4.5 million bit/s", |x| is_rate(&BAUD, x));
+const STS_RATE: Domain =
+    Domain::new("38400, 57600, 76800, 115200, 128, 250, 500 thousand or 1 million bit/s", |x| {
+        is_rate(&sts::BAUD, x)
+    });
 const NUMBER: Domain = Domain::new("a whole number in 0..=0xffff", |x| is_whole(x, 65_535.0));
 const VELOCITIES: Domain =
     Domain::new("a whole number in 1..=0x7fffffff", |x| x >= 1.0 && is_whole(x, f64::from(i32::MAX)));
 const POSITIVE: Domain = Domain::new("a number > 0", |x| x > 0.0);
 const NOT_NEGATIVE: Domain = Domain::new("a number >= 0", |x| x >= 0.0);
+
+fn is_rate(rates: &[u32], x: f64) -> bool {
+    rates.iter().any(|rate| f64::from(*rate).to_bits() == x.to_bits())
+}
 
 /// Difference of counts in a turn that is a rounding, as a fraction.
 const ROUNDING: f64 = 1e-3;
@@ -84,7 +94,7 @@ impl DeviceReader for DeviceTables {
 impl BusReader for DeviceTables {
     fn keys(&self) -> BusKeys {
         BusKeys {
-            device: vec!["id", "model", "port", "baud"],
+            device: vec!["id", "model", "port", "baud", "no_watchdog"],
             drive: vec!["operating_mode"],
             channel: vec![],
         }
@@ -108,8 +118,12 @@ impl BusReader for DeviceTables {
         listing.text("model", &model.name, source(&named));
         let port =
             device.entry("port").map(|entry| entry.text("the path of a serial port").map(str::to_owned));
-        let baud = device.entry("baud").map_or(Ok(f64::from(BAUD[3])), |entry| entry.number(RATE))?;
-        let extended = listing.word(device, "operating_mode", (&["velocity", "extended_position"], 0))? == 1;
+        let feetech = model.series == Series::Sts;
+        let rate = if feetech { STS_RATE } else { RATE };
+        let baud = device.entry("baud").map_or(Ok(f64::from(BAUD[3])), |entry| entry.number(rate))?;
+        let modes: &[&str] = if feetech { &["velocity"] } else { &["velocity", "extended_position"] };
+        let extended = listing.word(device, "operating_mode", (modes, 0))? == 1;
+        check_watchdog(feetech, device, &named)?;
         let counts = device.entry("counts_per_turn").map(|entry| -> Result<_, DescriptionError> {
             let expected = format!(
                 "{:?} counts of a turn of the horn over the ratio of the reducer, or nothing",
@@ -117,7 +131,7 @@ impl BusReader for DeviceTables {
             );
             Ok((entry.number(Domain::new("a number", f64::is_finite))?, entry.refuse(&expected)))
         });
-        let current = device.entry("mode").filter(|_| model.current_a <= 0.0);
+        let current = device.entry("mode").filter(|_| !model.has_current_loop());
         let current = current.map(|entry| entry.refuse("velocity: this model has no current loop"));
         self.read.push(Identified {
             id: id as u8,
@@ -132,6 +146,18 @@ impl BusReader for DeviceTables {
     }
 }
 
+/// Whoever drives servos without a bus watchdog says that this is known; no other servo is without.
+fn check_watchdog(without: bool, device: &Table<'_>, model: &Entry<'_>) -> Result<(), DescriptionError> {
+    match device.entry("no_watchdog") {
+        Some(entry) if !without => Err(entry.refuse("no such key: the servo has a bus watchdog")),
+        Some(entry) if entry.flag()? => Ok(()),
+        _ if !without => Ok(()),
+        _ => Err(model.refuse(
+            "no_watchdog = true beside it: this servo turns on at its last speed when the computer is gone",
+        )),
+    }
+}
+
 /// A model of the table by its name, or one of a user's own:
 /// `{ name, number, counts, velocity_rpm, current_a, max_velocity, series }`.
 fn model(entry: &Entry<'_>, device: &Table<'_>) -> Result<Model, DescriptionError> {
@@ -143,7 +169,7 @@ fn model(entry: &Entry<'_>, device: &Table<'_>) -> Result<Model, DescriptionErro
     };
     table.check_keys(&["name", "number", "counts", "velocity_rpm", "current_a", "max_velocity", "series"])?;
     let chosen = match table.entry("series") {
-        Some(series) => series.name("series of servos", &["X", "P"])?,
+        Some(series) => series.name("series of servos", &["X", "P", "STS"])?,
         None => 0,
     };
     let number = |key, domain| table.required(key)?.number(domain);
@@ -154,6 +180,6 @@ fn model(entry: &Entry<'_>, device: &Table<'_>) -> Result<Model, DescriptionErro
         velocity_rpm: number("velocity_rpm", POSITIVE)?,
         current_a: number("current_a", NOT_NEGATIVE)?,
         max_velocity: number("max_velocity", VELOCITIES)? as u32,
-        registers: [Registers::X, Registers::P][chosen],
+        series: [Series::X, Series::P, Series::Sts][chosen],
     })
 }

@@ -1,4 +1,4 @@
-//! A machine whose drives are serial servos: Dynamixel, protocol 2.0.
+//! A machine whose drives are serial servos: Dynamixel (protocol 2.0) and Feetech STS.
 //!
 //! ```text
 //! Lines (serial ports, simulated chains) <-> ServoBus: find, compare, configure, read back -> cycle
@@ -15,7 +15,9 @@ mod file;
 mod line;
 mod model;
 pub mod protocol;
+mod registers;
 mod scan;
+mod series;
 mod simulated;
 mod slot;
 #[cfg(target_os = "linux")]
@@ -27,8 +29,10 @@ pub use device::{OperatingMode, ServoDevice};
 pub use error::ServoError;
 pub use file::DeviceTables;
 pub use line::Lines;
-pub use model::{BAUD, Model, Registers, eeprom};
+pub use model::Model;
+pub use registers::{BAUD, Registers, eeprom, sts};
 pub use scan::{FoundServo, scan};
+pub use series::Series;
 #[cfg(target_os = "linux")]
 pub use simulated::serve;
 pub use simulated::{
@@ -44,7 +48,7 @@ use crate::bus::Bus;
 /// Servos on serial ports.
 pub const BUS: Bus = Bus {
     name: "servos",
-    about: "Serial servos: Dynamixel, on the ports of the machine file or of --interface",
+    about: "Serial servos: Dynamixel or Feetech, on the ports of the machine file or of --interface",
     needs_interface: false,
     reads_ahead: true,
     open: wire::open,

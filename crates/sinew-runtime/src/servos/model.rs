@@ -1,4 +1,6 @@
-//! Models of servos: units, limits and where their registers are.
+//! Models of servos: units and limits.
+
+use super::series::Series;
 
 /// A model of a servo.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,90 +17,9 @@ pub struct Model {
     pub current_a: f64,
     /// The largest limit of its velocity, in its unit.
     pub max_velocity: u32,
-    /// Where its registers are.
-    pub registers: Registers,
+    /// Its series.
+    pub series: Series,
 }
-
-/// Addresses of the control table that series differ in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Registers {
-    /// Torque enable, 1 octet; the EEPROM lies below it.
-    pub torque_enable: u16,
-    /// Hardware error status, 1 octet.
-    pub hardware_error: u16,
-    /// Bus watchdog, 1 octet, in units of 20 ms.
-    pub bus_watchdog: u16,
-    /// Goal current, 2 octets; goal velocity, 4 octets, follows it.
-    pub goal_current: u16,
-    /// Goal position, 4 octets.
-    pub goal_position: u16,
-    /// Present current, velocity and position, 2 + 4 + 4 octets.
-    pub present: u16,
-    /// Present input voltage, 2 octets; present temperature, 1 octet, follows it.
-    pub voltage: u16,
-    /// The first of the indirect addresses and the first octet of what they show.
-    pub indirect: [u16; 2],
-}
-
-impl Registers {
-    /// Of the X series.
-    pub const X: Self = Self {
-        torque_enable: 64,
-        hardware_error: 70,
-        bus_watchdog: 98,
-        goal_current: 102,
-        goal_position: 116,
-        present: 126,
-        voltage: 144,
-        indirect: [168, 224],
-    };
-    /// Of the P series.
-    pub const P: Self = Self {
-        torque_enable: 512,
-        hardware_error: 518,
-        bus_watchdog: 546,
-        goal_current: 550,
-        goal_position: 564,
-        present: 574,
-        voltage: 592,
-        indirect: [168, 634],
-    };
-
-    /// Goal velocity.
-    #[must_use]
-    pub const fn goal_velocity(self) -> u16 {
-        self.goal_current + 2
-    }
-
-    /// Present temperature.
-    #[must_use]
-    pub const fn temperature(self) -> u16 {
-        self.voltage + 2
-    }
-}
-
-/// Registers of the EEPROM, at the same addresses in every series.
-pub mod eeprom {
-    /// Identifier.
-    pub const ID: u16 = 7;
-    /// Rate of the line, by its place in [`BAUD`](super::BAUD).
-    pub const BAUD: u16 = 8;
-    /// Return delay time, in units of 2 us.
-    pub const RETURN_DELAY: u16 = 9;
-    /// Operating mode: 0 current, 1 velocity, 3 position, 4 extended position.
-    pub const OPERATING_MODE: u16 = 11;
-    /// Homing offset, 4 octets.
-    pub const HOMING_OFFSET: u16 = 20;
-    /// Temperature limit.
-    pub const TEMPERATURE_LIMIT: u16 = 31;
-    /// Current limit, 2 octets.
-    pub const CURRENT_LIMIT: u16 = 38;
-    /// Velocity limit, 4 octets.
-    pub const VELOCITY_LIMIT: u16 = 44;
-}
-
-/// Rates of a line, bit/s, by their number in the control table.
-pub const BAUD: [u32; 8] = [9600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
 
 /// Names and model numbers.
 type Names = &'static [(&'static str, u16)];
@@ -161,8 +82,13 @@ const P: [(&str, u16, f64); 6] = [
     ("PM54-060", 2120, 502_834.0),
 ];
 
+/// Name, model number and top speed at 12 V, counts/s, of those of the STS series. Sources: LeRobot,
+/// `motors/feetech/tables.py`; Feetech's data of STS3215-C018 (0.222 s for 60 degrees) and STS3250 (0.133 s),
+/// as others cite them.
+const STS: [(&str, u16, u32); 2] = [("STS3215", 777, 3073), ("STS3250", 2825, 5133)];
+
 impl Model {
-    /// All models that have a name here. Source: ROBOTIS e-Manual, their control tables.
+    /// All models that have a name here. Source: ROBOTIS e-Manual, their control tables; see also `STS`.
     pub fn all() -> impl Iterator<Item = Self> {
         let x = X.iter().flat_map(|&(current_a, max_velocity, models)| {
             models.iter().map(move |&(name, number)| Self {
@@ -173,6 +99,15 @@ impl Model {
                 ..Self::any()
             })
         });
+        let sts = STS.iter().map(|&(name, number, max_velocity)| Self {
+            name: name.to_owned(),
+            number: Some(number),
+            counts: 4096.0,
+            velocity_rpm: 60.0 / 4096.0,
+            current_a: 6.5e-3,
+            max_velocity,
+            series: Series::Sts,
+        });
         let p = P.iter().map(|&(name, number, counts)| Self {
             name: name.to_owned(),
             number: Some(number),
@@ -180,9 +115,9 @@ impl Model {
             velocity_rpm: 0.01,
             current_a: 1e-3,
             max_velocity: 2900,
-            registers: Registers::P,
+            series: Series::P,
         });
-        x.chain(p)
+        x.chain(p).chain(sts)
     }
 
     /// A servo of the X series without limits of its own, for machines whose file names no devices.
@@ -195,8 +130,14 @@ impl Model {
             velocity_rpm: 0.229,
             current_a: 2.69e-3,
             max_velocity: 32_767,
-            registers: Registers::X,
+            series: Series::X,
         }
+    }
+
+    /// Whether it can be commanded a current.
+    #[must_use]
+    pub fn has_current_loop(&self) -> bool {
+        self.current_a > 0.0 && self.series != Series::Sts
     }
 
     /// Velocity of the horn of one count, rad/s.

@@ -1,8 +1,8 @@
 //! A servo in the cycle: commands in SI units to goals, its reading to the cable.
 
-use super::bring_up::READING;
 use super::device::{OperatingMode, ServoDevice};
-use super::model::Registers;
+use super::registers::sts;
+use super::series::Series;
 use sinew::drive::{DriveCommand, DriveParameters, MeasuredShaft, SpeedControl};
 use sinew::machine::DriveDevice;
 
@@ -19,6 +19,8 @@ pub(super) struct Slot {
     pub(super) silent: u32,
     /// The last reading; of a servo that is silent, an earlier one.
     pub(super) reading: Reading,
+    /// Its count over all turns: none before the first reading, NaN where it has turned too far unseen.
+    count: Option<f64>,
     /// Angle and speed of the motor, rad and rad/s, as read last.
     angle: f64,
     speed: f64,
@@ -58,6 +60,7 @@ impl Slot {
             expected: false,
             silent: 0,
             reading,
+            count: None,
             angle: f64::NAN,
             speed: 0.0,
             commanded: 0.0,
@@ -68,41 +71,56 @@ impl Slot {
         }
     }
 
-    pub(super) fn registers(&self) -> Registers {
-        self.device.model.registers
-    }
-
     pub(super) fn muscle(&self) -> usize {
         self.device.drive.muscle
     }
 
     /// Address of its goal, and its octets.
     pub(super) fn goal_place(&self) -> (u16, usize) {
-        let registers = self.registers();
+        let registers = self.device.model.series.registers();
         match self.device.mode {
+            OperatingMode::Velocity if self.device.model.series == Series::Sts => (sts::GOAL_SPEED, 2),
             OperatingMode::Current => (registers.goal_current, 2),
             OperatingMode::Velocity => (registers.goal_velocity(), 4),
             OperatingMode::ExtendedPosition => (registers.goal_position, 4),
         }
     }
 
-    /// Takes over a reading.
-    pub(super) fn read(&mut self, data: &[u8; READING]) {
-        let [torque, error, temperature, c0, c1, v0, v1, v2, v3, p0, p1, p2, p3] = *data;
+    /// Takes over a reading, `age` s after the one before; whether it is one.
+    pub(super) fn read(&mut self, data: &[u8], age: f64) -> bool {
+        let Some(measured) = self.device.model.series.measured(data) else { return false };
+        let count = match self.device.model.series {
+            Series::X | Series::P => f64::from(measured.position),
+            Series::Sts => self.over_turns(f64::from(measured.position), age),
+        };
+        self.count = Some(count);
         let Self { device, parameters, .. } = self;
         let (drive, sign) = (&device.drive, device.drive.counts_per_turn.signum());
-        self.angle = drive.angle(f64::from(i32::from_le_bytes([p0, p1, p2, p3])));
-        let horn = f64::from(i32::from_le_bytes([v0, v1, v2, v3])) * device.model.velocity_unit() * sign;
-        self.speed = horn * parameters.reducer.ratio;
+        self.angle = drive.angle(count);
+        self.speed =
+            f64::from(measured.velocity) * device.model.velocity_unit() * sign * parameters.reducer.ratio;
         let unit = if device.model.current_a > 0.0 { device.model.current_a } else { f64::NAN };
         let [cable, _] = DriveDevice::cable(&parameters.winch, parameters.reducer.ratio, self.angle);
         self.reading = Reading {
-            torque: torque == 1,
-            error,
-            temperature: f64::from(temperature),
-            current: f64::from(i16::from_le_bytes([c0, c1])) * unit * sign,
+            torque: measured.torque,
+            error: measured.error,
+            temperature: f64::from(measured.temperature),
+            current: f64::from(measured.current) * unit * sign,
             cable,
         };
+        true
+    }
+
+    /// The count over all turns that follows the last one, of a position that is known within a turn; NaN,
+    /// from then on, where half a turn can have gone unseen.
+    fn over_turns(&self, position: f64, age: f64) -> f64 {
+        let model = &self.device.model;
+        let Some(last) = self.count else { return position };
+        if age * f64::from(model.max_velocity) > 0.5 * model.counts {
+            return f64::NAN;
+        }
+        let ahead = (position - last).rem_euclid(model.counts);
+        last + if ahead < 0.5 * model.counts { ahead } else { ahead - model.counts }
     }
 
     /// The goal of a command, in the unit of the register; `h` s since the last one.
@@ -156,7 +174,8 @@ impl Slot {
         let wanted = if moves && goal.is_finite() { goal + self.rest } else { 0.0 };
         let rounded = wanted.round();
         self.rest = wanted - rounded;
-        rounded as i32
+        let most = f64::from(self.device.model.max_velocity);
+        rounded.clamp(-most, most) as i32
     }
 
     /// The speed, m/s, that follows the one that was commanded last on the way to rest, `h` s later: never a

@@ -6,7 +6,7 @@ use sinew::machine::Machine;
 use sinew_runtime::can::CanDevice;
 use sinew_runtime::cia402::ObjectAddress;
 use sinew_runtime::ethercat::{ChannelObjects, DeviceIdentity, EthercatDevice, RevisionRule};
-use sinew_runtime::servos::ServoDevice;
+use sinew_runtime::servos::{Series, ServoDevice};
 use sinew_runtime::{DeviceTables, Devices};
 
 /// Devices of a machine with two muscles.
@@ -147,12 +147,42 @@ fn synchronization_is_of_drives_alone() {
     assert!(told.contains("the device is no drive"), "{told}");
 }
 
-/// The same two drives as nodes on CAN, between which `more` stands.
-fn nodes(more: &str) -> String {
-    let node =
+/// The same two drives with these lines.
+fn drives(flexor: &str, extensor: &str) -> String {
+    let drive =
         |name: &str, more: &str| format!("[[device]]\nname = \"{name}\"\nmuscle = \"{name}\"\n{more}\n");
-    node("flexor", "node = 3\nvendor = 0x1d\nbitrate = 500000\nport = \"/dev/ttyACM0\"")
-        + &node("extensor", more)
+    drive("flexor", flexor) + &drive("extensor", extensor)
+}
+
+/// The same two drives as nodes on CAN, the second with `more`.
+fn nodes(more: &str) -> String {
+    drives("node = 3\nvendor = 0x1d\nbitrate = 500000\nport = \"/dev/ttyACM0\"", more)
+}
+
+#[test]
+fn servos_of_two_makers_are_read_and_those_without_a_watchdog_only_where_that_is_said() {
+    let with = |more: &str| drives("id = 1\nmodel = \"STS3215\"\nno_watchdog = true\nport = \"a\"", more);
+    let (_, devices) = read_all(&with("id = 1\nmodel = \"XM430-W210\"\nport = \"b\"")).unwrap();
+    let series: Vec<_> = devices.of::<ServoDevice>().iter().map(|servo| servo.model.series).collect();
+    assert_eq!(series, [Series::Sts, Series::X]);
+    let table = "{ name = \"STS3032\", number = 1, series = \"STS\", counts = 4096, velocity_rpm = 0.0146484375, \
+        current_a = 6.5e-3, max_velocity = 4000 }";
+    let own = with(&format!("id = 2\nmodel = {table}\nno_watchdog = true\nbaud = 500000"));
+    assert_eq!(read_all(&own).unwrap().1.of::<ServoDevice>()[1].model.series, Series::Sts);
+    for (more, parts) in [
+        ("id = 2\nmodel = \"STS3250\"", ["model", "no_watchdog = true"]),
+        ("id = 2\nmodel = \"STS3250\"\nno_watchdog = false", ["model", "no_watchdog = true"]),
+        ("id = 2\nmodel = \"XM430-W210\"\nno_watchdog = true", ["no_watchdog", "has a bus watchdog"]),
+        ("id = 2\nmodel = \"STS3215\"\nno_watchdog = true\nbaud = 3000000", ["baud", "1 million"]),
+        ("id = 2\nmodel = \"STS3215\"\nno_watchdog = true\nmode = \"torque\"", ["mode", "no current loop"]),
+        (
+            "id = 2\nmodel = \"STS3215\"\nno_watchdog = true\noperating_mode = \"extended_position\"",
+            ["operating_mode", "velocity"],
+        ),
+    ] {
+        let told = read_all(&with(more)).err().unwrap_or_else(|| panic!("accepted: {more}")).to_string();
+        assert!(parts.iter().all(|part| told.contains(part)), "{told}: {parts:?}");
+    }
 }
 
 #[test]

@@ -3,9 +3,10 @@
 use crate::common::{Setup, bare_machine, machine, tracked};
 use sinew::control::arm::ArmStatus;
 use sinew::machine::Machine;
+use sinew_runtime::servos::protocol::{BROADCAST, Protocol, instruction::WRITE};
 use sinew_runtime::servos::{
     BAUD, Lines, Model, OVERLOAD, OperatingMode, ServoBus, ServoDevice, ServoFault, ServoGoal,
-    SimulatedLines, SimulatedMachine, SimulatedServo, words,
+    SimulatedLines, SimulatedMachine, SimulatedServo, eeprom, sts, words,
 };
 use sinew_session::{BusFault, Exchange, Feedback, Plant};
 use std::cell::RefCell;
@@ -91,6 +92,13 @@ fn setup(name: &str) -> (Setup, Vec<ServoDevice>) {
     (setup, servos)
 }
 
+/// The same servos as those of Feetech's STS series.
+fn feetech(servos: &[ServoDevice]) -> Vec<ServoDevice> {
+    let model = Model::all().find(|model| model.name == "STS3215").unwrap();
+    let model = Model { max_velocity: 32_767, ..model };
+    servos.iter().map(|servo| ServoDevice { model: model.clone(), ..servo.clone() }).collect()
+}
+
 fn bus(setup: &Setup, servos: &[ServoDevice]) -> ServoBus<SimulatedLines> {
     let ports = ServoDevice::ports(servos);
     let machine = SimulatedMachine::new(setup.plant.clone(), &setup.machine, servos, &ports, false);
@@ -106,6 +114,65 @@ fn a_machine_without_sensors_of_its_own_tracks_behind_servos_as_without_wires() 
         println!("{name}: twin {direct:?}, chain {wired:?}");
         assert!(wired.mean < 1.5 * direct.mean && wired.max < 1.6 * direct.max, "{name}");
         assert_eq!(tracked(&setup, bus(&setup, &servos)).1, digest, "{name}: bits of a second run");
+        let (sts, digest) = tracked(&setup, bus(&setup, &feetech(&servos)));
+        println!("{name}: chain of STS {sts:?}");
+        assert!(sts.mean < 1.5 * direct.mean && sts.max < 1.6 * direct.max, "{name}");
+        assert_eq!(tracked(&setup, bus(&setup, &feetech(&servos))).1, digest, "{name}: bits of a second run");
+    }
+}
+
+#[test]
+fn positions_within_a_turn_are_followed_over_all_turns() {
+    let (setup, servos) = setup("planar_leg");
+    let mut servos = feetech(&servos);
+    // At the start every count is within a turn, in which its offset is said; here it is just above 0.
+    let counts = Watched::new(&setup, &servos).servos(SimulatedServo::position);
+    for (servo, count) in servos.iter_mut().zip(counts) {
+        let drive = &mut servo.drive;
+        drive.offset += f64::from(count - 5) * std::f64::consts::TAU / drive.counts_per_turn;
+    }
+    let mut octets = Vec::new();
+    for (address, value) in [(sts::LOCK, 0), (sts::PHASE, sts::FINE_SPEED)] {
+        Protocol::Feetech.instruct(&mut octets, BROADCAST, WRITE, &[&[address as u8, value]]);
+    }
+    let ports = ServoDevice::ports(&servos);
+    let lines = || {
+        let plant = setup.plant.clone();
+        SimulatedLines::new(SimulatedMachine::new(plant, &setup.machine, &servos, &ports, false))
+    };
+    let mut within = lines();
+    within.send(0, &octets).unwrap();
+    let [within, over] = [within, lines()]
+        .map(|lines| tracked(&setup, ServoBus::start(lines, &setup.machine, &servos).unwrap()).1);
+    assert_eq!(within, over, "bits of servos that show all turns");
+    let watched = Watched::new(&setup, &servos);
+    setup.run(ServoBus::start(watched.clone(), &setup.machine, &servos).unwrap(), |_| ());
+    let turned = watched.servos(SimulatedServo::position);
+    assert!(turned.iter().any(|count| !(0..4096).contains(count)), "{turned:?}");
+}
+
+#[test]
+fn a_servo_without_a_watchdog_turns_on_when_its_master_is_gone_and_stops_when_it_ends() {
+    let (setup, servos) = setup("planar_leg");
+    let servos = feetech(&servos);
+    for ends in [true, false] {
+        let watched = Watched::new(&setup, &servos);
+        let mut bus = ServoBus::start(watched.clone(), &setup.machine, &servos).unwrap();
+        let off = watched.servos(SimulatedServo::goal);
+        assert!(off.iter().all(|goal| *goal == ServoGoal::Off));
+        let mut feedback = Feedback::new(servos.len(), setup.machine.encoders.len());
+        for _ in 0..5 {
+            bus.read(&mut feedback);
+            bus.write(&vec![sinew::drive::DriveCommand::Velocity(0.01); servos.len()]);
+        }
+        if ends {
+            drop(bus);
+        } else {
+            std::mem::forget(bus);
+        }
+        (0..250).for_each(|_| watched.0.borrow_mut().begin_cycle(4_000_000));
+        let turns = watched.servos(|servo| servo.goal() != ServoGoal::Off);
+        assert!(turns.iter().all(|turns| *turns != ends), "{ends}: {turns:?}");
     }
 }
 
@@ -118,6 +185,13 @@ fn servos_on_two_ports_and_in_extended_position_track_as_well() {
         ServoDevice { port, id: 1 + (k / 2) as u8, baud: BAUD[4], ..servos[k].clone() }
     };
     let (two, _) = tracked(&setup, bus(&setup, &(0..4).map(on_two).collect::<Vec<_>>()));
+    // A maker on each port.
+    let mixed = |k: usize| match k % 2 {
+        0 => on_two(k),
+        _ => ServoDevice { baud: BAUD[3], model: feetech(&servos)[k].model.clone(), ..on_two(k) },
+    };
+    let (mixed, _) = tracked(&setup, bus(&setup, &(0..4).map(mixed).collect::<Vec<_>>()));
+    assert!(mixed.mean < 1.5 * plain.mean && mixed.max < 1.6 * plain.max, "{plain:?} {mixed:?}");
     let extended =
         |servo: &ServoDevice| ServoDevice { mode: OperatingMode::ExtendedPosition, ..servo.clone() };
     let (extended, _) = tracked(&setup, bus(&setup, &servos.iter().map(extended).collect::<Vec<_>>()));
@@ -155,11 +229,14 @@ fn stopped(setup: &Setup, watched: &Watched, servos: &[ServoDevice]) -> Option<(
 
 #[test]
 fn a_servo_that_fails_in_the_middle_of_a_motion_is_found_named_and_leads_to_a_safe_stop() {
-    let (setup, servos) = setup("planar_leg");
+    let (setup, dynamixel) = setup("planar_leg");
     // The second servo, in the middle of the motion.
-    for act in [Act::Fault(1, Some(ServoFault::Silent)), Act::Reset(1), Act::Raise(1, OVERLOAD)] {
-        let watched = Watched::new(&setup, &servos).with(MIDDLE, act);
-        let (cycle, exchange, fault) = stopped(&setup, &watched, &servos).unwrap();
+    let acts = [Act::Fault(1, Some(ServoFault::Silent)), Act::Reset(1), Act::Raise(1, OVERLOAD)];
+    for (servos, act) in
+        [&dynamixel, &feetech(&dynamixel)].iter().flat_map(|servos| acts.map(|act| (*servos, act)))
+    {
+        let watched = Watched::new(&setup, servos).with(MIDDLE, act);
+        let (cycle, exchange, fault) = stopped(&setup, &watched, servos).unwrap();
         assert!((MIDDLE..MIDDLE + 10).contains(&cycle), "{act:?}: {cycle}");
         assert_eq!(fault, "Drive(1)", "{act:?}");
         let expected = match act {
@@ -176,8 +253,10 @@ fn a_servo_that_fails_in_the_middle_of_a_motion_is_found_named_and_leads_to_a_sa
 fn answers_that_are_damaged_now_and_then_are_bridged() {
     let (setup, servos) = setup("planar_leg");
     let damaged = Act::Fault(1, Some(ServoFault::Corrupted(50)));
-    let watched = Watched::new(&setup, &servos).with(10, damaged);
-    assert_eq!(stopped(&setup, &watched, &servos), None);
+    for servos in [&servos, &feetech(&servos)] {
+        let watched = Watched::new(&setup, servos).with(10, damaged);
+        assert_eq!(stopped(&setup, &watched, servos), None);
+    }
 }
 
 #[test]
@@ -218,7 +297,13 @@ fn what_is_wrong_is_refused_before_anything_moves_with_device_and_value() {
     };
     let model = |wanted: &str| Model::all().find(|model| model.name == wanted).unwrap();
     // As simulated, what the machine file says, and parts of the message.
-    let cases: [(Watched, Vec<ServoDevice>, &[&str]); 6] = [
+    let of_feetech = feetech(&servos);
+    let slow = |max_velocity| {
+        let mut slow = of_feetech.clone();
+        slow[2].model.max_velocity = max_velocity;
+        slow
+    };
+    let cases: [(Watched, Vec<ServoDevice>, &[&str]); 9] = [
         (fine(), with(&|servo| servo.id = 77), &[name, "id 77", "no servo answers"]),
         (fine(), with(&|servo| servo.model = model("XM540-W270")), &[name, "1020", "XM540-W270"]),
         (fine(), with(&|servo| servo.id = 1), &[name, "id"]),
@@ -229,19 +314,41 @@ fn what_is_wrong_is_refused_before_anything_moves_with_device_and_value() {
             servos.clone(),
             &[name, "velocity limit", "outside"],
         ),
+        // One series does not hear the other; a winch that turns faster than the servo can.
+        (Watched::new(&setup, &of_feetech), servos.clone(), &[servos[0].name.as_str(), "no servo answers"]),
+        (fine(), of_feetech.clone(), &[servos[0].name.as_str(), "no servo answers"]),
+        (Watched::new(&setup, &of_feetech), slow(9), &[name, "velocity limit", "9 counts/s"]),
     ];
     for (watched, servos, parts) in cases {
         let message = start(&servos, &watched);
         assert!(parts.iter().all(|part| message.contains(part)), "{message}: {parts:?}");
         assert!(watched.servos(SimulatedServo::has_torque).iter().all(|torque| !torque));
     }
-    let slow: Vec<_> = servos.iter().map(|servo| ServoDevice { baud: BAUD[2], ..servo.clone() }).collect();
-    let message = start(&slow, &Watched::new(&setup, &slow));
+    let late: Vec<_> = servos.iter().map(|servo| ServoDevice { baud: BAUD[2], ..servo.clone() }).collect();
+    let message = start(&late, &Watched::new(&setup, &late));
     assert!(message.contains("115200") && message.contains("4.000 ms"), "{message}");
-    let watched = fine();
-    watched.0.borrow_mut().machine_mut().chains_mut()[0].servos_mut()[2].raise(OVERLOAD);
-    let message = start(&servos, &watched);
-    assert!(message.contains(name) && message.contains("overload"), "{message}");
+    for servos in [&servos, &of_feetech] {
+        let watched = Watched::new(&setup, servos);
+        watched.0.borrow_mut().machine_mut().chains_mut()[0].servos_mut()[2].raise(OVERLOAD);
+        let message = start(servos, &watched);
+        assert!(message.contains(name) && message.contains("overload"), "{message}");
+        // Two servos of one identifier; and a line at another rate.
+        let mut twice = servos.clone();
+        twice[2].id = twice[1].id;
+        let message = start(servos, &Watched::new(&setup, &twice));
+        assert!(message.contains(&servos[1].name) && message.contains("no servo answers"), "{message}");
+        let (watched, mut octets, mut rate) = (Watched::new(&setup, servos), Vec::new(), Vec::new());
+        let protocol = servos[2].model.series.protocol();
+        let place = if protocol == Protocol::Feetech { sts::BAUD_RATE } else { eeprom::BAUD };
+        protocol.places(&mut rate, &[place]);
+        protocol.instruct(&mut octets, servos[2].id, WRITE, &[&rate, &[4]]);
+        watched.0.borrow_mut().send(0, &octets).unwrap();
+        let message = start(servos, &watched);
+        assert!(
+            message.contains(name) && message.contains("no servo answers to id 3 at 1000000"),
+            "{message}"
+        );
+    }
 }
 
 #[test]

@@ -1,12 +1,17 @@
-//! Packets of Dynamixel protocol 2.0: octets of the manual, any data both ways, any octets without a panic.
+//! Packets of Dynamixel protocol 2.0 and of Feetech servos: octets of the manuals, any data both ways, any
+//! octets without a panic.
 
 use proptest::prelude::*;
 use sinew_runtime::servos::protocol::instruction::{FAST_SYNC_READ, PING, READ, STATUS, WRITE};
-use sinew_runtime::servos::protocol::{BROADCAST, Decoder, encode, encode_fast_block, encode_fast_head};
+use sinew_runtime::servos::protocol::{
+    BROADCAST, Decoder, Protocol, encode, encode_fast_block, encode_fast_head,
+};
+
+/// Instruction, parameters and octets.
+type Golden<'a> = (u8, &'a [&'a [u8]], &'a [u8]);
 
 #[test]
 fn packets_are_those_of_the_manual() {
-    type Golden<'a> = (u8, &'a [&'a [u8]], &'a [u8]);
     let golden: [Golden<'_>; 3] = [
         (PING, &[], &[0xff, 0xff, 0xfd, 0, 1, 3, 0, 1, 0x19, 0x4e]),
         (READ, &[&[132, 0, 4, 0]], &[0xff, 0xff, 0xfd, 0, 1, 7, 0, 2, 0x84, 0, 4, 0, 0x1d, 0x15]),
@@ -23,6 +28,20 @@ fn packets_are_those_of_the_manual() {
     }
 }
 
+#[test]
+fn packets_of_feetech_are_those_of_its_handbook() {
+    let golden: [Golden<'_>; 3] = [
+        (PING, &[], &[0xff, 0xff, 1, 2, 1, 0xfb]),
+        (READ, &[&[0x38, 2]], &[0xff, 0xff, 1, 4, 2, 0x38, 2, 0xbe]),
+        (WRITE, &[&[0x2a], &[0, 8, 0, 0, 0xe8, 3]], &[0xff, 0xff, 1, 9, 3, 0x2a, 0, 8, 0, 0, 0xe8, 3, 0xd5]),
+    ];
+    for (instruction, parts, octets) in golden {
+        let mut out = Vec::new();
+        Protocol::Feetech.instruct(&mut out, 1, instruction, parts);
+        assert_eq!(out, octets);
+    }
+}
+
 /// Octets in which headers and stuffed sequences are frequent.
 fn octet() -> impl Strategy<Value = u8> {
     prop_oneof![4 => Just(0xff), 2 => Just(0xfd), 1 => Just(0), 4 => any::<u8>()]
@@ -30,7 +49,11 @@ fn octet() -> impl Strategy<Value = u8> {
 
 /// Feeds a stream in pieces and collects identifier, error and data of all packets.
 fn decoded(stream: &[u8], piece: usize, fast: Option<usize>) -> Vec<(u8, u8, Vec<u8>)> {
-    let (mut decoder, mut found) = (Decoder::default(), Vec::new());
+    answers(Protocol::Dynamixel, stream, piece, fast)
+}
+
+fn answers(protocol: Protocol, stream: &[u8], piece: usize, fast: Option<usize>) -> Vec<(u8, u8, Vec<u8>)> {
+    let (mut decoder, mut found) = (Decoder::new(protocol, true), Vec::new());
     for octets in stream.chunks(piece) {
         decoder.feed(octets);
         while let Some(packet) = decoder.next(fast) {
@@ -55,6 +78,22 @@ proptest! {
         }
         let expected: Vec<_> = packets.into_iter().map(|(id, data)| (id, 0, data)).collect();
         prop_assert_eq!(decoded(&stream, piece, None), expected);
+    }
+
+    #[test]
+    fn any_answers_of_feetech_come_back_from_a_stream_with_noise_between_them(
+        packets in proptest::collection::vec(
+            (0_u8..253, any::<u8>(), proptest::collection::vec(octet(), 0..60)), 1..8,
+        ),
+        noise in proptest::collection::vec(0_u8..0xff, 0..20),
+        piece in 1_usize..40,
+    ) {
+        let mut stream = Vec::new();
+        for (id, error, data) in &packets {
+            stream.extend(&noise);
+            Protocol::Feetech.answer(&mut stream, *id, *error, data);
+        }
+        prop_assert_eq!(answers(Protocol::Feetech, &stream, piece, None), packets);
     }
 
     #[test]
@@ -108,7 +147,7 @@ fn the_answer_to_a_fast_sync_read_is_one_packet_to_those_who_expect_none() {
 }
 
 /// Random octets, of which a third are of headers, instructions and lengths, so that packets begin often.
-fn play(count: usize, seed: u64) -> usize {
+fn play(protocol: Protocol, count: usize, seed: u64) -> usize {
     let mut state = seed;
     let mut random = || {
         state ^= state << 13;
@@ -116,13 +155,13 @@ fn play(count: usize, seed: u64) -> usize {
         state ^= state << 17;
         state
     };
-    let (mut decoder, mut found, mut done) = (Decoder::default(), 0, 0);
+    let (mut decoder, mut found, mut done) = (Decoder::new(protocol, seed.is_multiple_of(2)), 0, 0);
     let mut octets = Vec::new();
     while done < count {
         octets.clear();
         match random() % 8 {
             0 => octets.extend([0xff, 0xff, 0xfd, 0, BROADCAST, (random() % 40) as u8, 0, STATUS]),
-            1 => encode(&mut octets, random() as u8, random() as u8, &[&random().to_le_bytes()]),
+            1 => protocol.instruct(&mut octets, random() as u8, random() as u8, &[&random().to_le_bytes()]),
             2 => octets.extend([0xff, 0xff, 0xfd, 0, random() as u8, random() as u8, random() as u8]),
             3 => {
                 encode_fast_head(&mut octets, 3, 4);
@@ -146,12 +185,15 @@ fn play(count: usize, seed: u64) -> usize {
 
 #[test]
 fn two_million_random_octets_break_no_decoder() {
-    assert!(play(2_000_000, 7) > 1000, "packets are found among them");
+    for protocol in [Protocol::Dynamixel, Protocol::Feetech] {
+        assert!(play(protocol, 2_000_000, 7) > 1000, "packets are found among them");
+    }
 }
 
 #[test]
 fn long_twenty_million_random_octets_break_no_decoder() {
     if std::env::var_os("SINEW_LONG").is_some() {
-        assert!(play(20_000_000, 11) > 10_000);
+        assert!(play(Protocol::Dynamixel, 20_000_000, 11) > 10_000);
+        assert!(play(Protocol::Feetech, 20_000_000, 11) > 10_000);
     }
 }

@@ -328,7 +328,11 @@ impl<'d> Entry<'d> {
         text.ok_or_else(|| self.refuse(&format!("{expected} in quotes")))
     }
 
-    pub(in crate::description) fn flag(&self) -> Result<bool, DescriptionError> {
+    /// `true` or `false`.
+    ///
+    /// # Errors
+    /// Something else.
+    pub fn flag(&self) -> Result<bool, DescriptionError> {
         self.value.get_ref().as_bool().ok_or_else(|| self.refuse("true or false"))
     }
 

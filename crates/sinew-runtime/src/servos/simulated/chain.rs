@@ -4,9 +4,10 @@ use super::servo::{DATA_LENGTH, INSTRUCTION_ERROR, SimulatedServo};
 use crate::servos::protocol::instruction::{
     FAST_SYNC_READ, PING, READ, REBOOT, STATUS, SYNC_READ, SYNC_WRITE, WRITE,
 };
-use crate::servos::protocol::{BROADCAST, Decoder, encode, encode_fast_block, encode_fast_head};
+use crate::servos::protocol::{BROADCAST, Decoder, Protocol, encode_fast_block, encode_fast_head};
+use crate::servos::series::Series;
 
-/// Servos on a line, whose answers come after the times that their octets take.
+/// Servos on a line that all speak one protocol, whose answers come after the times that their octets take.
 #[derive(Debug, Clone)]
 pub struct SimulatedChain {
     decoder: Decoder,
@@ -15,6 +16,7 @@ pub struct SimulatedChain {
 
 #[derive(Debug, Clone)]
 struct Line {
+    protocol: Protocol,
     servos: Vec<SimulatedServo>,
     /// Rate, bit/s; none: every servo hears everything at once, as on a pseudo-terminal.
     baud: Option<u32>,
@@ -40,7 +42,10 @@ impl SimulatedChain {
     pub fn new(servos: Vec<SimulatedServo>, baud: Option<u32>) -> Self {
         let (answer, due) = (Vec::with_capacity(2 * CAPACITY), Vec::with_capacity(CAPACITY / 8));
         let data = Vec::with_capacity(2048);
-        Self { decoder: Decoder::default(), line: Line { servos, baud, answer, due, free: 0, data } }
+        let series = servos.first().map_or(Series::X, |servo| servo.model().series);
+        let protocol = series.protocol();
+        let line = Line { protocol, servos, baud, answer, due, free: 0, data };
+        Self { decoder: Decoder::new(protocol, false), line }
     }
 
     /// Its servos.
@@ -103,32 +108,39 @@ impl Line {
         for servo in &mut self.servos {
             servo.hears(now, baud);
         }
-        let word = |at: usize| parameters.get(at..at + 2).map(|x| u16::from_le_bytes([x[0], x[1]]));
-        let one = id != BROADCAST;
-        match (instruction, word(0), word(2)) {
+        let (dynamixel, width) = (self.protocol == Protocol::Dynamixel, self.protocol.width());
+        let place = |k: usize| {
+            let octets = parameters.get(k * width..(k + 1) * width)?;
+            Some(octets.iter().rev().fold(0_u16, |place, octet| place << 8 | u16::from(*octet)))
+        };
+        let (one, rest) = (id != BROADCAST, parameters.get(2 * width..).unwrap_or_default());
+        match (instruction, place(0), place(1)) {
             (SYNC_READ, Some(address), Some(length)) => {
-                for id in &parameters[4..] {
+                for id in rest {
                     self.of_id(*id, now, true, |servo, data| servo.read(address, length, data));
                 }
             }
-            (FAST_SYNC_READ, Some(address), Some(length)) => {
-                self.fast(&parameters[4..], address, length, now);
+            (FAST_SYNC_READ, Some(address), Some(length)) if dynamixel => {
+                self.fast(rest, address, length, now);
             }
             (SYNC_WRITE, Some(address), Some(length)) => {
-                for part in parameters[4..].chunks_exact(1 + usize::from(length)) {
+                for part in rest.chunks_exact(1 + usize::from(length)) {
                     self.of_id(part[0], now, false, |servo, _| servo.write(address, &part[1..]));
                 }
             }
             (PING, ..) => {
-                self.of_id(id, now, true, |servo, data| servo.read(0, 2, data) | servo.read(6, 1, data));
+                self.of_id(id, now, true, |servo, data| match dynamixel {
+                    true => servo.read(0, 2, data) | servo.read(6, 1, data),
+                    false => 0,
+                });
             }
             (READ, Some(address), Some(length)) if one => {
                 self.of_id(id, now, true, |servo, data| servo.read(address, length, data));
             }
             (WRITE, Some(address), _) => {
-                self.of_id(id, now, one, |servo, _| servo.write(address, &parameters[2..]));
+                self.of_id(id, now, one, |servo, _| servo.write(address, &parameters[width..]));
             }
-            (REBOOT, ..) => self.of_id(id, now, one, |servo, _| {
+            (REBOOT, ..) if dynamixel => self.of_id(id, now, one, |servo, _| {
                 servo.reset();
                 0
             }),
@@ -147,7 +159,9 @@ impl Line {
         mut act: impl FnMut(&mut SimulatedServo, &mut Vec<u8>) -> u8,
     ) {
         let baud = self.baud;
-        let of_id = self.servos.iter_mut().filter(|servo| servo.id() == id);
+        // All Feetechs answer a ping to all at the same time.
+        let all = id == BROADCAST && self.protocol == Protocol::Feetech;
+        let of_id = self.servos.iter_mut().filter(|servo| servo.id() == id || all);
         let collide = of_id.filter_map(|servo| servo.hears(now, baud).then_some(())).count() > 1;
         for k in 0..self.servos.len() {
             let servo = &mut self.servos[k];
@@ -157,8 +171,8 @@ impl Line {
             self.data.clear();
             let number = act(servo, &mut self.data);
             if answered {
-                let (start, error) = (self.answer.len(), [servo.error(number)]);
-                encode(&mut self.answer, servo.answers_as(), STATUS, &[&error, &self.data]);
+                let (start, error) = (self.answer.len(), servo.error(number));
+                self.protocol.answer(&mut self.answer, servo.answers_as(), error, &self.data);
                 self.finish(k, start, true, collide);
             }
         }

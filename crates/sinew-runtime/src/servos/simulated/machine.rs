@@ -3,7 +3,8 @@
 use super::chain::SimulatedChain;
 use super::servo::{ENCODER, OVERHEATING, OVERLOAD, ServoGoal, SimulatedServo};
 use crate::servos::device::ServoDevice;
-use crate::servos::model::BAUD;
+use crate::servos::registers::BAUD;
+use crate::servos::series::Series;
 use sinew::drive::{DriveCommand, DriveFault, DriveParameters};
 use sinew::machine::{DriveDevice, Machine};
 use sinew::twin::arm::ArmTwin;
@@ -49,7 +50,8 @@ impl SimulatedMachine {
         for (chain, port) in ports.iter().enumerate() {
             let on_port = || devices.iter().filter(|device| device.port == *port);
             let baud = on_port().next().map_or(BAUD[3], |device| device.baud);
-            let number = BAUD.iter().position(|rate| *rate == baud).unwrap_or(3) as u8;
+            let series = on_port().next().map_or(Series::X, |device| device.model.series);
+            let number = series.baud().iter().position(|rate| *rate == baud).unwrap_or(0) as u8;
             for (servo, device) in on_port().enumerate() {
                 let (drive, parameters) = (device.drive, machine.muscles[device.drive.muscle].drive);
                 servos.push(Place { chain, servo, drive, parameters });

@@ -1,4 +1,4 @@
-//! Packets of Dynamixel protocol 2.0.
+//! Packets of serial servos: Dynamixel protocol 2.0, and [`Feetech`](Protocol::Feetech).
 //!
 //! ```text
 //! ff ff fd 00 | id | length, 2 octets | instruction | parameters | CRC-16, 2 octets
@@ -6,6 +6,8 @@
 //!
 //! The length counts from the instruction on. In instruction and parameters `ff ff fd` is followed by another
 //! `fd`, so that no header is found within a packet. Source: ROBOTIS, DYNAMIXEL Protocol 2.0.
+
+mod feetech;
 
 const HEADER: [u8; 4] = [0xff, 0xff, 0xfd, 0x00];
 /// Header, identifier and length.
@@ -41,6 +43,49 @@ pub mod instruction {
     pub const FAST_SYNC_READ: u8 = 0x8a;
 }
 
+/// How the octets on a line are packed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Protocol {
+    /// Dynamixel protocol 2.0.
+    #[default]
+    Dynamixel,
+    /// That of Feetech servos, with numbers that begin with their low octet.
+    Feetech,
+}
+
+impl Protocol {
+    /// Appends an instruction with the parameters of all parts, within the capacity of `out` without an
+    /// allocation.
+    pub fn instruct(self, out: &mut Vec<u8>, id: u8, instruction: u8, parts: &[&[u8]]) {
+        match self {
+            Self::Dynamixel => encode(out, id, instruction, parts),
+            Self::Feetech => feetech::encode(out, id, instruction, parts),
+        }
+    }
+
+    /// Appends an answer with an error and data.
+    pub fn answer(self, out: &mut Vec<u8>, id: u8, error: u8, data: &[u8]) {
+        match self {
+            Self::Dynamixel => encode(out, id, instruction::STATUS, &[&[error], data]),
+            Self::Feetech => feetech::encode(out, id, error, &[data]),
+        }
+    }
+
+    /// Octets of an address or a length in parameters.
+    #[must_use]
+    pub const fn width(self) -> usize {
+        match self {
+            Self::Dynamixel => 2,
+            Self::Feetech => 1,
+        }
+    }
+
+    /// Appends addresses and lengths to parameters.
+    pub fn places(self, parameters: &mut Vec<u8>, places: &[u16]) {
+        places.iter().for_each(|place| parameters.extend(&place.to_le_bytes()[..self.width()]));
+    }
+}
+
 /// CRC-16 with the polynomial 0x8005, not reflected, that goes on from `crc`; it begins with 0.
 #[must_use]
 pub fn crc16(crc: u16, octets: &[u8]) -> u16 {
@@ -61,7 +106,8 @@ const TABLE: [u16; 256] = {
     table
 };
 
-/// Appends a packet with the parameters of all parts, within the capacity of `out` without an allocation.
+/// Appends a packet of a Dynamixel with the parameters of all parts, within the capacity of `out` without an
+/// allocation.
 pub fn encode(out: &mut Vec<u8>, id: u8, instruction: u8, parts: &[&[u8]]) {
     let start = out.len();
     out.extend(HEADER);
@@ -118,6 +164,9 @@ pub struct Packet<'a> {
 /// Finds packets in a stream of octets; what belongs to none is left out.
 #[derive(Debug, Clone)]
 pub struct Decoder {
+    protocol: Protocol,
+    /// Whether what comes are answers: a Feetech's do not say so.
+    answers: bool,
     octets: Vec<u8>,
     start: usize,
     /// Blocks of the answer to a fast sync read at `start` that have been given out.
@@ -126,7 +175,7 @@ pub struct Decoder {
 
 impl Default for Decoder {
     fn default() -> Self {
-        Self { octets: Vec::with_capacity(CAPACITY), start: 0, blocks: 0 }
+        Self::new(Protocol::Dynamixel, true)
     }
 }
 
@@ -139,6 +188,18 @@ struct Found {
 }
 
 impl Decoder {
+    /// One for the answers of servos, or for what a master sends them.
+    #[must_use]
+    pub fn new(protocol: Protocol, answers: bool) -> Self {
+        Self { protocol, answers, octets: Vec::with_capacity(CAPACITY), start: 0, blocks: 0 }
+    }
+
+    /// The protocol of what comes.
+    #[must_use]
+    pub fn protocol(&self) -> Protocol {
+        self.protocol
+    }
+
     /// Forgets what has come.
     pub fn clear(&mut self) {
         self.octets.clear();
@@ -159,6 +220,11 @@ impl Decoder {
     /// The next packet; `fast` are the octets of data in a block of an answer to a fast sync read, where one
     /// is expected: its blocks are given out one by one as they come.
     pub fn next(&mut self, fast: Option<usize>) -> Option<Packet<'_>> {
+        if self.protocol == Protocol::Feetech {
+            let (id, code, [from, to]) = feetech::next(&self.octets, &mut self.start)?;
+            let [instruction, error] = if self.answers { [instruction::STATUS, code] } else { [code, 0] };
+            return Some(Packet { id, instruction, error, data: &self.octets[from..to] });
+        }
         let Found { id, instruction, error, data: [from, to] } = loop {
             let rest = &self.octets[self.start..];
             let Some(at) = rest.windows(HEADER.len()).position(|octets| octets == HEADER) else {
