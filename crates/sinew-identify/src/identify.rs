@@ -14,6 +14,7 @@ use crate::select::folds::Folds;
 pub use crate::select::influence::Keep;
 use crate::select::influence::{check_keep, exclude_outlier_logs};
 use crate::select::laws::cross_validate_laws;
+use crate::select::mean::cross_validate_means;
 use crate::select::trend::report_trend;
 use crate::specimen::monitor;
 use crate::training::{fit, mean_of};
@@ -105,7 +106,8 @@ pub fn identify(data: &Dataset, options: &Options, progress: &Progress<'_>) -> R
     let folds = Folds::new(&logs.data); // 3. Folds.
 
     let stage = |done: f64| progress("cross-validating the candidates", 0.1 + 0.7 * done);
-    let scored = cross_validate_all(&candidates, &logs, &folds, options.seed, &stage); // 4. Cross-validation.
+    let single = cross_validate_all(&candidates, &logs, &folds, options.seed, &stage); // 4. Cross-validation.
+    let scored = cross_validate_means(&candidates, &single, &logs, &folds);
     let extrapolates = folds.extrapolates(&logs.data);
     let choice = Choice {
         candidates: &candidates,

@@ -10,7 +10,7 @@ pub(crate) mod folds;
 mod hypotheses;
 pub(crate) mod influence;
 pub(crate) mod laws;
+pub(crate) mod mean;
 mod ranges;
 mod signals;
 pub(crate) mod trend;
-mod weights;

@@ -27,7 +27,7 @@ pub const FADE: f64 = 0.5;
 ///
 /// | symbol  | field        | unit  | meaning                                             |
 /// |---------|--------------|-------|-----------------------------------------------------|
-/// | z, w    | `law.cell`   | far   | state of the cell, and width of the band of its branches that have not slid yet (0 without a cell) |
+/// | z, w    | `law.cell`   | far   | state of the cell, width of the band where it is unknown (0 without a cell) |
 /// | a . x   | `linear`     | far   | regression on the features (0 without one)          |
 /// | c, V    | `ensemble`   | far   | median of the networks and their variance           |
 /// | P       | `gate_power` | far^2 | mean square of c in training; without it g = 1      |
@@ -37,8 +37,8 @@ pub const FADE: f64 = 0.5;
 /// | d       |              | 1     | largest distance of a network's input from its training data since the sequence began, in its standard deviations, over the members that count everywhere |
 /// | m, s_k  |              | far, far^2 | mean of the members; their `sigma^2 - sigma_0^2` |
 ///
-/// `w^2 / 12` is the variance of a state uniformly distributed over its band. With a cable observer in place
-/// of the cell, `z` is its far tension and `w` zero.
+/// `w` is that of the branches that have not slid yet, `w^2 / 12` the variance of a state uniformly
+/// distributed over it. With a cable observer in place of the cell, `z` is its far tension and `w` zero.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Estimator {

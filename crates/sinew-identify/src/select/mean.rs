@@ -1,8 +1,14 @@
-//! Weights of the members of a mean, by their errors on what the folds held out.
+//! Means of candidates: their weights by what the folds held out, and their cross-validation.
 
-use super::cross_validation::CrossValidation;
+use super::candidates::CandidateRecipe;
+use super::cross_validation::{CrossValidation, ScoredCandidate, Stretch};
+use super::folds::Folds;
+use crate::conditioning::ConditionedLogs;
 use crate::fit::linear_algebra::{Cholesky, Matrix};
 use crate::fit::run::Run;
+use crate::training::mean_of;
+use rayon::prelude::*;
+use sinew::predictor::{Estimator, MemoryLaw};
 
 /// Part of the weight that is the same for every member: one that is seldom right still shows by its spread
 /// where none is certain.
@@ -10,6 +16,71 @@ const EQUAL: f64 = 0.25;
 
 /// Recordings from which on their errors say which member is right: few differ by offsets of their own.
 const RECORDINGS: usize = 12;
+
+/// Cross-validates the means among candidates, whose members are [`scored`](ScoredCandidate) already.
+pub(crate) fn cross_validate_means(
+    candidates: &[CandidateRecipe],
+    scored: &[ScoredCandidate],
+    logs: &ConditionedLogs,
+    folds: &Folds,
+) -> Vec<ScoredCandidate> {
+    let mean = |(candidate, scored_candidate): (&CandidateRecipe, &ScoredCandidate)| {
+        let mut found = scored_candidate.clone();
+        if !candidate.mean_of.is_empty() {
+            found.outcome = mean_outcome(candidate, scored, logs, folds);
+        }
+        found
+    };
+    candidates.par_iter().zip(scored).map(mean).collect()
+}
+
+/// The cross-validation of a mean of other candidates.
+fn mean_outcome(
+    candidate: &CandidateRecipe,
+    scored: &[ScoredCandidate],
+    logs: &ConditionedLogs,
+    folds: &Folds,
+) -> Result<CrossValidation, String> {
+    let member = |(name, inside): &(String, bool)| {
+        let found = scored.iter().find(|scored| scored.name == *name).and_then(ScoredCandidate::validation);
+        found
+            .map(|validation| (validation, *inside))
+            .ok_or_else(|| format!("its member {name} could not be fitted"))
+    };
+    let members = candidate.mean_of.iter().map(member).collect::<Result<Vec<_>, _>>()?;
+    mean_validation(&members, &logs.runs, folds)
+}
+
+/// The cross-validation of a mean, from those of its members, which were fitted to the same folds; of each
+/// whether it counts inside the training data alone.
+pub(crate) fn mean_validation(
+    members: &[(&CrossValidation, bool)],
+    runs: &[Run],
+    folds: &Folds,
+) -> Result<CrossValidation, String> {
+    let of = folds.held_out.len();
+    let Some((first, _)) = members.first() else { return Err("it has no members".to_owned()) };
+    let size = members.iter().map(|(member, _)| member.size).sum();
+    let (laws, all) = (first.laws.clone(), weights(members, runs, None));
+    let mut validation = CrossValidation { laws, size, weights: all, ..CrossValidation::default() };
+    for fold in 0..of {
+        let stub = |(member, inside): &(&CrossValidation, bool)| {
+            let law = MemoryLaw { signals: vec![], cell: None, cable: None, axis: None, features: vec![] };
+            (Estimator { sigma0: member.sigma0[fold], ..Estimator::of(law) }, *inside)
+        };
+        // What it held out does not weigh the members that are judged by it.
+        let mean = mean_of(members.iter().map(stub).collect(), &weights(members, runs, Some(fold)));
+        let combined = |(k, stretch): (usize, &Stretch)| {
+            let row = |i: usize| {
+                mean.combined(members.iter().map(|(member, _)| member.outputs[fold][k].estimates[i]))
+            };
+            Stretch { estimates: (0..stretch.estimates.len()).map(row).collect(), ..*stretch }
+        };
+        let outputs = first.outputs[fold].iter().enumerate().map(combined).collect();
+        validation.push(mean.sigma0, outputs, runs, of)?;
+    }
+    validation.concluded(of)
+}
 
 /// Weights of members, of each whether it counts inside the training data alone, by all folds but `without`:
 /// above zero, with the sum 1.
@@ -97,6 +168,7 @@ fn least_on_simplex(g: &Matrix) -> Option<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sinew::predictor::Estimate;
 
     fn least(rows: [[f64; 3]; 3]) -> Vec<f64> {
         least_on_simplex(&Matrix::from_fn(3, |i, j| rows[i][j])).unwrap()
@@ -122,5 +194,49 @@ mod tests {
                 assert!(cost(&found) <= cost(&v) + 1e-12, "{v:?} is better than {found:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_mean_errs_less_than_members_that_err_to_either_side_and_its_spread_is_in_its_band() {
+        let run = Run {
+            log: 0,
+            dt_s: vec![0.01; 40],
+            inputs: vec![0.0; 40],
+            far: (0..40).map(f64::from).collect(),
+            weight: vec![1.0; 40],
+            width: 1,
+        };
+        let folds = Folds {
+            held_out: vec![vec![Some((0, 20))], vec![Some((20, 40))]],
+            grouped: false,
+            question: String::new(),
+        };
+        let runs = [run];
+        // A member that is off by a constant; its estimates are stated, none is fitted.
+        let member = |off: f64| {
+            let mut validation = CrossValidation::default();
+            for from in [0, 20] {
+                let estimate = |row: usize| Estimate {
+                    mean: row as f64 + off,
+                    variance: 0.04,
+                    gate: 1.0,
+                    known: true,
+                    clipped: 0,
+                    beyond: 0.0,
+                };
+                let estimates = (from..from + 20).map(estimate).collect();
+                let outputs = vec![Stretch { sequence: 0, from, estimates }];
+                validation.push(0.2, outputs, &runs, 2).unwrap();
+            }
+            validation.concluded(2).unwrap()
+        };
+        let (above, below) = (member(1.0), member(-0.5));
+        let mean = mean_validation(&[(&above, false), (&below, false)], &runs, &folds).unwrap();
+        assert!((mean.score(None) - 0.25).abs() < 1e-9 && (above.score(None) - 1.0).abs() < 1e-9);
+        let rows: Vec<_> = mean.rows().collect();
+        assert_eq!(rows.len(), 40);
+        // 0.2 of the fit and 0.75 between the members.
+        assert!(rows.iter().all(|(.., e, _)| (e.variance - 0.04 - 0.75 * 0.75).abs() < 1e-9));
+        assert!(mean_validation(&[], &runs, &folds).is_err());
     }
 }
