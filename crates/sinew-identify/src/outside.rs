@@ -25,8 +25,8 @@ pub(crate) fn outside(
     (!scores.is_empty() || !sides.is_empty()).then_some(Outside { band_factor: factor, sides })
 }
 
-/// Errors over standard deviations of what a fold held out, where it lies outside the ranges of what remained;
-/// none where that is too little.
+/// Errors over standard deviations of what a fold held out, where it lies outside the ranges of what
+/// remained; none where that is too little.
 fn ratios_outside(
     validation: &CrossValidation,
     runs: &[Run],

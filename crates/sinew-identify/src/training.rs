@@ -22,8 +22,8 @@ pub(crate) fn fit(recipe: &Recipe, runs: &[&Run], seed: u64) -> Option<Estimator
     fit_on(fit_law(recipe, runs)?, recipe, runs, seed)
 }
 
-/// The mean of fitted estimators by weights with the sum 1; of each whether it counts inside the training data
-/// alone.
+/// The mean of fitted estimators by weights with the sum 1; of each whether it counts inside the training
+/// data alone.
 pub(crate) fn mean_of(members: Vec<(Estimator, bool)>, weights: &[f64]) -> Estimator {
     // What the mean errs in training is at most the mean of what its members do.
     let sigma0 = members.iter().zip(weights).map(|((estimator, _), weight)| weight * estimator.sigma0).sum();

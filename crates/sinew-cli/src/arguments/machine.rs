@@ -27,8 +27,8 @@ pub(crate) struct BodyFiles {
 
 #[derive(Debug, Args)]
 pub(crate) struct RootArgument {
-    /// Folder outside of which no file is read that a body names, and in all of which packages of ROS are looked
-    /// for [default: the nearest that holds the body and the file]
+    /// Folder outside of which no file is read that a body names, and in all of which packages of ROS are
+    /// looked for [default: the nearest that holds the body and the file]
     #[arg(long = "root", value_name = "DIR")]
     pub(crate) dir: Option<PathBuf>,
 }

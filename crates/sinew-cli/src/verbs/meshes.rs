@@ -4,7 +4,8 @@ use sinew::body::Robot;
 use sinew_lab::machine_file::mesh_bytes;
 use std::path::Path;
 
-/// Reads the mesh files of a robot, whose own file is `path`, in the root, and warns of those that cannot be read.
+/// Reads the mesh files of a robot, whose own file is `path`, in the root, and warns of those that cannot
+/// be read.
 pub(crate) fn read_meshes(robot: &mut Robot, path: &Path, root: Option<&Path>) {
     let problems = sinew_view::read_meshes(robot, &mut |file| mesh_bytes(path, file, root));
     let more = problems.len().saturating_sub(MOST);

@@ -89,8 +89,8 @@ pub(crate) fn mean_validation(
 /// w = (1 - a) arg min_v sum_f (1 / (n_f s_f)) sum_i (sum_k v_k e_k,i)^2 + a / K,   v >= 0,   sum_k v_k = 1
 /// ```
 ///
-/// `e_k,i` is the error of member `k` of `K` on held-out sample `i` of the `n_f` of fold `f` where all of them
-/// count, `s_f` the mean of their mean squares there: folds of any length and difficulty count alike.
+/// `e_k,i` is the error of member `k` of `K` on held-out sample `i` of the `n_f` of fold `f` where all of
+/// them count, `s_f` the mean of their mean squares there: folds of any length and difficulty count alike.
 /// `a` is 0.25, and 1 with fewer than 12 recordings.
 ///
 /// # Source

@@ -64,8 +64,8 @@ fn bytes_in(folder: &Path, file: &str, root: Option<&Path>) -> Result<Vec<u8>, S
     std::fs::read(&path).map_err(unread)
 }
 
-/// A file of a package of ROS: in the robot's folder, beside it, in those above it; then, of all folders of the
-/// root, in the one with the name of the package that is nearest to the root.
+/// A file of a package of ROS: in the robot's folder, beside it, in those above it; then, of all folders
+/// of the root, in the one with the name of the package that is nearest to the root.
 fn in_package(folder: &Path, inner: &str, root: Option<&Path>) -> Result<PathBuf, String> {
     let package = inner.split('/').next().unwrap_or_default();
     let (above, root) = (resolved(folder)?, root.map(resolved).transpose()?);

@@ -4,8 +4,8 @@ use std::path::{Component, Path, PathBuf};
 
 /// Path of a file that a robot in a folder names, links resolved, or the reason why it may not be read.
 ///
-/// It has to lie below `root`, also where links lead it; without a root below the nearest folder that holds the
-/// robot's folder and the file, which may not be the root of the file system.
+/// It has to lie below `root`, also where links lead it; without a root below the nearest folder that
+/// holds the robot's folder and the file, which may not be the root of the file system.
 ///
 /// # Errors
 /// The reason, with the path that was tried and the root.

@@ -61,8 +61,8 @@ impl Robot {
     }
 }
 
-/// Adds the [forces](Robot::gravity_compensation) in several worlds to those on the joints: `[nv]`; poses of the
-/// links and motion axes of the velocities are given, and memory: `[links]`.
+/// Adds the [forces](Robot::gravity_compensation) in several worlds to those on the joints: `[nv]`; poses
+/// of the links and motion axes of the velocities are given, and memory: `[links]`.
 #[inline(always)]
 pub(crate) fn hold<const N: usize>(
     links: &[Link],

@@ -25,11 +25,11 @@ use alloc::vec::Vec;
 /// | F_min, F_max | `tension`      | N    | limits at the anchors                                         |
 /// | A        | `friction_angle`   | 1    | largest over muscles and poses                                |
 ///
-/// No tension is above a fifth of the cord's breaking load at the drive, a third where a drive overshoots to
-/// its limit: a knot halves the load. The last term of `F_min` is a cord that lies straight. No muscle has a
-/// larger limit than its actuator in the body's description. Where there are no more muscles than joints, no muscle
-/// can give way to another one: each is held taut by springs or weight alone, `F_w` of its `F_min` is
-/// [its own](WorkingTension::own), and `T_0` and drives follow from the smallest `F_min`.
+/// No tension is above a fifth of the cord's breaking load at the drive, a third where a drive overshoots
+/// to its limit: a knot halves the load. The last term of `F_min` is a cord that lies straight. No muscle
+/// has a larger limit than its actuator in the body's description. Where there are no more muscles than
+/// joints, no muscle can give way to another one: each is held taut by springs or weight alone, `F_w` of
+/// its `F_min` is [its own](WorkingTension::own), and `T_0` and drives follow from the smallest `F_min`.
 ///
 /// # Assumes
 /// Factors of the rule: found on random machines of four sizes in simulation.

@@ -22,9 +22,10 @@ use alloc::vec::Vec;
 /// | q      |             |      | poses in the middle 60 % of the joints' ranges                       |
 /// | f      | `tip_force` | N    | at the end point, else at the mass centre of every last body in turn |
 ///
-/// Of a machine with fewer motors than joints: where springs and weight take the joints at the lengths that the
-/// cables have in these poses, along what the cables control. Every muscle has such a tension of its own, the same quantiles of its `F_k`. Quantiles: a moment arm that passes
-/// zero within the ranges would ask for a crane.
+/// Of a machine with fewer motors than joints: where springs and weight take the joints at the lengths
+/// that the cables have in these poses, along what the cables control. Every muscle has such a tension of
+/// its own, the same quantiles of its `F_k`. Quantiles: a moment arm that passes zero within the ranges
+/// would ask for a crane.
 ///
 /// # Source
 /// Own addition.
@@ -186,7 +187,8 @@ impl Held {
         Ok(&self.kinematics.rows)
     }
 
-    /// The largest of the minimum tensions for a torque; none where no tensions give it. All are added to `own`.
+    /// The largest of the minimum tensions for a torque; none where no tensions give it. All are added to
+    /// `own`.
     fn largest(
         &mut self,
         torque: &[f64],

@@ -77,7 +77,8 @@ pub(super) struct Cable {
 /// All data that are the same in every pose.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Topology {
-    /// Links that muscles touch or whose weight is held, and their ancestors, each with its index in the tree.
+    /// Links that muscles touch or whose weight is held, and their ancestors, each with its index in the
+    /// tree.
     pub(super) links: Vec<(usize, Link)>,
     pub(super) anchors: Vec<Anchor>,
     pub(super) surfaces: Vec<Surface>,

@@ -1,4 +1,5 @@
-//! What holds the weight of bodies: against MuJoCo (values of `benches/peers/gravcomp_golden.py`), and in the twin.
+//! What holds the weight of bodies: against MuJoCo (values of `benches/peers/gravcomp_golden.py`), and in
+//! the twin.
 
 use serde::Deserialize;
 use sinew::body::{JointKind, Poses, Robot};
