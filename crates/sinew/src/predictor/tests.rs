@@ -146,11 +146,11 @@ fn the_band_is_wider_outside_the_ranges_of_the_training_logs() {
         assert!(close(found.standard_deviation, wider * plain[k]), "{found:?}");
     }
     let of = |band_factor| Some(Outside { band_factor, sides: vec![] });
-    assert_eq!(refused(|model| model.outside = of(0.0)), Err("outside.band_factor".to_owned()));
+    assert_eq!(refused(|model| model.outside = of(0.0)), Err("outside.band_factor".into()));
     let still = Beyond { column: "load".into(), outermost: 1.0, step: 0.0, rmse: 1.0 };
     let sides = vec![still];
     let standing = refused(|model| model.outside = Some(Outside { band_factor: 1.0, sides }));
-    assert_eq!(standing, Err("outside.sides.step".to_owned()));
+    assert_eq!(standing, Err("outside.sides.step".into()));
 }
 
 #[test]
@@ -361,7 +361,8 @@ fn a_memory_with_a_cable_holds_what_its_observer_estimates() {
         let estimate = observer.step(0.005, &sample);
         let (low, high) =
             if estimate.known { (estimate.far, estimate.far) } else { (estimate.low, estimate.high) };
-        assert_eq!(memory.cell(), CellOutput { state: estimate.far, low, high, known: estimate.known });
+        let cell = CellOutput { state: estimate.far, low, high, known: estimate.known, unknown: high - low };
+        assert_eq!(memory.cell(), cell);
         assert!(close(memory.features()[0], estimate.innovation));
         (unknown, known) = (unknown + u32::from(!estimate.known), known + u32::from(estimate.known));
     }
