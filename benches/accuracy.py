@@ -43,19 +43,6 @@ def sinew(*words):
     return json.loads(subprocess.run([program, *map(str, words), "--json"], capture_output=True, check=True, text=True).stdout)
 
 
-def promised(found, test):
-    """Expected error of logs: of those beyond a condition of the training logs what is expected there, otherwise that inside."""
-    worst = found["expected"]["rmse"]
-    for log in test:
-        with open(log, newline="") as file:
-            first = next(csv.DictReader(file))
-        for side in found["beyond"]:
-            distance = (float(first[side["column"]]) - side["outermost"]) / side["step"]
-            if distance > 0:
-                worst = max(worst, side["rmse"] * max(1.0, distance) ** 1.5)
-    return worst
-
-
 def half_width(model, test, far):
     """Median half width of the 95 % band over that of the constant one that holds 95 % of the errors."""
     widths, errors = [], []
@@ -77,7 +64,7 @@ def task(name, train, test, flags):
     seconds = time.perf_counter() - start
     model = out / "model.json"
     score = sinew("evaluate", model, *test)["overall"]
-    expected = promised(found, test)
+    expected = score["expected"]
     print(
         f"| {name} | {score['percent_of_range']:.2f} % | {100 * expected / found['far_range']:.2f} % | {score['rmse'] / expected:.2f} "
         f"| {100 * score['coverage95']:.1f} % | {half_width(model, test, found['far']):.1f} | {100 * score['out_of_range']:.0f} % "
