@@ -61,7 +61,7 @@ pub(super) fn outside_note(model: &Model) -> String {
                 of the others",
             number(Some(outside.band_factor / model.band_factor))
         ),
-        Some(_) => "the 95 % band is that inside them".to_owned(),
+        Some(_) => "the 95 % band is calibrated there as inside them".to_owned(),
         None => "the expected error and the 95 % band are for samples inside them".to_owned(),
     }
 }

@@ -92,7 +92,7 @@ pub(super) fn recommendations(
     let error = format!(
         "expect an error of about {expected:.1} % of the range on {kind}{}{}{}",
         fold_range(evidence, report.expected.rmse),
-        in_words(&report.beyond, report.far_range),
+        in_words(&report.beyond, report.far_range, report.expected.rmse),
         references(evidence, assessment)
     );
     let because = assessment.reasons.join("; ");
@@ -207,11 +207,12 @@ fn held_out(evidence: &Evidence<'_>, fold: usize) -> String {
     logs.join(", ")
 }
 
-/// What to expect one step beyond either side of a condition, in words; nothing without conditions.
-fn in_words(beyond: &[Beyond], range: f64) -> String {
+/// What to expect one step beyond either side of a condition, at least what is expected inside, in words;
+/// nothing without conditions.
+fn in_words(beyond: &[Beyond], range: f64, inside: f64) -> String {
     let one = |side: &Beyond| {
         let at = side.outermost + side.step;
-        let percent = 100.0 * side.expected(at) / range;
+        let percent = 100.0 * side.expected(at).max(inside) / range;
         format!("at `{}` {at} expect {percent:.1} %", side.column)
     };
     let sides: Vec<String> = beyond.iter().map(one).collect();
@@ -225,7 +226,9 @@ mod tests {
     #[test]
     fn what_to_expect_one_step_beyond_is_said_of_every_side() {
         let side = Beyond { column: "load".into(), outermost: 60.0, step: 20.0, rmse: 2.0 };
-        assert_eq!(in_words(&[side], 50.0), "; beyond them at `load` 80 expect 4.0 %");
-        assert!(in_words(&[], 50.0).is_empty());
+        let sides = [side];
+        assert_eq!(in_words(&sides, 50.0, 1.0), "; beyond them at `load` 80 expect 4.0 %");
+        assert_eq!(in_words(&sides, 50.0, 3.0), "; beyond them at `load` 80 expect 6.0 %");
+        assert!(in_words(&[], 50.0, 1.0).is_empty());
     }
 }
