@@ -102,7 +102,7 @@ fn bad_robots_and_poses_are_refused_with_their_place() {
     bench.write("names.csv", "elbow\n1\n");
     for (arguments, words) in [
         ("machine body out.xml", ["out.xml:2", "absolute"]),
-        ("machine body up.xml", ["up.xml:2", "no root in common"]),
+        ("machine body up.xml", ["up.xml:2", "no folder in common"]),
         ("machine body circle.xml", ["circle.xml", "included already"]),
         ("machine body unit.toml", ["unit.toml:3", "mass_g"]),
         ("machine body robot.step", ["robot.step", ".toml"]),

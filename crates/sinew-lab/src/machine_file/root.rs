@@ -18,7 +18,10 @@ pub fn found(folder: &Path, name: &Path, root: Option<&Path>) -> Result<PathBuf,
     };
     let Some(allowed) = allowed else {
         let folder = folder.display();
-        return Err(format!("{} has no root in common with {folder} but all files", plain(&tried).display()));
+        return Err(format!(
+            "{} and {folder} have no folder in common but that of all files: state a root",
+            plain(&tried).display()
+        ));
     };
     let unread = |error| format!("{} cannot be read: {error}; root {}", tried.display(), allowed.display());
     let path = tried.canonicalize().map_err(unread)?;
