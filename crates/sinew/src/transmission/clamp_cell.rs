@@ -48,7 +48,7 @@ use serde::{Deserialize, Serialize};
 /// let mut states = [0.0];
 /// assert_eq!(cell.start(&mut states, &[8.0], Some(10.0)).state, 10.0);
 /// let pulled = cell.step(&mut states, &[30.0], &[8.0]);
-/// assert_eq!((pulled.state, pulled.bound_active), (15.0, true));
+/// assert_eq!((pulled.state, pulled.slid), (15.0, 1.0)); // the one branch, of full width, slides
 /// ```
 ///
 /// # Source
