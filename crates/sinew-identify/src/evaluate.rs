@@ -233,8 +233,8 @@ pub fn evaluate(model: &Model, data: &Dataset, reading_s: Option<f64>) -> Result
     let scored = |k: usize| data.sequences[k].scored.iter().filter(|scored| **scored).count() as f64;
     let expected = |of: &dyn Fn(usize) -> bool| {
         let kept = || (0..expected.len()).filter(|k| of(data.sequences[*k].log));
-        let (sum, count) = (kept().map(|k| scored(k) * expected[k].powi(2)).sum::<f64>(), kept().map(scored));
-        let mean = sum / count.sum::<f64>();
+        let squares: f64 = kept().map(|k| scored(k) * expected[k].powi(2)).sum();
+        let mean = squares / kept().map(scored).sum::<f64>();
         mean.is_finite().then(|| mean.sqrt())
     };
     let logs = data

@@ -57,7 +57,7 @@ fn range_note(model: &Model, scores: &Scores) -> String {
 pub(super) fn outside_note(model: &Model) -> String {
     match &model.outside {
         Some(outside) if outside.band_factor > model.band_factor => format!(
-            "the 95 % band is {} times wider there, by what was held out of the training logs outside the ranges \
+            "the 95 % band is {} times as wide there, by what was held out of the training logs outside the ranges \
                 of the others",
             number(Some(outside.band_factor / model.band_factor))
         ),

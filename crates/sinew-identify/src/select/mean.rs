@@ -53,7 +53,7 @@ fn mean_outcome(
 
 /// The cross-validation of a mean, from those of its members, which were fitted to the same folds; of each
 /// whether it counts inside the training data alone.
-pub(crate) fn mean_validation(
+fn mean_validation(
     members: &[(&CrossValidation, bool)],
     runs: &[Run],
     folds: &Folds,
@@ -95,11 +95,7 @@ pub(crate) fn mean_validation(
 ///
 /// # Source
 /// Stacked regressions: `breiman1996`.
-pub(crate) fn weights(
-    members: &[(&CrossValidation, bool)],
-    runs: &[Run],
-    without: Option<usize>,
-) -> Vec<f64> {
+fn weights(members: &[(&CrossValidation, bool)], runs: &[Run], without: Option<usize>) -> Vec<f64> {
     let count = members.len();
     let mut products = Matrix::zeros(count);
     let folds = members.first().map_or(&[][..], |(first, _)| &first.outputs);
