@@ -243,6 +243,13 @@ class Compensator:
     @property
     def near(self) -> str:
         """The column that is commanded."""
+    @property
+    def sliding(self) -> float:
+        """Direction of sliding by which the last command of a cable's motor went, +1 toward the motor, -1 away; 0 otherwise.
+
+        Set it before a command to the direction to come, where the motion is known; 0: the motion shows it."""
+    @sliding.setter
+    def sliding(self, direction: _Number) -> None: ...
     def step(self, time_s: _Number, inputs: ArrayLike, desired: _Number) -> NearCommand:
         """The command for one sample, after which the state follows the near column, or the command where that is NaN."""
     def command(self, time_s: _Number, inputs: ArrayLike, desired: _Number) -> NearCommand:

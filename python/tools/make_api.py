@@ -96,7 +96,9 @@ def members(module: str, node: ast.ClassDef) -> dict[str, ast.stmt]:
             found |= members(home, inner)
     for statement in node.body:
         if isinstance(statement, ast.FunctionDef):
-            found[statement.name] = statement
+            # What sets a property says nothing that its getter does not.
+            if not any(isinstance(decorator, ast.Attribute) for decorator in statement.decorator_list):
+                found[statement.name] = statement
         elif isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):
             found[statement.target.id] = statement
     return found

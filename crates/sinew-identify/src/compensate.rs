@@ -4,6 +4,7 @@ use crate::Error;
 use crate::log::{Dataset, Input, ReadOptions, Role, Roles, read_references};
 use sinew::compensator::{Command, Compensator};
 use sinew::predictor::{Model, Sample};
+use sinew::transmission::Sliding;
 
 /// Desired far ends with what is known of the near side, in the order of a model's inputs.
 #[derive(Debug, Clone)]
@@ -29,6 +30,8 @@ pub struct CommandRow {
     pub desired: f64,
     /// The command.
     pub command: Command,
+    /// The direction of sliding by which a cable's motor went.
+    pub sliding: Option<Sliding>,
 }
 
 impl Desired {
@@ -80,9 +83,30 @@ impl Desired {
         self.data.roles.trial.as_deref()
     }
 
-    /// The command of every row, one after the other; states are reset where the trial changes.
+    /// The command of every row, one after the other; states are reset where the trial changes. The motor of a
+    /// cable's observer crosses its dead band `preview_s` seconds, >= 0, before the cable turns; other models
+    /// have no use for it.
     #[must_use]
-    pub fn commands(&self, compensator: &mut Compensator) -> Vec<CommandRow> {
+    pub fn commands(&self, compensator: &mut Compensator, preview_s: f64) -> Vec<CommandRow> {
+        let rows = self.follow(compensator, &[]);
+        if preview_s <= 0.0 || compensator.sliding().is_none() {
+            return rows;
+        }
+        // The first pass has shown where the cable turns.
+        let mut expected = Vec::with_capacity(rows.len());
+        for sequence in &self.data.sequences {
+            let (times, begin) = (&sequence.time_s, expected.len());
+            expected.extend(times.iter().map(|now| {
+                let ahead = times.partition_point(|time| *time < now + preview_s);
+                rows[begin + ahead.min(times.len() - 1)].sliding
+            }));
+        }
+        compensator.reset();
+        self.follow(compensator, &expected)
+    }
+
+    /// The command of every row, with the direction of sliding to expect at it where there is one.
+    fn follow(&self, compensator: &mut Compensator, expected: &[Option<Sliding>]) -> Vec<CommandRow> {
         let width = self.far + 1;
         let mut rows = Vec::new();
         let mut trial: Option<&str> = None;
@@ -97,10 +121,12 @@ impl Desired {
                     *input = column.map_or(f64::NAN, |k| read[k]);
                 }
                 let desired = read[self.far];
+                compensator.expect_sliding(expected.get(rows.len()).copied().flatten());
                 let command = compensator.step(&Sample { time_s, inputs: &inputs }, desired);
                 let mut inputs = compensator.inputs().to_vec();
                 inputs[compensator.near()] = command.value;
-                rows.push(CommandRow { trial: sequence.trial.clone(), time_s, inputs, desired, command });
+                let (trial, sliding) = (sequence.trial.clone(), compensator.sliding());
+                rows.push(CommandRow { trial, time_s, inputs, desired, command, sliding });
             }
         }
         rows

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sinew::compensator::{Command, CommandFlags, CompensatorSettings};
 use sinew::predictor::{Model, Sample};
+use sinew::transmission::Sliding;
 
 /// Command for the near side at one sample.
 #[pyclass(frozen, module = "sinew")]
@@ -214,6 +215,19 @@ impl Compensator {
             result.set_item(*name, PyArray1::from_vec(py, flag))?;
         }
         Ok(result)
+    }
+
+    /// The direction of sliding by which the last command of a cable's motor went, +1 toward the motor, -1 away
+    /// from it; 0 for other models. Set it to that in which the cable will slide by the time its drive has
+    /// crossed the dead band, where the motion is known, before every command; 0: the motion shows it.
+    #[getter]
+    fn get_sliding(&self) -> f64 {
+        self.inner.sliding().map_or(0.0, Sliding::sign)
+    }
+
+    #[setter]
+    fn set_sliding(&mut self, direction: f64) {
+        self.inner.expect_sliding(Sliding::from_velocity(direction));
     }
 
     /// Resets all states: the next sample starts a new sequence.

@@ -6,7 +6,7 @@ use crate::arguments::{CompensateArguments, General};
 use crate::csv_text::Csv;
 use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
-use crate::table::percent;
+use crate::table::{number, percent};
 use sinew::compensator::{CommandFlags, Compensator, CompensatorError, CompensatorSettings};
 use sinew::predictor::{Model, ModelFileError};
 use sinew_identify::compensate::{CommandRow, Desired, input_named};
@@ -19,6 +19,12 @@ pub(crate) fn run(arguments: &CompensateArguments, general: &General) -> Result<
     let inputs = [&arguments.desired, &arguments.model];
     refuse_overwrite(inputs, std::slice::from_ref(&arguments.out), general.no_clobber)?;
     let mut compensator = compensator(arguments)?;
+    if arguments.preview.is_some() && compensator.sliding().is_none() {
+        let expected = "the observer of a cable, whose motor is commanded, for --preview".to_owned();
+        let got = compensator.model().provenance.member.clone();
+        let source = Box::new(ModelFileError { name: "law".to_owned(), expected, got });
+        return Err(Error::Model { file: arguments.model.clone(), source });
+    }
     let options = ReadOptions {
         skip_s: 0.0,
         far_required: false,
@@ -27,14 +33,14 @@ pub(crate) fn run(arguments: &CompensateArguments, general: &General) -> Result<
         ..ReadOptions::default()
     };
     let desired = Desired::read(&compensator, &options)?;
-    let rows = desired.commands(&mut compensator);
+    let rows = desired.commands(&mut compensator, arguments.preview.unwrap_or(0.0));
     let text = csv_text(compensator.model(), &desired, &rows)?;
     let written = write_all(&[(arguments.out.clone(), text.as_bytes())])?;
     let (model, near) = (compensator.model(), &compensator.model().inputs[compensator.near()].column);
     let content = if general.json {
         let mut answer = serde_json::json!({
             "far": model.far, "far_unit": unit_of(&model.far), "near": near, "near_unit": unit_of(near),
-            "commands": rows.len(),
+            "commands": rows.len(), "error": error_of(&rows),
         });
         for (name, count) in counts(&rows) {
             answer[name] = count.into();
@@ -70,6 +76,26 @@ fn compensator(arguments: &CompensateArguments) -> Result<Compensator, Error> {
     })
 }
 
+/// How far the model's far end is from the desired one, far unit.
+#[derive(serde::Serialize)]
+struct Distance {
+    rms: f64,
+    /// 95 % of the samples are nearer.
+    p95: f64,
+    largest: f64,
+}
+
+/// None where nothing is desired.
+fn error_of(rows: &[CommandRow]) -> Option<Distance> {
+    let errors = rows.iter().map(|row| (row.command.mean - row.desired).abs());
+    let mut errors: Vec<f64> = errors.filter(|error| error.is_finite()).collect();
+    errors.sort_by(f64::total_cmp);
+    let square: f64 = errors.iter().map(|error| error * error).sum();
+    let place = (0.95 * errors.len() as f64) as usize;
+    let (p95, largest) = (*errors.get(place)?, *errors.last()?);
+    Some(Distance { rms: (square / errors.len() as f64).sqrt(), p95, largest })
+}
+
 /// The flags that are counted, with their counts.
 fn counts(rows: &[CommandRow]) -> Vec<(&'static str, usize)> {
     let names = CommandFlags::default().named();
@@ -80,6 +106,15 @@ fn counts(rows: &[CommandRow]) -> Vec<(&'static str, usize)> {
 fn summary(model: &Model, near: &str, rows: &[CommandRow]) -> String {
     let fraction = |count: usize| percent(Some(count as f64 / rows.len().max(1) as f64));
     let mut text = format!("{} commands for `{near}` from desired `{}`\n", rows.len(), model.far);
+    if let Some(Distance { rms, p95, largest }) = error_of(rows) {
+        let unit = unit_of(&model.far);
+        text += &format!(
+            "the model's far end at these commands is off by {} {unit} rms, {} in 95 %, {} at most\n",
+            number(Some(rms)),
+            number(Some(p95)),
+            number(Some(largest))
+        );
+    }
     for (name, count) in counts(rows).into_iter().filter(|(_, count)| *count > 0) {
         text += &format!("{name}: {count} ({})\n", fraction(count));
     }

@@ -2,6 +2,9 @@
 
 use crate::bench::Bench;
 use serde_json::Value;
+use sinew::predictor::{
+    CableColumns, CableModel, Estimator, Input, InputLimits, MemoryLaw, Model, ObservedCable, Role,
+};
 
 /// A desired far tension with ramps, a reversal and a stretch at rest.
 fn desired(rows: u32) -> String {
@@ -65,6 +68,50 @@ fn a_constant_desire_one_row_and_a_near_side_that_was_measured_are_taken() {
     }
 }
 
+/// The file of a model by the observer of the paper's cable.
+fn observer(bench: &Bench) -> String {
+    let mut model = Model::from_json(&bench.read("out/model.json")).unwrap();
+    let columns = CableColumns { tension: 0, motor: 1, anchor: 2, motor_scale: 1.0, anchor_scale: 1.0 };
+    let cable = Some(ObservedCable { columns, model: CableModel::bench() });
+    let law = MemoryLaw { signals: vec![], cell: None, cable, axis: None, features: vec![] };
+    model.estimator = Estimator { sigma0: 1.0, ..Estimator::of(law) };
+    let inputs =
+        [("tension_in_n", Role::Effort), ("motor_m", Role::Motion), ("anchor_m", Role::Anchor)].into_iter();
+    model.inputs = inputs.map(|(column, role)| Input { column: column.to_owned(), role }).collect();
+    let limits = |jump, high| InputLimits { jump, low: -high, high, typical: 0.0 };
+    model.guards = vec![limits(100.0, 400.0), limits(0.1, 1.0), limits(0.1, 1.0)];
+    (model.specimen, model.outside) = (None, None);
+    model.to_json().unwrap()
+}
+
+#[test]
+fn a_planned_motion_crosses_the_dead_band_before_it_turns() {
+    let bench = Bench::with_model();
+    bench.write("cable.json", observer(&bench));
+    // Two trials of strokes at a constant tension; the first is longer.
+    let mut text = "trial,time_s,anchor_m,tension_out_n\n".to_owned();
+    for (trial, rows) in [(1, 1600), (2, 900)] {
+        for k in 0..rows {
+            let t = f64::from(k) * 0.005;
+            text += &format!("{trial},{t},{},80\n", 0.05 * (2.0 * t).sin());
+        }
+    }
+    bench.write("strokes.csv", text);
+    let error = |preview: &str| {
+        let command =
+            format!("compensate cable.json strokes.csv --max-rate 0.5 {preview} --out c.csv --json");
+        let answer: Value = serde_json::from_str(&bench.succeeds(&command).stdout).unwrap();
+        assert_eq!(answer["commands"], 2500);
+        let error = &answer["error"];
+        let [rms, p95, largest] = ["rms", "p95", "largest"].map(|name| error[name].as_f64().unwrap());
+        assert!(0.0 < rms && rms < largest && p95 <= largest, "{error}");
+        rms
+    };
+    let (causal, planned, late) = (error(""), error("--preview 0.12"), error("--preview 100"));
+    assert!(planned < 0.6 * causal, "{planned} {causal}");
+    assert!(late > causal, "the direction at the end of a trial is no plan: {late} {causal}");
+}
+
 #[test]
 fn what_cannot_be_compensated_is_one_error_and_leaves_no_file() {
     let bench = Bench::with_model();
@@ -77,13 +124,17 @@ fn what_cannot_be_compensated_is_one_error_and_leaves_no_file() {
         ("words.json desired.csv", "words.json"),
         ("out/model.json desired.csv --near luck", "--near to be one of tension_in_n"),
         ("out/model.json desired.csv --min 9 --max 3", "max"),
+        ("out/model.json desired.csv --preview 0.1", "expected the observer of a cable"),
     ];
     for (arguments, said) in refused {
         bench.refuses(&format!("compensate {arguments} --out c.csv"), &[said]);
     }
-    for (arguments, said) in
-        [("--max-rate 0", "> 0"), ("--tolerance -1", ">= 0"), ("--min x", "a finite number")]
-    {
+    for (arguments, said) in [
+        ("--max-rate 0", "> 0"),
+        ("--tolerance -1", ">= 0"),
+        ("--min x", "a finite number"),
+        ("--preview 0", "> 0"),
+    ] {
         let command = format!("compensate out/model.json desired.csv --out c.csv {arguments}");
         bench.refuses_usage(&command, &[said]);
     }

@@ -256,6 +256,14 @@ for unit in units:
     unit.exitInitializationMode()
 for k in range(steps + 1):
     said += get(units[-1])
+    if k % 100 == 50:
+        # The last one goes another way and comes back.
+        state = units[-1].getFMUState()
+        put(units[-1], np.full(len(inputs), 0.01))
+        for j in range(5):
+            units[-1].doStep((k + j) / 1000, 1 / 1000)
+        units[-1].setFMUState(state)
+        units[-1].freeFMUState(state)
     if k < steps:
         for unit in units:
             put(unit, rows[k])

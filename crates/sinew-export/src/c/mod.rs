@@ -13,6 +13,7 @@ mod members;
 mod needs;
 mod networks;
 mod source;
+mod specimen;
 mod template;
 
 pub use content::Content;

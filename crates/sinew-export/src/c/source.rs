@@ -3,7 +3,7 @@
 use super::content::Content;
 use super::needs::{has_networks, has_state, uses_dt};
 use super::template::Filling;
-use super::{inverse, laws, literal, members, networks};
+use super::{inverse, laws, literal, members, networks, specimen};
 use crate::{ExportError, Name};
 use sinew::predictor::{Estimator, Feature, InputLimits, Model, Role, Signal};
 
@@ -36,6 +36,7 @@ pub(super) fn generate(
     filling.set("band", if model.outside.is_some() { wider } else { format!("{}_band", name.as_str()) });
     let dt = if uses_dt(estimator) { ", s->dt_s" } else { "" };
     filling.set("estimate_dt", dt);
+    specimen::fill(&mut filling, model.specimen.as_ref(), name);
     inverse::fill(&mut filling, model, name, content)?;
     let body = filling.render(LAW, name) + &filling.render(BODY, name);
     helpers(&mut filling, &body, name);

@@ -12,13 +12,14 @@ use crate::Name;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The templates by the word that includes them.
-const TEMPLATES: [(&str, &str); 10] = [
+const TEMPLATES: [(&str, &str); 11] = [
     ("cable", include_str!("templates/cable.c")),
     ("cell", include_str!("templates/cell.c")),
     ("axis_force", include_str!("templates/axis_force.c")),
     ("axis_motion", include_str!("templates/axis_motion.c")),
     ("linear", include_str!("templates/linear.c")),
     ("state", include_str!("templates/state.h")),
+    ("specimen", include_str!("templates/specimen.c")),
     ("inverse", include_str!("templates/inverse.c")),
     ("ensemble", include_str!("templates/ensemble.c")),
     ("perceptron", include_str!("templates/perceptron.c")),

@@ -59,8 +59,9 @@ impl Description {
         let (name, description) = (name.as_str(), escaped(&self.description));
         let tool = if self.needs_tool { " needsExecutionTool=\"true\"" } else { "" };
         let state = |word: &str| {
-            let can = format!("\n    canGetAndSetFMU{word}=\"true\" canSerializeFMU{word}=\"true\"");
-            if self.needs_tool { String::new() } else { can }
+            let bytes =
+                if self.needs_tool { String::new() } else { format!(" canSerializeFMU{word}=\"true\"") };
+            format!("\n    canGetAndSetFMU{word}=\"true\"{bytes}")
         };
         let head =
             format!("modelIdentifier=\"{name}\"{tool}\n    canHandleVariableCommunicationStepSize=\"true\"");

@@ -47,6 +47,7 @@ impl Unit {
         let mut filling = Filling::default();
         filling.when("state", true);
         filling.when("inverse", interface.near.is_some());
+        filling.when("cable", model.estimator.law.cable.is_some());
         filling.set("failure", "no sample was taken");
         Self::new(name, version, &interface.description()?, filling, library)
     }

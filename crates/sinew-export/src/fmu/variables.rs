@@ -31,6 +31,9 @@ const COMMAND: [Number; 6] = [
     GATE,
 ];
 
+/// The input for the direction in which a cable will slide.
+const DIRECTION: &str = "sliding_direction";
+
 /// A flag that comes out: name, description.
 pub(super) type Flag = (&'static str, &'static str);
 
@@ -38,7 +41,9 @@ const STATE_UNKNOWN: Flag = ("state_unknown", "the state in the dead band depend
 const OUT_OF_RANGE: Flag = ("out_of_range", "an input is outside the range of the training logs");
 const INPUT_HELD: Flag = ("input_held", "an input was missing or jumped: its last value stood in");
 const RESET: Flag = ("reset", "all states started at this sample");
-const PREDICTION_FLAGS: [Flag; 4] = [STATE_UNKNOWN, OUT_OF_RANGE, INPUT_HELD, RESET];
+const OTHER: Flag =
+    ("other_specimen", "the loops of this sequence are not those of the specimen of the training logs");
+const PREDICTION_FLAGS: [Flag; 5] = [STATE_UNKNOWN, OUT_OF_RANGE, INPUT_HELD, RESET, OTHER];
 const COMMAND_FLAGS: [Flag; 7] = [
     ("not_attainable", "with this command the far end is not the desired one"),
     ("rate_limited", "the command moves as fast as it may"),
@@ -70,10 +75,13 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// Columns of the inputs, and that of the desired far end.
+    /// Columns of the inputs, and that of the desired far end; behind them the direction of sliding, where a
+    /// cable's motor is commanded.
     fn columns(&self) -> Vec<&'a str> {
         let desired = self.near.map(|_| self.model.far.as_str());
-        self.model.inputs.iter().map(|input: &'a Input| input.column.as_str()).chain(desired).collect()
+        let direction = desired.filter(|_| self.model.estimator.law.cable.is_some()).map(|_| DIRECTION);
+        let inputs = self.model.inputs.iter().map(|input: &'a Input| input.column.as_str());
+        inputs.chain(desired).chain(direction).collect()
     }
 
     /// Names of the inputs: their columns; one that is taken already has its number behind it.
@@ -98,7 +106,11 @@ impl<'a> Interface<'a> {
         let inputs = self.columns().into_iter().zip(self.input_names()).zip(self.starts());
         for (k, ((column, name), start)) in inputs.enumerate() {
             let (description, end) = match model.guards.get(k) {
-                None => ("desired".to_owned(), "far"),
+                None if k == model.inputs.len() => ("desired".to_owned(), "far"),
+                None => {
+                    let signs = "expected direction of sliding: > 0 toward the motor, < 0 away, 0 not known";
+                    (signs.to_owned(), "near")
+                }
                 Some(_) if self.near == Some(k) => {
                     ("measured; NaN: the drive is taken to follow".to_owned(), "near")
                 }
@@ -135,11 +147,13 @@ impl<'a> Interface<'a> {
         Ok(Description { description, token: self.token()?, variables, step_s: 0.001, needs_tool: false })
     }
 
-    /// Start values of the inputs; nothing is measured, and zero is desired of the far end.
+    /// Start values of the inputs; nothing is measured, zero is desired of the far end, and no direction known.
     fn starts(&self) -> Vec<f64> {
         let start =
             |(k, limits): (usize, &InputLimits)| if self.near == Some(k) { f64::NAN } else { limits.typical };
-        self.model.guards.iter().enumerate().map(start).chain(self.near.map(|_| 0.0)).collect()
+        let mut starts: Vec<f64> = self.model.guards.iter().enumerate().map(start).collect();
+        starts.resize(self.columns().len(), 0.0);
+        starts
     }
 
     /// The column whose unit a number has.

@@ -113,7 +113,7 @@ fn outputs(
     g.keep(last, now);
     let said = g.select(sample.repeated, last.before, now);
     let said = g.split(said, &[1, 1, 1, 1]);
-    let (repeated, reset, none) = (g.double(16.0), g.double(8.0), g.double(0.0));
+    let (repeated, reset, none) = (g.double(32.0), g.double(8.0), g.double(0.0));
     let first = g.select(sample.next, none, reset);
     let first = g.select(sample.repeated, repeated, first);
     let flags = g.op("Add", &[said[3], first]);

@@ -7,22 +7,27 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew::compensator::{Command, Compensator, CompensatorSettings};
 use sinew::predictor::{Model, Sample};
+use sinew::transmission::Sliding;
 use sinew_export::{Name, c};
 
-/// Reads rows from standard input, writes commands: 0 resets before, 1 observes, 2 commands, 3 steps.
+/// Reads rows from standard input, writes commands: 0 resets before, 1 observes, 2 commands, 3 steps. Of a
+/// cable the direction that is expected stands behind the inputs.
 const HARNESS: &str = r#"
 #include "exported.h"
 #include <stdio.h>
 int main(void)
 {
     static exported_compensator compensator;
-    double row[4 + EXPORTED_INPUTS], out[8];
+    double row[5 + EXPORTED_INPUTS], out[8];
     exported_compensator_init(&compensator);
     while (fread(row, sizeof row, 1, stdin) == 1) {
         exported_command u;
         if (row[0] > 0.0) {
             exported_compensator_reset(&compensator);
         }
+#ifdef CABLE
+        exported_compensator_expect_sliding(&compensator, row[4 + EXPORTED_INPUTS]);
+#endif
         if (row[1] < 1.5) {
             exported_compensator_observe(&compensator, row[2], row + 4);
             continue;
@@ -58,6 +63,8 @@ struct Question {
     row: Row,
     ask: Ask,
     desired: f64,
+    /// The direction that is expected; 0 or NaN where none is.
+    direction: f64,
 }
 
 /// Rows as bad as logs get, of which some are measured and others commanded, with desired far ends that move,
@@ -65,10 +72,11 @@ struct Question {
 fn questions(count: usize, model: &Model, near: usize, random: &mut ChaCha8Rng) -> Vec<Question> {
     let range = model.provenance.far_range;
     let rows = rows(count, random);
-    let (mut style, mut desired) = (0, 0.5 * range);
+    let (mut style, mut desired, mut direction) = (0, 0.5 * range, 0.0);
     let ask = |(k, mut row): (usize, Row)| {
         if k % 100 == 0 {
             style = random.random_range(0..3);
+            direction = [0.0, 1.0, -0.3, f64::NAN][k / 100 % 4];
         }
         desired += 0.01 * range * between(random, -1.0, 1.0);
         if random.random_bool(0.01) {
@@ -84,7 +92,8 @@ fn questions(count: usize, model: &Model, near: usize, random: &mut ChaCha8Rng) 
         if random.random_bool(0.3) {
             row.inputs[random.random_range(0..INPUTS)] = f64::NAN;
         }
-        Question { row, ask, desired: if random.random_bool(0.02) { f64::NAN } else { desired } }
+        let desired = if random.random_bool(0.02) { f64::NAN } else { desired };
+        Question { row, ask, desired, direction }
     };
     rows.into_iter().enumerate().map(ask).collect()
 }
@@ -98,10 +107,11 @@ fn bits_of(command: &Command) -> [u64; 8] {
 
 fn commanded(compensator: &mut Compensator, questions: &[Question]) -> Vec<[u64; 8]> {
     let answer = |question: &Question| {
-        let Question { row, ask, desired } = question;
+        let Question { row, ask, desired, direction } = question;
         if row.reset {
             compensator.reset();
         }
+        compensator.expect_sliding(Sliding::from_velocity(*direction));
         let sample = Sample { time_s: row.time_s, inputs: &row.inputs };
         let command = match ask {
             Ask::Observe => {
@@ -117,9 +127,9 @@ fn commanded(compensator: &mut Compensator, questions: &[Question]) -> Vec<[u64;
 }
 
 fn bytes(questions: &[Question]) -> Vec<u8> {
-    let numbers = questions.iter().flat_map(|Question { row, ask, desired }| {
+    let numbers = questions.iter().flat_map(|Question { row, ask, desired, direction }| {
         let head = [f64::from(u8::from(row.reset)), f64::from(*ask as u8), row.time_s, *desired];
-        head.into_iter().chain(row.inputs)
+        head.into_iter().chain(row.inputs).chain([*direction])
     });
     numbers.flat_map(f64::to_ne_bytes).collect()
 }
@@ -150,7 +160,8 @@ fn compare(kind: Kind, seed: u64, count: usize, modes: &[&[&str]]) {
     for file in c::library(&model, &Name::new("exported").unwrap(), content).unwrap() {
         std::fs::write(folder.path().join(&file.path), &file.bytes).unwrap();
     }
-    std::fs::write(folder.path().join("harness.c"), HARNESS).unwrap();
+    let cable = if model.estimator.law.cable.is_some() { "#define CABLE\n" } else { "" };
+    std::fs::write(folder.path().join("harness.c"), format!("{cable}{HARNESS}")).unwrap();
     let asked: Vec<&Question> = questions.iter().filter(|q| !matches!(q.ask, Ask::Observe)).collect();
     for compiler in compilers() {
         for flags in modes {

@@ -4,8 +4,8 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use sinew::predictor::{
     Axis, AxisForce, AxisMotion, AxisSlip, CableColumns, CableModel, Ensemble, Estimator, Feature, Input,
-    InputLimits, LinearLaw, MEMBERS, Member, MemoryLaw, Model, ObservedCable, Outside, PerNetwork,
-    Provenance, Role, Signal,
+    InputLimits, LinearLaw, LoopCheck, LoopQuantity, LoopTerm, MEMBERS, Member, MemoryLaw, Model,
+    ObservedCable, Outside, PerNetwork, Provenance, Role, Signal, SpecimenMonitor,
 };
 use sinew::transmission::cable::{CableParameters, CablePath, Segment, Weakening, WeakeningForm};
 use sinew::transmission::{BasisTerm, Branch, ClampCell, Perceptron, PerceptronWeights};
@@ -106,7 +106,7 @@ pub(crate) fn model(kind: Kind, random: &mut ChaCha8Rng) -> Model {
         guards: guards(),
         gap_s: 0.5,
         estimator,
-        specimen: None,
+        specimen: often(random).then(|| monitor(random)),
         offset: None,
         outside: often(random).then(|| Outside { band_factor: between(random, 0.5, 9.0), sides: vec![] }),
         band_factor: between(random, 0.5, 4.0),
@@ -123,6 +123,42 @@ pub(crate) fn model(kind: Kind, random: &mut ChaCha8Rng) -> Model {
     };
     model.validate().unwrap();
     model
+}
+
+fn numbers(random: &mut ChaCha8Rng, count: usize, low: f64, high: f64) -> Vec<f64> {
+    (0..count).map(|_| between(random, low, high)).collect()
+}
+
+/// Its limits are such that loops are found to be those of another specimen now and then.
+fn monitor(random: &mut ChaCha8Rng) -> SpecimenMonitor {
+    let mut check = |quantity| {
+        let all = [
+            LoopTerm::Level,
+            LoopTerm::LevelSquared,
+            LoopTerm::Speed,
+            LoopTerm::Stroke,
+            LoopTerm::Given(some(random, INPUTS - 1)),
+        ];
+        let terms: Vec<LoopTerm> = all.into_iter().filter(|_| often(random)).collect();
+        let n = terms.len();
+        LoopCheck {
+            quantity,
+            terms,
+            mean: numbers(random, n, -50.0, 100.0),
+            inverse_scale: numbers(random, n, 0.001, 0.1),
+            offset: between(random, 0.0, 80.0),
+            weights: numbers(random, n, -5.0, 5.0),
+            // Now and then no variance.
+            covariance: numbers(random, n * n, -0.01, 0.1),
+            trials: 1 + some(random, 20),
+            deviation: between(random, 1.0, 30.0),
+            scatter: between(random, 0.0, 50.0),
+            limit: between(random, 0.5, 8.0),
+        }
+    };
+    let checks = [LoopQuantity::Height, LoopQuantity::Slope, LoopQuantity::Level].map(&mut check).into();
+    let (effort, motion) = (some(random, 1), 2 + some(random, 1));
+    SpecimenMonitor { effort, motion, reversal: f64::powf(10.0, between(random, -5.0, -2.0)), checks }
 }
 
 fn guards() -> Vec<InputLimits> {

@@ -8,6 +8,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew::compensator::{Compensator, CompensatorSettings};
 use sinew::predictor::{Model, Sample};
+use sinew::transmission::Sliding;
 use sinew_export::c::Content;
 use sinew_export::{Name, fmu};
 
@@ -149,7 +150,7 @@ fn units_of_both_versions_give_the_bits_of_the_library_and_refuse_wrong_calls() 
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let model = model(kind, &mut random);
         let rows = rows(1500, &mut random);
-        compare(&model, PREDICTOR, &bytes(&rows), [3, 4], &flat(&predicted(&model, &rows)));
+        compare(&model, PREDICTOR, &bytes(&rows), [3, 5], &flat(&predicted(&model, &rows)));
     }
 }
 
@@ -162,21 +163,29 @@ fn units_that_command_give_the_bits_of_the_compensator() {
         let settings = CompensatorSettings { rate: Some(50.0), ..CompensatorSettings::default() };
         let mut compensator = Compensator::new(model.clone(), &settings).unwrap();
         let near = compensator.near();
-        // Something was measured in stretches of rows; behind the inputs stands what is desired.
+        // Something was measured in stretches of rows; behind the inputs stands what is desired, and for a
+        // cable the direction that is expected.
+        let cable = model.estimator.law.cable.is_some();
         let asked = rows.iter().enumerate().map(|(k, row)| {
-            let (mut inputs, desired) = (row.inputs, row.inputs[near]);
-            inputs[near] = if k % 40 < 15 { 0.9 * desired } else { f64::NAN };
+            let (mut inputs, mut desired) = (row.inputs, vec![row.inputs[near]]);
+            inputs[near] = if k % 40 < 15 { 0.9 * desired[0] } else { f64::NAN };
+            desired.extend(cable.then_some([0.0, 0.5, -2.0, f64::NAN][k / 25 % 4]));
             (Row { inputs, ..*row }, desired)
         });
-        let asked: Vec<(Row, f64)> = asked.collect();
-        let command = |(row, desired): &(Row, f64)| {
-            let u = compensator.step(&Sample { time_s: row.time_s, inputs: &row.inputs }, *desired);
+        let asked: Vec<(Row, Vec<f64>)> = asked.collect();
+        let command = |(row, desired): &(Row, Vec<f64>)| {
+            let direction = desired.get(1).and_then(|direction| Sliding::from_velocity(*direction));
+            compensator.expect_sliding(direction);
+            let u = compensator.step(&Sample { time_s: row.time_s, inputs: &row.inputs }, desired[0]);
             let set = u.flags.named().into_iter().enumerate();
             let flags: u32 = set.map(|(k, (_, set))| u32::from(set) << k).sum();
             [u.value, u.low, u.high, u.mean, u.standard_deviation, u.gate, f64::from(flags)].map(f64::to_bits)
         };
         let expected: Vec<[u64; 7]> = asked.iter().map(command).collect();
-        let row = |(row, desired): &(Row, f64)| [bytes(&[*row]), desired.to_ne_bytes().to_vec()].concat();
+        let row = |(row, desired): &(Row, Vec<f64>)| {
+            let desired = desired.iter().flat_map(|x| x.to_ne_bytes());
+            bytes(&[*row]).into_iter().chain(desired).collect::<Vec<_>>()
+        };
         let rows: Vec<u8> = asked.iter().flat_map(row).collect();
         compare(&model, Content::Compensator(settings), &rows, [6, 7], &flat(&expected));
     }

@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::predictor::{CablePlace, ObservedCable};
+use crate::transmission::Sliding;
 use crate::transmission::cable::CableLaw;
 
 /// Stretch of a cable for a desired far tension along a sequence of commands.
@@ -9,7 +10,8 @@ use crate::transmission::cable::CableLaw;
 /// ```text
 /// e*_s(T) = sum_j c_j T_j    of the cable that slides steadily in direction s with T at the anchor
 /// m = dx_a + e*_s(T_k) - e*_s(T_(k-1))                   the motor's motion that follows both
-/// s <- -s,  e_c <- 0   once m has added up to more than r against s
+/// s <- -s,  e_c <- 0   where the direction to come is known and is -s; where it is not, once m has added up to
+///                      more than r against s
 /// e_c' = C (T - T^) / t_c,   |e_c| <= |e*_+ - e*_-| / 2      while the motor was where it was commanded
 /// e = e*_s(T) + e_c
 /// ```
@@ -40,6 +42,8 @@ pub(super) struct CableStretch {
     /// `C`, m/N.
     compliance: f64,
     direction: f64,
+    /// The direction in which the cable will slide, where that is known.
+    coming: Option<Sliding>,
     /// Motion against the direction so far, m.
     against: f64,
     /// Low-passed speed of the anchor, m/s.
@@ -106,6 +110,7 @@ impl CableStretch {
             law,
             far_gain: cable.model.far_gain,
             direction: initial,
+            coming: None,
             against: 0.0,
             velocity: 0.0,
             correction: 0.0,
@@ -117,7 +122,17 @@ impl CableStretch {
     pub(super) fn reset(&mut self) {
         (self.direction, self.against, self.velocity) = (self.initial, 0.0, 0.0);
         self.correction = 0.0;
-        self.last = None;
+        (self.coming, self.last) = (None, None);
+    }
+
+    /// In which direction the cable will slide, or that its motion shows it.
+    pub(super) fn expect(&mut self, coming: Option<Sliding>) {
+        self.coming = coming;
+    }
+
+    /// The direction by which it goes.
+    pub(super) fn sliding(&self) -> Option<Sliding> {
+        Sliding::from_velocity(self.direction)
     }
 
     /// Lowest and highest position of the motor, m, from where the cable is.
@@ -135,7 +150,11 @@ impl CableStretch {
         let present = self.steady(tension, self.direction, drag);
         let motion = self.direction * (moved + present - self.steady(before.tension, self.direction, drag));
         self.against = (self.against - motion).max(0.0);
-        if self.against > REVERSAL {
+        let turns = match self.coming {
+            Some(coming) => coming.sign() * self.direction < 0.0,
+            None => self.against > REVERSAL,
+        };
+        if turns {
             (self.direction, self.against) = (-self.direction, 0.0);
             self.correction = 0.0;
         }

@@ -10,6 +10,7 @@ use super::search::{Goal, search};
 use super::settings::{CompensatorSettings, Limits};
 use crate::error::within;
 use crate::predictor::{Model, ModelFileError, Prediction, Predictor, Role, Sample, SampleKind};
+use crate::transmission::Sliding;
 use alloc::string::ToString;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -249,6 +250,22 @@ impl Compensator {
             cable.stretch.reset();
         }
         self.last = Command::default();
+    }
+
+    /// The direction in which a cable will slide by the time its drive has crossed the dead band, for a
+    /// controller that knows its motion: the commands that follow go by the stretch of that direction, before
+    /// the cable turns. `None`, also after a [`reset`](Self::reset): the motion shows it, so after the cable
+    /// has turned. The motor of a cable's observer alone heeds it.
+    pub fn expect_sliding(&mut self, direction: Option<Sliding>) {
+        if let Some(cable) = &mut self.cable {
+            cable.stretch.expect(direction);
+        }
+    }
+
+    /// The direction of sliding by which the last command of a cable's motor went.
+    #[must_use]
+    pub fn sliding(&self) -> Option<Sliding> {
+        self.cable.as_ref().and_then(|cable| cable.stretch.sliding())
     }
 
     /// Moves the model's state by a sample as it was measured, in the order of [`Model::inputs`]; what the

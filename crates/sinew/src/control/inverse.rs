@@ -4,11 +4,12 @@ use super::stretch::FarEndReference;
 use crate::compensator::{Compensator, CompensatorError, CompensatorSettings};
 use crate::drive::DriveCommand;
 use crate::predictor::{CableSample, Model, Role, Sample};
+use crate::transmission::Sliding;
 use alloc::vec;
 use alloc::vec::Vec;
 
 /// A [`Compensator`] in a control cycle: its state follows the measurements, its command is that of the time
-/// by which the drive can be there.
+/// by which the drive can be there, in the direction of the previewed motion.
 ///
 /// ```text
 /// v = v_r + clip((u - p - v_r t_l)/t_l, +- sqrt(2 a |u - p - v_r t_l|))     u: motor's position at t + t_l
@@ -83,11 +84,12 @@ impl InverseCompensation {
         self.time_s += interval;
         self.fill(sample);
         let said = self.compensator.observe(&Sample { time_s: self.time_s, inputs: &self.row });
-        let FarEndReference { tension_out, velocity, .. } = *reference;
+        let FarEndReference { tension_out, velocity, previewed_velocity } = *reference;
         let rate = self.last.replace(tension_out).map_or(0.0, |last| (tension_out - last) / interval);
         let lead = if self.motor_scale.is_some() { self.lead_s } else { interval };
         self.fill(&CableSample { anchor: sample.anchor + velocity * lead, tension_in: f64::NAN, ..*sample });
         let ahead = Sample { time_s: self.time_s + lead, inputs: &self.row };
+        self.compensator.expect_sliding(Sliding::from_velocity(previewed_velocity));
         let value = self.compensator.command(&ahead, tension_out + rate * lead).value;
         let command = match self.motor_scale {
             None => DriveCommand::Tension { tension: value, feed: velocity },

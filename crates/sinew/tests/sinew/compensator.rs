@@ -4,6 +4,7 @@ use crate::common::capstan;
 use crate::common::random_models::{Draw, KINDS, model};
 use sinew::compensator::{Command, Compensator, CompensatorError, CompensatorSettings, MAX_EVALUATIONS};
 use sinew::predictor::{Model, Predictor, Role, Sample};
+use sinew::transmission::Sliding;
 use sinew::transmission::cable::Weakening;
 
 const INTERVAL: f64 = 0.005;
@@ -227,6 +228,46 @@ fn slow_motions_of_cables_arrive_and_their_motors_do_not_chatter() {
     }
     parts.sort_by(f64::total_cmp);
     assert!(parts[parts.len() / 2] < 0.08, "{parts:?}");
+}
+
+#[test]
+fn a_cable_whose_turn_is_known_has_crossed_its_dead_band_when_it_turns() {
+    let (mut known, mut found) = (vec![], vec![]);
+    for seed in (3..163).step_by(KINDS.len()) {
+        let model = model(seed);
+        let mut draw = Draw::new(seed + 1);
+        let (amplitude, frequency) = (draw.between(0.01, 0.03), draw.between(0.1, 0.3));
+        let preview = draw.between(0.1, 0.2);
+        let phase = |t: f64| core::f64::consts::TAU * frequency * t;
+        let cable = model.estimator.law.cable.as_ref().unwrap().columns;
+        let settings = CompensatorSettings {
+            rate: Some(0.3 / cable.motor_scale.abs()),
+            ..CompensatorSettings::default()
+        };
+        let mut largest = |expects: bool| {
+            let mut compensator = Compensator::new(model.clone(), &settings).unwrap();
+            let mut square = 0.0;
+            for k in 0..(3.0 / frequency / INTERVAL) as u32 {
+                let t = f64::from(k) * INTERVAL;
+                let anchor = amplitude * libm::sin(phase(t)) / cable.anchor_scale;
+                let velocity = libm::cos(phase(t + preview));
+                compensator.expect_sliding(Sliding::from_velocity(velocity).filter(|_| expects));
+                let command =
+                    compensator.step(&Sample { time_s: t, inputs: &[f64::NAN, f64::NAN, anchor] }, 60.0);
+                sound(&command);
+                assert!(!expects || compensator.sliding() == Sliding::from_velocity(velocity) || k < 2);
+                if t > 1.0 / frequency {
+                    square += (command.mean - 60.0) * (command.mean - 60.0);
+                }
+            }
+            square
+        };
+        found.push(largest(false));
+        known.push(largest(true));
+    }
+    let better = known.iter().zip(&found).filter(|(known, found)| known < found).count();
+    let [known, found] = [known, found].map(|of| of.iter().sum::<f64>());
+    assert!(better * 10 >= 9 * 20 && known < 0.5 * found, "{better}: {known} {found}");
 }
 
 #[test]

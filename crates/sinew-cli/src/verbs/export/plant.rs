@@ -37,6 +37,7 @@ pub(super) enum PlantFile {
 }
 
 /// A plant in time.
+#[derive(Clone)]
 pub(super) enum SimulatedPlant {
     Cable { plant: Box<CablePlant>, ends: [f64; 2], reading: CableReading },
     Machine { arm: Box<ArmTwin>, commands: Vec<DriveCommand>, read: bool },

@@ -3,6 +3,9 @@ enum { @@_FIRST, @@_NEXT, @@_SAME };
 
 /* Plausible change, range and start of every input. */
 //%slot limits
+//%if specimen
+//%slot reversal
+//%end
 
 /* Replaces spikes and missing values by the last accepted value; finds gaps and repeated samples. */
 static int @_condition(@_state *s, double time_s, const double *inputs)
@@ -36,6 +39,10 @@ static int @_condition(@_state *s, double time_s, const double *inputs)
     return first ? @@_FIRST : @@_NEXT;
 }
 
+//%if specimen
+//%include specimen
+
+//%end
 void @_init(@_state *state)
 {
     static const @_state zero;
@@ -110,6 +117,9 @@ static @_prediction @_advance(@_state *s, double time_s, const double *inputs, d
         s->values[//%here tension_input] = tension;
     }
 //%end
+//%if specimen
+    @_watch(s, kind == @@_FIRST);
+//%end
     for (i = 0; i < @@_INPUTS; i++) {
         outside |= s->values[i] < @_lowest[i] || s->values[i] > @_highest[i];
     }
@@ -118,6 +128,9 @@ static @_prediction @_advance(@_state *s, double time_s, const double *inputs, d
     s->last.standard_deviation = //%here band * sqrt(s->variance) / 1.96;
     s->last.gate = s->gate;
     s->last.flags = //%here unknown (outside ? @@_OUT_OF_RANGE : 0u)
+//%if specimen
+                    | (s->other ? @@_OTHER_SPECIMEN : 0u)
+//%end
                     | (s->any_held ? @@_INPUT_HELD : 0u) | (kind == @@_FIRST ? @@_RESET : 0u);
     return s->last;
 }

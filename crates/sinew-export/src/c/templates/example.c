@@ -195,7 +195,8 @@ static int next_row(FILE *log, const int *places, log_row *row)
 
 static void predict(const char *name, const log_row *row, int restarts)
 {
-    static const char *const flags[] = {"state_unknown", "out_of_range", "input_held", "reset"};
+    static const char *const flags[] = {"state_unknown", "out_of_range", "input_held", "reset",
+                                        "other_specimen"};
     static @_state state;
     static int started;
     @_prediction p;
@@ -216,7 +217,7 @@ static void predict(const char *name, const log_row *row, int restarts)
     putchar(',');
     print_number(p.gate);
     putchar(',');
-    print_flags(p.flags, flags, 4);
+    print_flags(p.flags, flags, 5);
     putchar('\n');
 }
 //%if inverse

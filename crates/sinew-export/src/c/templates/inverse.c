@@ -168,7 +168,7 @@ static void @_move_motor(@_compensator *c, double far, double anchor, double tim
     motion = c->stretch_direction
              * (moved + present - @_steady(c, tension_before, c->stretch_direction, drag_factor));
     c->stretch_against = @_larger(c->stretch_against - motion, 0.0);
-    if (c->stretch_against > 5e-5) {
+    if (c->coming != 0.0 ? c->coming * c->stretch_direction < 0.0 : c->stretch_against > 5e-5) {
         c->stretch_direction = -c->stretch_direction;
         c->stretch_against = 0.0;
         c->stretch_correction = 0.0;
@@ -276,9 +276,17 @@ void @_compensator_reset(@_compensator *c)
     c->stretch_velocity = 0.0;
     c->stretch_correction = 0.0;
     c->stretch_started = 0;
+    c->coming = 0.0;
 //%end
     c->last = none;
 }
+//%if cable
+
+void @_compensator_expect_sliding(@_compensator *c, double direction)
+{
+    c->coming = direction > 0.0 ? 1.0 : direction < 0.0 ? -1.0 : 0.0;
+}
+//%end
 
 @_prediction @_compensator_observe(@_compensator *c, double time_s, const double inputs[@@_INPUTS])
 {

@@ -25,7 +25,8 @@ extern "C" {
 #define @@_OUT_OF_RANGE 2u  /* an input is outside the range of the training logs */
 #define @@_INPUT_HELD 4u    /* an input was missing or jumped: its last value stood in */
 #define @@_RESET 8u         /* all states started here: first sample, gap, time that runs backwards */
-#define @@_REPEATED 16u     /* the same time stamp as before: the prediction is repeated */
+#define @@_OTHER_SPECIMEN 16u /* the loops of this sequence are not those of the training logs' specimen */
+#define @@_REPEATED 32u     /* the same time stamp as before: the prediction is repeated */
 
 typedef struct {
     double mean;               /* the far end: //%here far */
@@ -35,9 +36,21 @@ typedef struct {
 } @_prediction;
 
 //%slot member_states
+//%if specimen
+/* A stroke of the motion, or a part of one: its ends, integrals of the effort and its first moment, duration. */
+typedef struct {
+    double from, to, effort, moment, seconds;
+} @_stroke;
+
+//%end
 /* State of one sequence of samples. Its members are no interface. Set it with @_init. */
 typedef struct {
 //%include state
+//%if specimen
+    @_stroke stroke, since, before;
+    double loop_q, loop_from, loop_origin, loop_direction, loop_low, loop_high, loops, loop[5];
+    int whole, has_before, other;
+//%end
     unsigned held[@@_INPUTS];
     double time_s, dt_s;
     int started, any_held;
@@ -83,7 +96,7 @@ typedef struct {
     int has_desired;
 //%if cable
     double stretch_direction, stretch_against, stretch_velocity, stretch_correction;
-    double stretch_time_s, stretch_anchor, stretch_tension;
+    double stretch_time_s, stretch_anchor, stretch_tension, coming;
     int stretch_started;
 //%end
     @_command last;
@@ -95,6 +108,12 @@ void @_compensator_init(@_compensator *compensator);
 /* The next sample starts a new sequence. */
 void @_compensator_reset(@_compensator *compensator);
 
+//%if cable
+/* The direction in which the cable will slide by the time its drive has crossed the dead band, where the motion
+ * is known: positive toward the motor, negative away from it; 0, as at first: the motion shows it. */
+void @_compensator_expect_sliding(@_compensator *compensator, double direction);
+
+//%end
 /* Moves the state by a sample as it was measured; what the model says of the far end. */
 @_prediction @_compensator_observe(@_compensator *compensator, double time_s,
                                    const double inputs[@@_INPUTS]);

@@ -68,7 +68,10 @@ static int @_sample(@_data *d, double time_s, double step_s)
 {
     (void)step_s;
 //%if inverse
-    /* What is desired stands behind the inputs of the model. */
+    /* What is desired stands behind the inputs of the model, and behind it the direction that is expected. */
+//%if cable
+    @_compensator_expect_sliding(&d->state, d->inputs[@@_INPUTS + 1]);
+//%end
     d->result = @_compensator_step(&d->state, time_s, d->inputs, d->inputs[@@_INPUTS]);
 //%else
     d->result = @_step(&d->state, time_s, d->inputs);
@@ -168,6 +171,12 @@ static int @_restore(@_data *d, const void *bytes, size_t size)
     }
     *d = read;
     return 1;
+}
+
+static void @_forget(const @_data *d, void *state)
+{
+    (void)d;
+    free(state);
 }
 //%end
 

@@ -230,7 +230,6 @@ EXPORTED fmi2Status fmi2SetBoolean(fmi2Component i, const fmi2ValueReference r[]
     return fmi2OK;
 }
 
-//%if state
 EXPORTED fmi2Status fmi2GetFMUstate(fmi2Component i, fmi2FMUstate *state)
 {
     INSTANCE
@@ -250,12 +249,13 @@ EXPORTED fmi2Status fmi2FreeFMUstate(fmi2Component i, fmi2FMUstate *state)
 {
     INSTANCE
     if (state != NULL) {
-        free(*state);
+        @_forget(&instance->data, *state);
         *state = NULL;
     }
     return fmi2OK;
 }
 
+//%if state
 EXPORTED fmi2Status fmi2SerializedFMUstateSize(fmi2Component i, fmi2FMUstate state, size_t *size)
 {
     INSTANCE
@@ -282,9 +282,6 @@ EXPORTED fmi2Status fmi2DeSerializeFMUstate(fmi2Component i, const char bytes[],
     return fmi2OK;
 }
 //%else
-UNUSED(fmi2GetFMUstate, (fmi2Component i, fmi2FMUstate *state))
-UNUSED(fmi2SetFMUstate, (fmi2Component i, fmi2FMUstate state))
-UNUSED(fmi2FreeFMUstate, (fmi2Component i, fmi2FMUstate *state))
 UNUSED(fmi2SerializedFMUstateSize, (fmi2Component i, fmi2FMUstate state, size_t *size))
 UNUSED(fmi2SerializeFMUstate, (fmi2Component i, fmi2FMUstate state, char bytes[], size_t size))
 UNUSED(fmi2DeSerializeFMUstate, (fmi2Component i, const char bytes[], size_t size, fmi2FMUstate *state))

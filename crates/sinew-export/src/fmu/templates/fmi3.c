@@ -250,7 +250,6 @@ EXPORTED fmi3Status fmi3SetBoolean(fmi3Instance i, const fmi3ValueReference r[],
     return fmi3OK;
 }
 
-//%if state
 EXPORTED fmi3Status fmi3GetFMUState(fmi3Instance i, fmi3FMUState *state)
 {
     INSTANCE
@@ -270,12 +269,13 @@ EXPORTED fmi3Status fmi3FreeFMUState(fmi3Instance i, fmi3FMUState *state)
 {
     INSTANCE
     if (state != NULL) {
-        free(*state);
+        @_forget(&instance->data, *state);
         *state = NULL;
     }
     return fmi3OK;
 }
 
+//%if state
 EXPORTED fmi3Status fmi3SerializedFMUStateSize(fmi3Instance i, fmi3FMUState state, size_t *size)
 {
     INSTANCE
@@ -302,9 +302,6 @@ EXPORTED fmi3Status fmi3DeserializeFMUState(fmi3Instance i, const uint8_t bytes[
     return fmi3OK;
 }
 //%else
-UNUSED(fmi3GetFMUState, (fmi3Instance i, fmi3FMUState *state))
-UNUSED(fmi3SetFMUState, (fmi3Instance i, fmi3FMUState state))
-UNUSED(fmi3FreeFMUState, (fmi3Instance i, fmi3FMUState *state))
 UNUSED(fmi3SerializedFMUStateSize, (fmi3Instance i, fmi3FMUState state, size_t *size))
 UNUSED(fmi3SerializeFMUState, (fmi3Instance i, fmi3FMUState state, uint8_t bytes[], size_t size))
 UNUSED(fmi3DeserializeFMUState, (fmi3Instance i, const uint8_t bytes[], size_t size, fmi3FMUState *state))
