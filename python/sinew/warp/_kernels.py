@@ -169,8 +169,8 @@ def put(
 
 
 @wp.kernel(enable_backward=False)
-def place(mask: wp.array(dtype=bool), start: wp.array(dtype=float), qpos: wp.array2d(dtype=float)) -> None:
-    """Puts the worlds of a mask into a pose."""
+def place(mask: wp.array(dtype=bool), start: wp.array2d(dtype=float), qpos: wp.array2d(dtype=float)) -> None:
+    """Puts the worlds of a mask into a pose; `start` may have one world."""
     world, k = wp.tid()
     if mask[world]:
-        qpos[world, k] = start[k]
+        qpos[world, k] = start[world % start.shape[0], k]

@@ -269,6 +269,12 @@ impl ArmTwin {
         &self.specimen
     }
 
+    /// What was injected.
+    #[must_use]
+    pub fn faults(&self) -> &[InjectedFault] {
+        &self.faults
+    }
+
     /// Mechanical energy of bodies and cables, J: kinetic, potential, elastic, and that of the constant force
     /// at every anchor, without the drives.
     ///
