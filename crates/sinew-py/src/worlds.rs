@@ -102,6 +102,7 @@ pub(crate) fn episode(environment: &Environment) -> Result<Value, Error> {
         "tension_n": truth.cables.iter().map(|cable| cable.tension_out).collect::<Vec<_>>(),
         "cables": cables,
         "sheaths": parts.tendons.iter().map(sheath).collect::<Vec<_>>(),
+        "stops": twin.stops().map(|stop| stop.map(|x| x.clamp(-1e30, 1e30))).collect::<Vec<_>>(),
         "winches": specimen.winches,
         "gains": specimen.drives.iter().map(|drive| drive.load_cell.gain).collect::<Vec<_>>(),
         "delays_ms": specimen.drives.iter().map(|drive| drive.delay_ms).collect::<Vec<_>>(),

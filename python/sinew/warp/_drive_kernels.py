@@ -91,6 +91,7 @@ class Specimen:
     delay: wp.array2d(dtype=float)
     encoder: wp.array2d(dtype=wp.vec3)
     joint_delay: wp.array(dtype=float)
+    stops: wp.array2d(dtype=wp.vec4)
     pushes: wp.array3d(dtype=float)
     targets: wp.array3d(dtype=float)
     noise: wp.array2d(dtype=wp.uint64)
@@ -267,11 +268,29 @@ def ease(
 
 
 @wp.kernel(enable_backward=False)
-def push(design: Design, specimen: Specimen, motion: Motion, applied: wp.array2d(dtype=float)) -> None:
-    """Forces from outside on a joint: of a push start, duration, s, joint, and torque, Nm, or force, N."""
+def press(
+    design: Design,
+    specimen: Specimen,
+    motion: Motion,
+    begun: int,
+    qpos: wp.array2d(dtype=float),
+    qvel: wp.array2d(dtype=float),
+    applied: wp.array2d(dtype=float),
+) -> None:
+    """Forces on a joint from its stops, and from outside: of a push start, duration, s, joint, and torque, Nm, or force, N.
+
+    `begun`: how many steps of the drives before the present one the clock counts too much.
+    """
     world, joint = wp.tid()
-    time = float(motion.clock[world]) * design.part
+    stop = specimen.stops[world, joint]
+    q, v = qpos[world, design.coordinate[joint]], qvel[world, design.freedom[joint]]
+    beyond = wp.max(q - stop[1], 0.0) + wp.min(q - stop[0], 0.0)
     total = float(0.0)
+    if beyond > 0.0:
+        total = wp.min(-stop[2] * beyond - stop[3] * v, 0.0)
+    elif beyond < 0.0:
+        total = wp.max(-stop[2] * beyond - stop[3] * v, 0.0)
+    time = float(motion.clock[world] - begun) * design.part
     for j in range(specimen.pushes.shape[1]):
         elapsed = time - specimen.pushes[world, j, 0]
         if int(specimen.pushes[world, j, 2]) == joint and elapsed >= 0.0 and elapsed < specimen.pushes[world, j, 1]:
@@ -297,11 +316,11 @@ def drive(design: Design, specimen: Specimen, motion: Motion, law: Law, state: S
         cell = wp.rint(cell / n[RESOLUTION, k]) * n[RESOLUTION, k]
     cell = wp.clamp(cell, -0.1 * n[RANGE, k], n[RANGE, k])
     now, delay = motion.now[world, k], specimen.delay[world, k]
-    motion.now[world, k] = (now + 1) % motion.positions.shape[0]
     angle = motion.angle[world, k]
     motion.position[world, k] = passed(motion.positions, now, delay, world, k, position_at(design, k, angle))
     seen = passed(motion.tensions, now, delay, world, k, cell)
     motion.tension[world, k] = seen
+    motion.now[world, k] = (now + 1) % motion.positions.shape[0]
 
     # Torque that is asked for.
     winch, speed = motion.winch[world, k], motion.speed[world, k]
@@ -383,8 +402,9 @@ def drive(design: Design, specimen: Specimen, motion: Motion, law: Law, state: S
     wound = behind - half
     if tension <= 0.0:
         wound = wp.clamp(winch, behind - half, behind + half)
-    motion.winch[world, k] = wound
+    # In this order: Warp reads an element where its value is used.
     motion.moved[world, k] = float(wound_at(design, k, wound) - wound_at(design, k, winch))
+    motion.winch[world, k] = wound
     broken = wp.max(tension, far) > specimen.breaks[world, k]
     if broken or inner > n[HOTTEST, k] - ROOM or float(wound) > n[FULL, k] or float(wound) < 0.0:
         motion.failed[world] = 1
@@ -407,8 +427,8 @@ def read_joints(design: Design, specimen: Specimen, motion: Motion, qpos: wp.arr
     off, count = specimen.encoder[world, k], design.resolution[k]
     read = wp.rint((q + off[0] + off[1] * wp.sin(q) + off[2] * wp.cos(q)) / count) * count
     now = motion.joint_now[world, k]
-    motion.joint_now[world, k] = (now + 1) % motion.joints.shape[0]
     motion.joint[world, k] = passed(motion.joints, now, specimen.joint_delay[world], world, k, read)
+    motion.joint_now[world, k] = (now + 1) % motion.joints.shape[0]
 
 
 @wp.func
@@ -450,7 +470,6 @@ def conclude(
     joints, muscles = design.ranges.shape[0], actions.shape[1]
     last = specimen.targets.shape[1] - 1
     step = motion.step[world]
-    motion.step[world] = step + 1
     # The pose that was desired for this time was told before the action.
     asked = wp.min(step, last)
     squares = float(0.0)
@@ -479,6 +498,8 @@ def conclude(
     outcomes[world, 1] = reward
     outcomes[world, 2] = wp.where(terminated, 1.0, 0.0)
     outcomes[world, 3] = wp.where(step + 1 >= design.steps, 1.0, 0.0)
+    asked = wp.min(step + 1, last)
+    motion.step[world] = step + 1
 
     rate = 1.0 / design.interval
     for k in range(muscles):
@@ -496,7 +517,6 @@ def conclude(
         tell(design, observations, world, 3, k, joint)
         tell(design, observations, world, 4, k, rate * (joint - motion.joint_told[world, k]))
         motion.joint_told[world, k] = joint
-    asked = wp.min(step + 1, last)
     for j in range(joints):
         tell(design, observations, world, 5, j, specimen.targets[world, asked, j])
         tell(design, observations, world, 6, j, specimen.targets[world, asked, joints + j])

@@ -33,7 +33,6 @@ class Muscles(Cables):
         self.actions = actions
         #: Numbers of all worlds, of each, and what changes in a step.
         self.design, self.specimen, self.motion = kernels.Design(), kernels.Specimen(), kernels.Motion()
-        self.pushed = False
         #: Fraction of the step of drives and sensors behind this substep, and whether they step in this one and joints are read.
         self.left, self.stepped, self.read = 0.0, True, True
 
@@ -47,9 +46,9 @@ class Muscles(Cables):
         path = [m.opt.timestep, d.ten_wrapadr, d.ten_wrapnum, d.wrap_xpos, d.wrap_obj, d.xquat]
         self._launch(kernels.ease, shape, [*both, self._law, self._state, *path])
         super().act(m, d)
+        forces = [0 if self.stepped else 1, d.qpos, d.qvel, d.qfrc_applied]
+        self._launch(kernels.press, (shape[0], len(self.design.freedom)), [*both, *forces])
         if self.stepped:
-            if self.pushed:
-                self._launch(kernels.push, (shape[0], len(self.design.freedom)), [*both, d.qfrc_applied])
             if self.read and len(self.design.encoded):
                 self._launch(kernels.read_joints, (shape[0], len(self.design.encoded)), [*both, d.qpos])
             self._launch(kernels.drive, shape, [*both, self._law, self._state, self.actions])
@@ -89,8 +88,8 @@ class Environments:
             cables = laid(machine, json.loads(described)["muscles"], None)  # type: ignore[arg-type]
             part = Muscles(model, cables, self._actions, cells=cells, worlds=worlds, device=device)
             self.m = mjw.put_model(model)
-            places = max(2 * int(start.nefc), model.nv + model.ntendon + 16)
-            self.d = mjw.put_data(model, start, nworld=worlds, njmax=places)
+            # Couplings and friction of joints are always there, nothing else is a constraint.
+            self.d = mjw.put_data(model, start, nworld=worlds, njmax=int(start.nefc))
             self._part, self._device = part.attach(self.m, self.d), self.d.qpos.device
             self._share(machine, model, shared)
             self._first(model, shared)
@@ -165,7 +164,9 @@ class Environments:
         """A model as the native twin steps it: explicit forces, then the pose by the new speed."""
         spec = bare(xml, self._muscles, self._timestep)
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-        spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_EULERDAMP | mujoco.mjtDisableBit.mjDSBL_CONTACT
+        # Stops are springs of the twin, bodies do not touch.
+        off = mujoco.mjtDisableBit
+        spec.option.disableflags |= off.mjDSBL_EULERDAMP | off.mjDSBL_CONTACT | off.mjDSBL_LIMIT
         return spec.compile()
 
     def _share(self, machine: _sinew.Machine, model: Any, shared: dict[str, Any]) -> None:
@@ -202,7 +203,6 @@ class Environments:
         motion, count, encoded = part.motion, len(self._muscles), len(shared["encoded"])
         bodies = [sheath[0] if sheath else "world" for sheath in episode["sheaths"]]
         part.design.sheath_body = _array([int(model.body(name).id) for name in bodies], int)
-        part.pushed = bool(episode["pushes"])
         depth = int(shared["longest_delay_ms"] * 1e-3 / shared["step_s"]) + 3
         zeros = {
             wp.float64: ("angle", "winch"),
@@ -290,6 +290,7 @@ class Environments:
             "delay": np.array(episode["delays_ms"]) * (1e-3 / step[0]),
             "encoder": np.reshape(episode["encoders"], (-1, 3)),
             "joint_delay": episode["delay_ms"] * (1e-3 / step[1]),
+            "stops": episode["stops"],
             "pushes": np.reshape(episode["pushes"], (-1, 4)),
             "targets": episode["targets"],
             "noise": np.array([stream % (1 << 64) for stream in streams], dtype=np.uint64),
@@ -301,7 +302,7 @@ class Environments:
 
 #: Arrays of nodes and cells, in which worlds are the second axis; types of numbers other than float.
 _NODES = ("compliance", "friction", "loss", "viscous", "drag")
-_KINDS = {"pulley": int, "axis": wp.vec3, "encoder": wp.vec3, "weakening": wp.vec4, "noise": wp.uint64}
+_KINDS = {"pulley": int, "axis": wp.vec3, "encoder": wp.vec3, "weakening": wp.vec4, "stops": wp.vec4, "noise": wp.uint64}
 #: Arrays of a law of cables, and as what the native part gives them.
 _LAW = {name: name for name in (*_NODES, "pretension")} | {"fade": "drag_fade"}
 
