@@ -96,7 +96,7 @@ def train(plant: str, generations: int, pairs: int, seed: int = 0, warp: bool = 
 
 
 def main(
-    generations: int = 60, pairs: int = 48, seed: int = 0, warp: bool = False, episodes: int = 200
+    generations: int = 60, pairs: int = 48, seed: int = 0, episodes: int = 200, *, warp: bool = False
 ) -> dict[tuple[str, str], float]:
     """Trains, evaluates, prints; mean errors by training and evaluation, as a fraction of the joint's range."""
     found = {}

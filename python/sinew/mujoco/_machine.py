@@ -82,7 +82,7 @@ def spec_of(
     return spec
 
 
-def bare(xml: str, muscles: Sequence[str], timestep_s: float) -> Any:
+def bare(xml: str, muscles: list[str], timestep_s: float) -> Any:
     """A `mujoco.MjSpec` of a machine's MJCF with one motor for every muscle, without transmissions and keys."""
     spec = mujoco.MjSpec.from_string(xml)
     spec.option.timestep = timestep_s

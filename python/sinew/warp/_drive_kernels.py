@@ -1,4 +1,4 @@
-"""Drives, sensors and what follows from an action, in every world: the laws of `sinew::drive`, `sinew::twin::arm` and `sinew_gym`.
+"""Drives, sensors and what follows from an action: the laws of `sinew::drive`, `sinew::twin::arm` and `sinew_gym`.
 
 Angles of a drive count hundreds of turns, of which encoders tell thousandths: they are float64, everything else float32.
 Arrays of a world and muscle have the shape `(worlds, muscles)`, those with a history or nodes `(.., worlds, muscles)`.

@@ -61,8 +61,8 @@ class Muscles(Cables):
 class Environments:
     """Worlds of MuJoCo Warp under the task of native environments, which draw every episode and tell its first observation.
 
-    `native`: as many environments as worlds, which are reset, never stepped. The calls are those of `_sinew.Environments`, and so is
-    what is not found here.
+    `native`: as many environments as worlds, which are reset, never stepped. The calls are those of `_sinew.Environments`, and
+    so is what is not found here.
     """
 
     def __init__(self, machine: _sinew.Machine, native: _sinew.Environments, worlds: int, mode: str, device: Any) -> None:
@@ -83,8 +83,10 @@ class Environments:
         start.qpos[:] = json.loads(described)["start"]
         mujoco.mj_forward(model, start)
         with wp.ScopedDevice(device):
-            self._actions, self._outcomes = (wp.zeros((worlds, n), dtype=float) for n in (len(muscles), 4))
-            self._observations = wp.zeros((worlds, native.observations), dtype=float)
+            #: As of `step`, on the device.
+            self._actions: Any = wp.zeros((worlds, len(muscles)), dtype=float)
+            self._outcomes: Any = wp.zeros((worlds, 4), dtype=float)
+            self._observations: Any = wp.zeros((worlds, native.observations), dtype=float)
             cables = laid(machine, json.loads(described)["muscles"], None)  # type: ignore[arg-type]
             part = Muscles(model, cables, self._actions, cells=cells, worlds=worlds, device=device)
             self.m = mjw.put_model(model)
@@ -248,7 +250,7 @@ class Environments:
                 if owner in owners:
                     self._put(owners[owner], field, rows)
         mjw.reset_data(self.m, self.d, mask)
-        pose = wp.array(self._kept["pose"], dtype=float, device=self._device)
+        pose: Any = wp.array(self._kept["pose"], dtype=float, device=self._device)
         wp.launch(_kernels.place, dim=self.d.qpos.shape, inputs=[mask, pose, self.d.qpos], device=self._device)
         part.set(start_n=self._kept["start_n"])
         part.reset(mask)
@@ -315,7 +317,8 @@ def _chain(model: Any, site: str | None) -> list[tuple[Any, int, int, Any, Any, 
     """From the world to a site: place, kind of joint, its coordinate, axis, anchor and zero."""
     if site is None:
         return []
-    still, links = (np.zeros(3), np.zeros(3), 0.0), []
+    still = np.zeros(3), np.zeros(3), 0.0
+    links: list[tuple[Any, int, int, Any, Any, float]] = []
     one = model.site(site)
     links.append((_transform(one.pos, one.quat), 0, 0, *still))
     body = int(np.atleast_1d(one.bodyid)[0])

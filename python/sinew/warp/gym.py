@@ -1,4 +1,7 @@
-"""The vector environment of `sinew.gym` in many worlds of MuJoCo Warp. Needs `pip install gymnasium mujoco-warp`. See docs/batch.md."""
+"""The vector environment of `sinew.gym` in many worlds of MuJoCo Warp.
+
+Needs `pip install gymnasium mujoco-warp`. See docs/batch.md.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +18,8 @@ __all__ = ["MachineVectorEnv"]
 class MachineVectorEnv(gym.MachineVectorEnv):
     """`sinew.gym.MachineVectorEnv` whose machines move in worlds of MuJoCo Warp.
 
-    Episodes are drawn by the native part, from the same seeds the same; spaces, rewards and modes of reset are the same. `device`: of
-    Warp. Other keywords are those of `sinew.gym.MachineVectorEnv` without `threads`.
+    Episodes are drawn by the native part, from the same seeds the same; spaces, rewards and modes of reset are the same.
+    `device`: of Warp. Other keywords are those of `sinew.gym.MachineVectorEnv`; `threads` draw episodes.
     """
 
     def __init__(self, num_envs: int = 1, *, device: Any = None, **keywords: Any) -> None:
