@@ -7,7 +7,7 @@ Arrays of a world and muscle have the shape `(worlds, muscles)`, those with a hi
 import warp as wp
 
 from ._cable_kernels import Law, State
-from ._kernels import PULLEY, point_of
+from ._kernels import turning_of
 
 # mypy: ignore-errors
 # Annotations of kernels must be types, not text: no `from __future__ import annotations` here.
@@ -222,30 +222,11 @@ def ease(
     """Friction of the next step of the cables: by the wrap at the joint in the present pose, and less at speed."""
     world, k = wp.tid()
     tendon = design.tendon[k]
-    # The turn where the cable leaves its sheath, guides and wraps: coincident points once, as in `turning_of`.
-    bend = float(0.0)
-    last = wp.vec3()
-    before = wp.vec3()
     axis = specimen.axis[world, k]
-    if wp.length_sq(axis) > 0.0:
-        q = xquat[world, design.sheath_body[k]]
-        # MuJoCo's order is w, x, y, z.
-        before = wp.quat_rotate(wp.quat(q[1], q[2], q[3], q[0]), axis)
-    points = int(0)
-    begin = wrap_adr[world, tendon]
-    for j in range(begin, begin + wrap_num[world, tendon]):
-        if wrap_obj[world, j // 2][j % 2] == PULLEY:
-            points = 0
-            before = wp.vec3()
-            continue
-        point = point_of(wrap_xpos[world, j // 2], j % 2)
-        piece = point - last
-        last = point
-        if points > 0 and wp.length_sq(piece) > 0.0:
-            if wp.length_sq(before) > 0.0:
-                bend += wp.atan2(wp.length(wp.cross(before, piece)), wp.dot(before, piece))
-            before = piece
-        points = 1
+    q = xquat[world, design.sheath_body[k]]
+    # Along the end of the sheath; MuJoCo's order is w, x, y, z.
+    first = wp.quat_rotate(wp.quat(q[1], q[2], q[3], q[0]), axis)
+    bend = turning_of(wrap_adr[world, tendon], wrap_num[world, tendon], world, wrap_xpos, wrap_obj, first)
     more = 0.5 * specimen.mu[world, k] * (wp.min(bend, LARGEST_WRAP) - specimen.wrap[world, k])
     slow = specimen.weakening[world, k]
     h = timestep[0]
