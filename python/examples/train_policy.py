@@ -1,9 +1,10 @@
 """A policy for a joint between two cables, trained with and without the friction of their sheaths.
 
-Run: `python python/examples/train_policy.py [GENERATIONS]`. Needs gymnasium. A linear policy commands the tensions of two drives
+Run: `python python/examples/train_policy.py [GENERATIONS [PAIRS [SEED [warp]]]]`. Needs gymnasium, and mujoco-warp where the
+policy is to be trained in worlds of MuJoCo Warp. A linear policy commands the tensions of two drives
 from their encoders and load cells and the joint's encoder; an evolution strategy after Salimans et al. (2017) trains it on
 `sinew/BenchJoint-v0`, once on cables without friction and once on cables in their sheaths. Both are then evaluated on other
-episodes of both kinds. All data are simulated.
+episodes of both kinds by the native twin, wherever they were trained. All data are simulated.
 """
 
 from __future__ import annotations
@@ -22,9 +23,14 @@ PLANTS = {"without friction": Randomisation(friction=(0.0, 0.0)), "with friction
 STEPS = 200
 
 
-def environment(plant: str, count: int) -> MachineVectorEnv:
+def environment(plant: str, count: int, warp: bool = False) -> MachineVectorEnv:
     """Environments in which tensions are commanded every 10 ms for 2 s."""
-    return MachineVectorEnv(
+    kind = MachineVectorEnv
+    if warp:
+        from sinew.warp.gym import MachineVectorEnv as Worlds
+
+        kind = Worlds
+    return kind(
         count,
         machine="bench_joint",
         task="reach",
@@ -64,11 +70,11 @@ def run(env: MachineVectorEnv, policies: Floats, seeds: list[int]) -> tuple[Floa
     return rewards, errors
 
 
-def train(plant: str, generations: int, pairs: int, seed: int = 0) -> Floats:
+def train(plant: str, generations: int, pairs: int, seed: int = 0, warp: bool = False) -> Floats:
     """A policy from so many generations of pairs of opposite changes, each pair on one episode."""
     random = np.random.default_rng(seed)
-    env = environment(plant, 2 * pairs)
-    shape = env.reset(seed=0)[0].shape[1], features(env, env.reset(seed=0)[0]).shape[1]
+    env = environment(plant, 2 * pairs, warp)
+    shape = env.environments.actions, features(env, env.reset(seed=0)[0]).shape[1]
     # From low tensions on, of which the policy knows nothing else.
     mean, speed = np.zeros(shape), np.zeros(shape)
     mean[:, -1] = -0.8
@@ -83,17 +89,19 @@ def train(plant: str, generations: int, pairs: int, seed: int = 0) -> Floats:
         gradient = np.tensordot(ranks[:pairs] - ranks[pairs:], changes, axes=1) / pairs
         speed = 0.8 * speed + 0.4 * gradient
         mean = mean + speed
-        if generation % 20 == 19:
+        if generation % 10 == 9:
             print(f"  {plant}, generation {generation + 1}: mean reward {rewards.mean():.3f}", flush=True)
     env.close()
     return mean
 
 
-def main(generations: int = 60, episodes: int = 200, pairs: int = 48) -> dict[tuple[str, str], float]:
+def main(
+    generations: int = 60, pairs: int = 48, seed: int = 0, episodes: int = 200, *, warp: bool = False
+) -> dict[tuple[str, str], float]:
     """Trains, evaluates, prints; mean errors by training and evaluation, as a fraction of the joint's range."""
     found = {}
     for trained in PLANTS:
-        policy = train(trained, generations, pairs)
+        policy = train(trained, generations, pairs, seed, warp)
         for tested in PLANTS:
             env = environment(tested, episodes)
             policies = np.broadcast_to(policy, (episodes, *policy.shape))
@@ -106,4 +114,4 @@ def main(generations: int = 60, episodes: int = 200, pairs: int = 48) -> dict[tu
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:2]))
+    main(*map(int, sys.argv[1:4]), warp="warp" in sys.argv)

@@ -312,6 +312,10 @@ class Environments:
     @property
     def poses(self) -> _Array:
         """True poses, rad or m, shape `(environments, joints)`."""
+    def design(self) -> str:
+        """What all environments share, as JSON, for another simulator."""
+    def episode(self, index: int) -> str:
+        """The episode that one environment is in, as JSON: its specimen, its noise, its pushes, its targets."""
 
 @disjoint_base
 class Machine:

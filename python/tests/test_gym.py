@@ -364,6 +364,6 @@ def test_stable_baselines3_learns_on_it() -> None:
 
 def test_the_example_trains_and_evaluates(capsys: pytest.CaptureFixture[str]) -> None:
     example = runpy.run_path(str(EXAMPLE))
-    found = example["main"](2, 4, 3)
+    found = example["main"](2, 3, episodes=4)
     assert len(found) == 4 and all(np.isfinite(error) for error in found.values())
     assert capsys.readouterr().out.count("mean error") == 4

@@ -18,7 +18,7 @@ PACKAGE = ROOT / "python/sinew"
 PAGE = ROOT / "docs/api.md"
 MODULES = (
     "sinew", "sinew.batch", "sinew.gym", "sinew.gym.stable_baselines3", "sinew.jax", "sinew.mjx", "sinew.mujoco", "sinew.study",
-    "sinew.warp",
+    "sinew.warp", "sinew.warp.gym",
 )  # fmt: skip
 
 Definition: TypeAlias = ast.ClassDef | ast.FunctionDef

@@ -148,6 +148,44 @@ impl EnvironmentDesign {
         &self.commands
     }
 
+    /// The machine as designed, with its payload.
+    #[must_use]
+    pub fn machine(&self) -> &Machine {
+        &self.machine
+    }
+
+    /// Control cycles for which an action holds.
+    #[must_use]
+    pub fn cycles(&self) -> u32 {
+        self.cycles
+    }
+
+    /// Steps of drives and sensors in a cycle, and their length, s.
+    #[must_use]
+    pub fn steps_of_cycle(&self) -> (u32, f64) {
+        let step = self.specimen.step();
+        ((self.machine.period / step).round() as u32, step)
+    }
+
+    /// Longest delay of a reading in any episode, ms.
+    #[must_use]
+    pub fn longest_delay_ms(&self) -> f64 {
+        let drives = self.specimen.drives.iter().map(|drive| drive.delay_ms);
+        drives.fold(0.0, f64::max) + self.randomisation.delay_ms[1]
+    }
+
+    /// Ranges of the independent joints, rad or m: `[joints]`.
+    #[must_use]
+    pub fn ranges(&self) -> &[[f64; 2]] {
+        &self.ranges
+    }
+
+    /// Indices of the independent joints with encoders.
+    #[must_use]
+    pub fn encoded(&self) -> &[usize] {
+        &self.encoded
+    }
+
     /// Error at which the reward is a half, m for an end point, else 1 as a fraction of the joints' ranges.
     #[must_use]
     pub fn half_error(&self) -> f64 {

@@ -28,9 +28,22 @@ pub struct Environment {
     tracked_point: Vec<f64>,
     reference: Reference,
     offset: f64,
+    seed: u64,
+    delay_ms: f64,
     steps: u32,
     error: f64,
     ended: bool,
+}
+
+/// What is desired at the end of an interval.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Target {
+    /// Pose, rad or m: `[joints]`.
+    pub pose: Vec<f64>,
+    /// Its rate, per s, 0 where it does not move: `[joints]`.
+    pub rate: Vec<f64>,
+    /// The end point in that pose, m; the origin without one.
+    pub point: [f64; 3],
 }
 
 /// What the sensors tell.
@@ -109,6 +122,8 @@ impl Environment {
             tracked_point: Vec::with_capacity(3),
             reference: Reference::new(joints),
             offset: 0.0,
+            seed: 0,
+            delay_ms: 0.0,
             steps: 0,
             error: 0.0,
             ended: false,
@@ -141,6 +156,34 @@ impl Environment {
     #[must_use]
     pub fn error(&self) -> f64 {
         self.error
+    }
+
+    /// Seed of the noise of this episode's sensors, as of [`ArmTwin::new`].
+    #[must_use]
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Delay of the joints' encoders in this episode, ms.
+    #[must_use]
+    pub fn delay_ms(&self) -> f64 {
+        self.delay_ms
+    }
+
+    /// What is desired from the present step of the episode to its last; one where it does not move.
+    ///
+    /// # Errors
+    /// None after a successful [`reset`](Self::reset).
+    pub fn targets(&self) -> Result<Vec<Target>, Error> {
+        let mut ahead = self.clone();
+        let last = if self.design.task.moves() { self.design.settings.steps } else { self.steps };
+        let target = |step| {
+            ahead.steps = step;
+            ahead.update_target()?;
+            let (pose, rate) = (ahead.target.clone(), ahead.target_rate.clone());
+            Ok(Target { pose, rate, point: ahead.target_point })
+        };
+        (self.steps..=last).map(target).collect()
     }
 
     /// Begins another episode; with a seed, the first one of that seed.
@@ -252,6 +295,7 @@ impl Environment {
     fn begin(&mut self, episode: Episode) -> Result<(), Error> {
         self.twin = episode.twin;
         (self.offset, self.steps, self.ended) = (episode.offset, 0, false);
+        (self.seed, self.delay_ms) = (episode.seed, episode.delay_ms);
         self.target.copy_from_slice(&episode.target);
         let truth = self.twin.truth();
         let Sensed { delays, readings } = &mut self.sensed;

@@ -18,6 +18,8 @@ pub(crate) struct Episode {
     pub(crate) target: Vec<f64>,
     /// Time of the motion at the beginning, s.
     pub(crate) offset: f64,
+    /// Seed of the noise of the sensors.
+    pub(crate) seed: u64,
     /// Delay of the joints' encoders, ms; that of the drives is the twin's.
     pub(crate) delay_ms: f64,
 }
@@ -78,7 +80,7 @@ impl Episode {
             *tension = tension.max(cable.parameters.pretension);
         }
         let twin = ArmTwin::new(&specimen, &initial, &tensions, seed)?.with_faults(&pushes)?;
-        Ok(Self { twin, target, offset, delay_ms: sampled.delay_ms })
+        Ok(Self { twin, target, offset, seed, delay_ms: sampled.delay_ms })
     }
 }
 

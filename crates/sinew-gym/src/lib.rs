@@ -30,7 +30,7 @@ mod threads;
 
 pub use batch::{EnvironmentBatch, Outcomes, ResetMode};
 pub use design::EnvironmentDesign;
-pub use environment::{Environment, Outcome};
+pub use environment::{Environment, Outcome, Target};
 pub use observation::ObservationPart;
 pub use randomisation::Randomisation;
 pub use settings::{Actuation, Settings};

@@ -4,6 +4,7 @@ use crate::array::array;
 use crate::failure::Failure;
 use crate::machine::Machine;
 use crate::track::Trajectory;
+use crate::worlds;
 use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadwriteArray};
 use pyo3::prelude::*;
 use sinew::twin::cable::Resolution;
@@ -224,6 +225,20 @@ impl Environments {
     fn resolution(&self) -> (usize, usize) {
         let Resolution { cells, substeps } = self.design.resolution();
         (cells, substeps)
+    }
+
+    /// What all environments share, as JSON, for another simulator.
+    fn design(&self) -> PyResult<String> {
+        Ok(worlds::design(&self.design).map_err(Failure::from)?.to_string())
+    }
+
+    /// The episode that one environment is in, as JSON: its specimen, its noise, its pushes, its targets.
+    fn episode(&self, index: usize) -> PyResult<String> {
+        let environments = self.batch.environments();
+        let one = environments.get(index).ok_or_else(|| {
+            Failure::refused(format!("index must be below {}, but is {index}", environments.len()))
+        })?;
+        Ok(worlds::episode(one).map_err(Failure::from)?.to_string())
     }
 
     /// True poses, rad or m, shape `(environments, joints)`.

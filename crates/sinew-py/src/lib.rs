@@ -9,6 +9,7 @@
 //! | `cable`, `twin`  | one cable, a simulated machine                                               |
 //! | `controller`     | the controller of a machine                                                  |
 //! | `environments`   | environments for reinforcement learning                                      |
+//! | `worlds`         | environments as numbers for a simulator of many worlds                       |
 //! | `mujoco`         | the way to the plugins for MuJoCo                                            |
 //! | `track`, `reproduction` | whole experiments                                                     |
 //! | `array`          | NumPy arrays without copies                                                  |
@@ -33,6 +34,7 @@ mod reproduction;
 mod tension;
 mod track;
 mod twin;
+mod worlds;
 
 /// The native module.
 #[pyo3::pymodule]

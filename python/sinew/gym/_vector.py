@@ -57,7 +57,7 @@ class MachineVectorEnv(VectorEnv[_Singles, _Singles, NDArray[Any]]):
             raise ValueError(f"num_envs must be at least 1, but is {num_envs}")
         entropy = secrets.randbits(48)
         seeds = [entropy + index for index in range(num_envs)]
-        self._native: _sinew.Environments | None = Conditions(**conditions).environments(seeds, _MODES[mode], threads)
+        self._native: _sinew.Environments | None = self._simulated(Conditions(**conditions), seeds, _MODES[mode], threads)
         self.single_observation_space, self.single_action_space = spaces_of(self._native)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -67,6 +67,9 @@ class MachineVectorEnv(VectorEnv[_Singles, _Singles, NDArray[Any]]):
         self._rewards, self._errors, self._last_errors = (np.zeros(num_envs) for _ in range(3))
         self._terminated, self._truncated = (np.zeros(num_envs, dtype=np.bool_) for _ in range(2))
         self._all = np.ones(num_envs, dtype=np.bool_)
+
+    def _simulated(self, conditions: Conditions, seeds: list[int], mode: str, threads: int) -> _sinew.Environments:
+        return conditions.environments(seeds, mode, threads)
 
     @property
     def environments(self) -> _sinew.Environments:

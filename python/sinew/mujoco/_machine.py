@@ -71,16 +71,7 @@ def spec_of(
     known = machine if isinstance(machine, Machine) else Machine(machine)
     xml, described = _sinew.mujoco_machine(known)
     muscles = json.loads(described)["muscles"]
-    spec = mujoco.MjSpec.from_string(xml)
-    spec.option.timestep = timestep_s
-    # MuJoCo wants a mass of every body that moves, one with an armature alone too.
-    spec.compiler.boundmass, spec.compiler.boundinertia = 1e-9, 1e-12
-    for equality in spec.equalities:
-        # Joints that follow others do so exactly, not as softly as contacts.
-        equality.solref, equality.solimp = [2.0 * timestep_s, 1.0], [0.9999, 0.9999, 0.001, 0.5, 2.0]
-    _one_motor_each(spec, [muscle["name"] for muscle in muscles])
-    for key in list(spec.keys):
-        spec.delete(key) if hasattr(spec, "delete") else key.delete()
+    spec = bare(xml, [muscle["name"] for muscle in muscles], timestep_s)
     spec.add_key(name="start", qpos=json.loads(described)["start"])
     if transmission == "none":
         return spec
@@ -88,6 +79,21 @@ def spec_of(
         add_sheaths(spec, sheaths_of(known, turning=turning))
         return spec
     add_cables(spec, laid(known, muscles, tension_n), cells=cells, substeps=substeps)
+    return spec
+
+
+def bare(xml: str, muscles: list[str], timestep_s: float) -> Any:
+    """A `mujoco.MjSpec` of a machine's MJCF with one motor for every muscle, without transmissions and keys."""
+    spec = mujoco.MjSpec.from_string(xml)
+    spec.option.timestep = timestep_s
+    # MuJoCo wants a mass of every body that moves, one with an armature alone too.
+    spec.compiler.boundmass, spec.compiler.boundinertia = 1e-9, 1e-12
+    for equality in spec.equalities:
+        # Joints that follow others do so exactly, not as softly as contacts.
+        equality.solref, equality.solimp = [2.0 * timestep_s, 1.0], [0.9999, 0.9999, 0.001, 0.5, 2.0]
+    _one_motor_each(spec, muscles)
+    for key in list(spec.keys):
+        spec.delete(key) if hasattr(spec, "delete") else key.delete()
     return spec
 
 

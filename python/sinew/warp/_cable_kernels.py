@@ -28,15 +28,15 @@ Cells = wp.array3d(dtype=float)
 
 @wp.struct
 class Law:
-    """Cables as built: cells and nodes in rows, `(cells, cables)`; of every cable, `(cables,)`."""
+    """Cables as built: cells and nodes in rows, `(cells, 1 or worlds, cables)`; of every cable, `(1 or worlds, cables)`."""
 
-    compliance: wp.array2d(dtype=float)
-    friction: wp.array2d(dtype=float)
-    loss: wp.array2d(dtype=float)
-    viscous: wp.array2d(dtype=float)
-    drag: wp.array2d(dtype=float)
-    fade: wp.array(dtype=float)
-    pretension: wp.array(dtype=float)
+    compliance: wp.array3d(dtype=float)
+    friction: wp.array3d(dtype=float)
+    loss: wp.array3d(dtype=float)
+    viscous: wp.array3d(dtype=float)
+    drag: wp.array3d(dtype=float)
+    fade: wp.array2d(dtype=float)
+    pretension: wp.array2d(dtype=float)
     factors: wp.array3d(dtype=float)
 
 
@@ -63,13 +63,19 @@ def tanh_series(x: float) -> float:
 
 
 @wp.func
+def built(law: Law, world: int) -> int:
+    """Where the numbers of a world are: with its own, or with those of all."""
+    return wp.min(world, law.pretension.shape[0] - 1)
+
+
+@wp.func
 def compliance_of(law: Law, j: int, world: int, k: int) -> float:
-    return law.compliance[j, k] * law.factors[COMPLIANCE, world, k]
+    return law.compliance[j, built(law, world), k] * law.factors[COMPLIANCE, world, k]
 
 
 @wp.func
 def half_angle_of(law: Law, i: int, world: int, k: int) -> float:
-    return law.friction[i, k] * law.factors[FRICTION, world, k] + law.loss[i, k]
+    return law.friction[i, built(law, world), k] * law.factors[FRICTION, world, k] + law.loss[i, built(law, world), k]
 
 
 @wp.func
@@ -83,7 +89,7 @@ def ratio_of(law: Law, i: int, world: int, k: int, s: float) -> float:
 def settle(law: Law, state: State, world: int, k: int) -> float:
     """Tension at the anchor of a cable that has slid toward the motor; sets all tensions."""
     m = state.tension.shape[0]
-    tension = wp.max(law.factors[START, world, k] - law.pretension[k], 0.0)
+    tension = wp.max(law.factors[START, world, k] - law.pretension[built(law, world), k], 0.0)
     stretch = float(0.0)
     for step in range(m):
         j = m - 1 - step
@@ -103,7 +109,7 @@ def eliminate(law: Law, state: State, world: int, k: int, rate: float, motor: fl
     driven = -1.0
     if motor + anchor >= 0.0:
         driven = 1.0
-    fade = 2.0 * law.fade[k]
+    fade = 2.0 * law.fade[built(law, world), k]
     sup_done = float(0.0)
     rhs_done = float(0.0)
     before = motor
@@ -134,8 +140,8 @@ def eliminate(law: Law, state: State, world: int, k: int, rate: float, motor: fl
         main = float(1.0)
         rhs = -w
         if sign != 0.0:
-            drag = law.drag[i, k] * law.factors[DRAG, world, k]
-            resistance = (law.viscous[i, k] * law.factors[FRICTION, world, k] + drag / (total + fade)) * rate
+            drag = law.drag[i, built(law, world), k] * law.factors[DRAG, world, k]
+            resistance = (law.viscous[i, built(law, world), k] * law.factors[FRICTION, world, k] + drag / (total + fade)) * rate
             tau = tanh_series(sign * h + resistance * w)
             sub = (1.0 - tau) * kl
             sup = (1.0 + tau) * kr
@@ -349,7 +355,7 @@ def pull(
             far = advance(law, state, world, k, interval, motor, anchor)
     state.winch[world, k] = winch
     state.length[world, k] = length
-    force[world, actuator[k]] = -(far + law.pretension[k]) / gear[k]
+    force[world, actuator[k]] = -(far + law.pretension[built(law, world), k]) / gear[k]
 
 
 @wp.kernel(enable_backward=False)

@@ -48,7 +48,7 @@ class Cables(Part):
             if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
                 raise ValueError(f"{name} must be a whole number from 1 to {most}, but is {value!r}")
         self._winches = winches = winches_of(model, cables)
-        check_damping(model, {winch.tendon: winch.cable for winch in winches})
+        self._check(model)
         super().__init__(worlds, device)
         self._model, self._cells, self._substeps = model, cells, substeps
         laws = [_law(winch.name, winch.cable, cells) for winch in winches]
@@ -64,14 +64,13 @@ class Cables(Part):
         self._gear = array([winch.gear for winch in winches])
         law = kernels.Law()
         for name in ("compliance", "friction", "loss", "viscous", "drag"):
-            setattr(law, name, array(np.stack([one[name] for one in laws], axis=1)))
-        law.fade, law.pretension = (array([float(one[name]) for one in laws]) for name in ("drag_fade", "pretension"))
+            setattr(law, name, array(np.stack([one[name] for one in laws], axis=1)[:, np.newaxis]))
+        law.fade, law.pretension = (array([[float(one[name]) for one in laws]]) for name in ("drag_fade", "pretension"))
         starts = [winch.cable.pretension_n if winch.cable.start_n is None else winch.cable.start_n for winch in winches]
         factors = np.ones((len(kernels.FACTORS), worlds, count))
         factors[kernels.FACTORS.index("start_n")] = starts
         self._factors = law.factors = array(factors)
         self._law, self._state = law, self._begin(count)
-        self._pretension = np.array([float(one["pretension"]) for one in laws])
 
     def _begin(self, count: int) -> Any:
         state, shape = kernels.State(), (self._worlds, count)
@@ -90,7 +89,7 @@ class Cables(Part):
     @property
     def tension_out(self) -> NDArray[np.float32]:
         """Tensions at the anchors after the last step, N, shape `(worlds, cables)`; waits for the device."""
-        return np.asarray(self._state.tension[self._cells - 1].numpy() + self._pretension, dtype=np.float32)
+        return np.asarray(self._state.tension[self._cells - 1].numpy() + self._law.pretension.numpy(), dtype=np.float32)
 
     @property
     def tension_in(self) -> NDArray[np.float32]:
@@ -136,6 +135,9 @@ class Cables(Part):
     def act(self, m: Any, d: Any) -> None:
         """One step of the cables: one launch. MuJoCo Warp calls it."""
         wp.launch(kernels.pull, dim=self._state.begun.shape, inputs=self._inputs, device=self._device)
+
+    def _check(self, model: Any) -> None:
+        check_damping(model, {winch.tendon: winch.cable for winch in self._winches})
 
     def _sizes(self) -> tuple[int, int]:
         return int(self._model.ntendon), len(self._model.actuator_trntype)

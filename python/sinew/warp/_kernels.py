@@ -45,29 +45,33 @@ def turning_of(
     world: int,
     wrap_xpos: wp.array2d(dtype=wp.spatial_vector),
     wrap_obj: wp.array2d(dtype=wp.vec2i),
+    first: wp.vec3,
 ) -> float:
-    """Sum of the angles at the points of a path, rad, as of the plugin: broken at pulleys, coincident points once."""
+    """Sum of the angles at the points of a path, rad, as of the plugin: broken at pulleys, coincident points once.
+
+    `first`: in which direction the path begins, zero where that does not count.
+    """
     total = float(0.0)
-    points = int(0)
+    begun = bool(False)
     last = wp.vec3()
-    before = wp.vec3()
+    before = 1.0 * first
     for k in range(begin, begin + count):
         if wrap_obj[world, k // 2][k % 2] == PULLEY:
-            points = 0
+            begun = False
+            before = wp.vec3()
             continue
         point = point_of(wrap_xpos[world, k // 2], k % 2)
-        if points == 0:
+        if not begun:
             last = point
-            points = 1
+            begun = True
             continue
         piece = point - last
         if wp.length_sq(piece) == 0.0:
             continue
-        if points == 2:
+        if wp.length_sq(before) > 0.0:
             total += wp.atan2(wp.length(wp.cross(before, piece)), wp.dot(before, piece))
         before = piece
         last = point
-        points = 2
     return total
 
 
@@ -124,7 +128,8 @@ def rub(
             wrap = parameters[BEND, world, tendon]
             fraction = parameters[TURNING, world, tendon]
             if fraction > 0.0:
-                psi = turning_of(wrap_adr[world, tendon], wrap_num[world, tendon], world, wrap_xpos, wrap_obj)
+                begin, count = wrap_adr[world, tendon], wrap_num[world, tendon]
+                psi = turning_of(begin, count, world, wrap_xpos, wrap_obj, wp.vec3())
                 wrap += fraction * psi
             ratio = velocity[world, tendon] / parameters[SPEED, world, tendon]
             weakening = 1.0 + parameters[RISE, world, tendon] / (1.0 + ratio * ratio)
@@ -169,8 +174,8 @@ def put(
 
 
 @wp.kernel(enable_backward=False)
-def place(mask: wp.array(dtype=bool), start: wp.array(dtype=float), qpos: wp.array2d(dtype=float)) -> None:
-    """Puts the worlds of a mask into a pose."""
+def place(mask: wp.array(dtype=bool), start: wp.array2d(dtype=float), qpos: wp.array2d(dtype=float)) -> None:
+    """Puts the worlds of a mask into a pose; `start` may have one world."""
     world, k = wp.tid()
     if mask[world]:
-        qpos[world, k] = start[k]
+        qpos[world, k] = start[world % start.shape[0], k]

@@ -32,7 +32,7 @@ class Machines:
         self.m, self.d = m, d
         #: Cables or sheaths, attached.
         self.transmission = transmission
-        self._start: Any = wp.array(start, dtype=float, device=d.qpos.device)
+        self._start: Any = wp.array(np.atleast_2d(start), dtype=float, device=d.qpos.device)
         self.reset()
 
     @property

@@ -183,6 +183,12 @@ impl CableLaw {
         &self.nodes
     }
 
+    /// Node and wrap, rad, of the pulley next to the anchor, if there is one.
+    #[must_use]
+    pub fn last_pulley(&self) -> Option<(usize, f64)> {
+        self.pulleys.last().map(|pulley| (pulley.node, pulley.wrap))
+    }
+
     /// Velocity weakening, where friction has one.
     #[must_use]
     pub fn weakening(&self) -> Option<Weakening> {

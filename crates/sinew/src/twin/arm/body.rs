@@ -106,6 +106,14 @@ impl Limb {
         self.joints.v.as_flattened_mut().copy_from_slice(v);
     }
 
+    /// Range, rad or m, stiffness and damping of the stops of every joint.
+    pub(super) fn stops(&self) -> impl Iterator<Item = [f64; 4]> {
+        self.joints
+            .stops
+            .iter()
+            .map(|stop| [stop.low.0[0], stop.high.0[0], stop.stiffness.0[0], stop.damping.0[0]])
+    }
+
     /// Forces from outside at the joints, Nm or N.
     pub(super) fn push(&mut self) -> &mut [f64] {
         self.joints.push.as_flattened_mut()

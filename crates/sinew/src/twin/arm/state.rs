@@ -269,6 +269,18 @@ impl ArmTwin {
         &self.specimen
     }
 
+    /// Stops of the independent joints, springs with dampers: where they begin below and above, rad or m,
+    /// stiffness, Nm/rad or N/m, and damping, Nm s/rad or N s/m; infinite ends are none.
+    pub fn stops(&self) -> impl Iterator<Item = [f64; 4]> {
+        self.limb.stops()
+    }
+
+    /// What was injected.
+    #[must_use]
+    pub fn faults(&self) -> &[InjectedFault] {
+        &self.faults
+    }
+
     /// Mechanical energy of bodies and cables, J: kinetic, potential, elastic, and that of the constant force
     /// at every anchor, without the drives.
     ///

@@ -92,7 +92,7 @@ impl Specimen {
     ///
     /// # Errors
     /// As [`CableLaw::new`] and [`Effects::validate`].
-    pub(in crate::twin) fn law(&self, cells: usize) -> Result<CableLaw, Error> {
+    pub fn law(&self, cells: usize) -> Result<CableLaw, Error> {
         self.effects.validate()?;
         let mut parameters = self.parameters;
         if let Some(sheath) = &self.effects.sheath {
