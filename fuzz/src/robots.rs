@@ -3,7 +3,7 @@
 use sinew::body::{Parts, Robot};
 use sinew::description::machine::FileReference;
 use sinew::description::{
-    Description, from_mjcf, from_toml, from_urdf, machine_from_toml, machine_of, robot_from_toml, to_mjcf,
+    Description, from_mjcf, from_osim, from_toml, from_urdf, machine_from_toml, machine_of, robot_from_toml, to_mjcf,
     to_toml,
 };
 

@@ -150,6 +150,10 @@ pub struct Site {
     pub position: [f64; 3],
     /// Orientation in the body's frame.
     pub orientation: [f64; 4],
+    /// The joint, a hinge or a slide, and its range in which paths pass through the site; elsewhere they go
+    /// past it, straight from the site before to the one behind. `None`: paths always pass through it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub active: Option<(usize, [f64; 2])>,
 }
 
 /// Shape of a wrapping surface.

@@ -51,7 +51,7 @@ pub(crate) fn chain(random: &mut Random, joints: usize, kind: Chain) -> Robot {
         }
     }
     let position = [0.0, 0.0, length * (0.5 + random.unit())];
-    parts.sites.push(Site { name: "endpoint".into(), body: joints, position, orientation: upright });
+    parts.sites.push(Site { name: "endpoint".into(), body: joints, position, orientation: upright, active: None });
     Robot::new(parts).unwrap()
 }
 

@@ -15,8 +15,8 @@ pub(crate) fn run(arguments: &MachineConvertArguments, general: &General) -> Res
     let output = &arguments.output;
     let inputs = [&arguments.input].into_iter().chain(&arguments.files.muscles);
     refuse_overwrite(inputs, std::slice::from_ref(output), general.no_clobber)?;
-    let Some(kind) = Format::from_path(output).ok().filter(|kind| *kind != Format::Urdf) else {
-        let expected = ".toml or .xml; URDF has no cables";
+    let Some(kind) = Format::from_path(output).ok().filter(|kind| matches!(kind, Format::Toml | Format::Mjcf)) else {
+        let expected = ".toml or .xml; URDF has no cables, OpenSim's format is read alone";
         return Err(Error::RobotFormat { file: output.clone(), expected });
     };
     let LoadedRobot { robot, warnings } = load_robot(
@@ -35,6 +35,12 @@ pub(crate) fn run(arguments: &MachineConvertArguments, general: &General) -> Res
         0 => {}
         1 => eprintln!("warning: a shape of a body in a mesh file is left out"),
         many => eprintln!("warning: {many} shapes of bodies in mesh files are left out"),
+    }
+    let bypassed = parts.sites.iter().filter(|site| site.active.is_some()).count();
+    if kind == Format::Mjcf && bypassed > 0 {
+        eprintln!(
+            "warning: paths always pass through sites in MJCF: {bypassed} have an active range here, which is left out"
+        );
     }
     let text = if kind == Format::Toml { to_toml(parts) } else { to_mjcf(parts) };
     let written = write_all(&[(output.clone(), text.as_bytes())])?;

@@ -135,6 +135,11 @@ fn sites(out: &mut String, parts: &Parts) {
         head(out, "site", &site.name);
         line(out, "body", &text(body_name(parts, site.body)));
         place(out, &site.position, &site.orientation);
+        if let Some((joint, range)) = site.active {
+            let key = if parts.joints[joint].kind == JointKind::Slide { "range_m" } else { "range_rad" };
+            let value = format!("{{ joint = {}, {key} = {} }}", text(joint_name(parts, joint)), numbers(&range));
+            line(out, "active", &value);
+        }
     }
     for wrap in &parts.wraps {
         head(out, "wrap", &wrap.name);

@@ -51,7 +51,8 @@ const JOINT: [&str; 19] = [
     "spring_reference_m",
 ];
 const COUPLING: [&str; 3] = ["follower", "leader", "coefficients"];
-const SITE: [&str; 4] = ["name", "body", "position_m", "orientation_wxyz"];
+const SITE: [&str; 5] = ["name", "body", "position_m", "orientation_wxyz", "active"];
+const ACTIVE: [&str; 3] = ["joint", "range_rad", "range_m"];
 const WRAP: [&str; 6] = ["name", "body", "kind", "radius_m", "position_m", "orientation_wxyz"];
 const GEOM: [&str; 6] = ["body", "kind", "size_m", "ends_m", "position_m", "orientation_wxyz"];
 const MUSCLE: [&str; 8] = [
@@ -96,7 +97,7 @@ const WRAP_KINDS: [(WrapKind, &str); 2] = [(WrapKind::Sphere, "sphere"), (WrapKi
 /// | | `name`; `gravity_m_per_s2` | empty; `[0, 0, -9.81]` |
 /// | `[[body]]` | `name`; `parent`, a body before it; `position_m`, `orientation_wxyz` in the parent; `mass_kg`, `center_of_mass_m`, `inertia_kg_m2 = [xx, yy, zz]` or with `xy, xz, yz`; `gravity_compensation`, fraction of its weight that is held | world; zero |
 /// | `[[joint]]` | `name`, `body`, `kind` (hinge, slide, ball, free), `axis` of a hinge or slide; `anchor_m`; of joints that turn `range_rad`, `reference_rad`, `armature_kg_m2`, `damping_nm_s_per_rad`, `friction_nm`, `stiffness_nm_per_rad`, `spring_reference_rad`; of slides the same in `m`, `kg`, `n_s_per_m`, `n`, `n_per_m` | no range; zero |
-/// | `[[site]]` | `name`, `body`; `position_m`, `orientation_wxyz` in the body | its frame |
+/// | `[[site]]` | `name`, `body`; `position_m`, `orientation_wxyz` in the body; `active = { joint, range_rad }` (`range_m` of a slide): elsewhere paths go past it, straight from the site before to the one behind | its frame; always |
 /// | `[[wrap]]` | `name`, `body`, `kind` (sphere, cylinder about z), `radius_m`; `position_m`, `orientation_wxyz` | its frame |
 /// | `[[geom]]` | for drawings: `body`, `kind` (sphere, capsule, cylinder, ellipsoid, box), `size_m` (radius; radius and half length; half axes or half lengths); `position_m`, `orientation_wxyz`; or, of a capsule or cylinder of one size, its radius, both ends of its axis `ends_m = [x, y, z, x, y, z]` | its frame |
 /// | `[[muscle]]` | `name`; a `path` of `{ site }`, `{ wrap, side }` and `{ pulley }`, the number that divides the lengths after it; or `joints` of `{ joint, coefficient }`, m per rad or 1; `sheath = { length_m, bend_rad, end_axis }`, `length_range_m`, `damping_n_s_per_m`, `stiffness_n_per_m`, `spring_length_m` (two numbers) | no sheath, no range, zero |
@@ -325,12 +326,20 @@ impl<'r> Reader<'r> {
     }
 
     fn sites(&mut self) -> Result<(), DescriptionError> {
-        let bodies = self.body_names();
+        let (bodies, joints) = (self.body_names(), self.joint_names());
         for (table, named) in self.root.tables("site", "name", &SITE)? {
             self.describe("site", self.parts.sites.len(), &table);
             let body = bodies.required(&table, "body")?;
             let (position, orientation) = pose(&table)?;
-            self.parts.sites.push(Site { name: named.text, body, position, orientation });
+            let mut active = None;
+            if let Some(entry) = table.entry("active") {
+                let inner = entry.inner_table(&ACTIVE)?;
+                let joint = joints.required(&inner, "joint")?;
+                let slide = self.parts.joints[joint].kind == JointKind::Slide;
+                let range = inner.required(if slide { "range_m" } else { "range_rad" })?;
+                active = Some((joint, range.numbers(FINITE)?));
+            }
+            self.parts.sites.push(Site { name: named.text, body, position, orientation, active });
         }
         Ok(())
     }

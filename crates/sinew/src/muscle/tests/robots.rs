@@ -41,7 +41,7 @@ fn joint(name: &str, body: usize, kind: JointKind, axis: [f64; 3]) -> Joint {
 
 fn site(body: usize, position: [f64; 3]) -> Site {
     let [x, y, z] = position;
-    Site { name: alloc::format!("s{body} {x} {y} {z}"), body, position, orientation: UPRIGHT }
+    Site { name: alloc::format!("s{body} {x} {y} {z}"), body, position, orientation: UPRIGHT, active: None }
 }
 
 fn tendon(name: &str, path: TendonPath) -> Tendon {
