@@ -13,8 +13,8 @@ pub use text::{TextFileError, read_text};
 use sinew::body::Robot;
 use sinew::description::machine::{BusReader, FileReference, has_machine_keys, machine_on_bus};
 use sinew::description::{
-    Description, MachineDescription, Warning, from_mjcf, from_osim, from_urdf, machine_from_toml,
-    machine_of, robot_from_toml,
+    Description, MachineDescription, Warning, from_mjcf, from_osim, from_urdf, machine_from_toml, machine_of,
+    robot_from_toml,
 };
 use std::path::{Path, PathBuf};
 

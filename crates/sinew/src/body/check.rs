@@ -288,10 +288,12 @@ fn active(parts: &Parts) -> Result<(), PartError> {
             let TendonPath::Spatial(elements) = &tendon.path else { continue };
             let solid = |at: Option<&PathElement>| !at.is_some_and(|at| matches!(at, PathElement::Site(_)));
             let between = (0..elements.len()).filter(|&at| passed(&elements[at])).all(|at| {
-                !solid(at.checked_sub(1).and_then(|before| elements.get(before))) && !solid(elements.get(at + 1))
+                !solid(at.checked_sub(1).and_then(|before| elements.get(before)))
+                    && !solid(elements.get(at + 1))
             });
             if !between {
-                let expected = "with a site before and behind every one with an active range, and no wrap beside it";
+                let expected =
+                    "with a site before and behind every one with an active range, and no wrap beside it";
                 return Err(Part { kind, index, name: &tendon.name }.invalid("its path", expected, "without"));
             }
         }
@@ -393,13 +395,18 @@ fn couplings(parts: &Parts) -> Result<(), PartError> {
         Ok(part)
     };
     for (index, coupling) in parts.couplings.iter().enumerate() {
-        let Coupling { follower, leader, coefficients } = coupling;
+        let Coupling { follower, leader, coefficients, pieces } = coupling;
         let part = joint(index, "its follower", *follower)?;
         if let Some(leader) = *leader {
             joint(index, "its leader", leader)?;
             leader_of[*follower] = Some(leader);
         }
         part.finite("its coefficients", coefficients)?;
+        part.finite("its pieces", pieces.as_flattened())?;
+        if let Some(pair) = pieces.windows(2).find(|pair| pair[0][0] >= pair[1][0]) {
+            let got = format!("{} before {}", pair[0][0], pair[1][0]);
+            return Err(part.invalid("its pieces", "in rising order of their starts", got));
+        }
         if core::mem::replace(&mut follows[*follower], true) {
             let name = &parts.joints[*follower].name;
             return Err(part.invalid(

@@ -1,6 +1,7 @@
 //! The elements of a robot file and its includes as a flat list, each with file and line.
 
 use super::error::DescriptionError;
+use alloc::borrow::Cow;
 use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -99,6 +100,9 @@ impl Tree {
             place: "file".to_string(),
             problem,
         };
+        // OpenSim names some elements by two names of C++, which no name of XML may be.
+        let known = text.contains("<OpenSimDocument") && text.contains("::");
+        let text = &*if known { Cow::Owned(text.replace("::", "..")) } else { Cow::Borrowed(text) };
         if text.len() > LONGEST {
             return Err(wrong(1, format!("has {} bytes, more than the {LONGEST} that are read", text.len())));
         }
@@ -138,7 +142,11 @@ impl Tree {
                 let parent: &mut Element = &mut self.elements[parent];
                 parent.children.push(index);
                 if texts && !node.children().any(|child| child.is_element()) {
-                    let text: String = node.children().filter(|child| child.is_text()).filter_map(|child| child.text()).collect();
+                    let text: String = node
+                        .children()
+                        .filter(|child| child.is_text())
+                        .filter_map(|child| child.text())
+                        .collect();
                     let name = node.tag_name().name().to_string();
                     parent.attributes.push((name, text.trim().to_string()));
                 }

@@ -1,34 +1,23 @@
 //! Functions of one coordinate.
 
+use crate::body::curve;
 use crate::description::attributes::{Attributes, shortened};
 use crate::description::error::DescriptionError;
-use alloc::boxed::Box;
 use alloc::format;
 use alloc::vec;
 use alloc::vec::Vec;
-use core::f64::consts::PI;
-use libm::cos;
 
-/// A function that a joint, a point or a constraint follows.
+/// A function that a joint, a point or a constraint follows: a polynomial, or a curve of pieces, as a
+/// [`Coupling`](crate::body::Coupling) has them.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Function {
-    /// `c0 + c1 x + .. + c4 x^4`.
-    Polynomial([f64; 5]),
-    /// Through points: straight between them.
-    Linear(Vec<[f64; 2]>),
-    /// Through points, each with the coefficients `b`, `c`, `d` of the cubic behind it.
-    Spline(Vec<[f64; 2]>, Vec<[f64; 3]>),
-    /// Another, times a number.
-    Multiple(f64, Box<Function>),
+pub(super) struct Function {
+    pub(super) coefficients: [f64; 5],
+    pub(super) pieces: Vec<[f64; 5]>,
 }
 
 /// Names of the functions that are read, for errors.
-const READ: &str = "one of Constant, LinearFunction, PolynomialFunction, PiecewiseLinearFunction, SimmSpline, \
-    NaturalCubicSpline, MultiplierFunction";
-/// Intervals of a range in which the error of a polynomial is looked for.
-const TRIED: usize = 400;
-/// Points of the range that a polynomial is fitted to.
-const FITTED: usize = 64;
+const READ: &str = "one of Constant, LinearFunction, PolynomialFunction, PiecewiseLinearFunction, \
+    SimmSpline, NaturalCubicSpline, MultiplierFunction";
 
 impl Function {
     /// The function that an element contains.
@@ -37,7 +26,8 @@ impl Function {
         let is = |name: &str| name.ends_with("Function") || name.ends_with("Spline") || name == "Constant";
         let inner = elements[at.element].children.iter().copied();
         let mut found = inner.filter(|&child| {
-            is(&elements[child].name) || elements[child].name == "function" && !elements[child].children.is_empty()
+            is(&elements[child].name)
+                || elements[child].name == "function" && !elements[child].children.is_empty()
         });
         let Some(child) = found.next() else {
             return Err(at.error("", format!("has no function that is read: expected {READ}")));
@@ -51,7 +41,8 @@ impl Function {
             let list = |name| Ok::<_, DescriptionError>(at.list(name, 2, 10_000)?.unwrap_or_default());
             let (x, y) = (list("x")?, list("y")?);
             if x.len() != y.len() || x.len() < 2 {
-                let problem = format!("has {} numbers, `x` has {}: expected as many, at least 2", y.len(), x.len());
+                let problem =
+                    format!("has {} numbers, `x` has {}: expected as many, at least 2", y.len(), x.len());
                 return Err(at.error("y", problem));
             }
             if let Some(pair) = x.windows(2).find(|pair| pair[0] >= pair[1]) {
@@ -70,107 +61,66 @@ impl Function {
                 let mut coefficients = [0.0; 5];
                 let given = at.list("coefficients", 1, 5)?.unwrap_or_default();
                 coefficients.iter_mut().zip(given.iter().rev()).for_each(|(c, given)| *c = *given);
-                Ok(Function::Polynomial(coefficients))
+                Ok(Function { coefficients, pieces: Vec::new() })
             }
-            "PiecewiseLinearFunction" => points().map(Function::Linear),
-            "SimmSpline" | "NaturalCubicSpline" => points().map(|points| {
-                let cubics = cubics(&points);
-                Function::Spline(points, cubics)
+            "PiecewiseLinearFunction" => points().map(|points| {
+                let slopes: Vec<f64> = points.windows(2).map(slope).collect();
+                let last = slopes.last().copied();
+                Self::through(&points, slopes.iter().copied().chain(last).map(|slope| [slope, 0.0, 0.0]))
             }),
+            "SimmSpline" | "NaturalCubicSpline" => {
+                points().map(|points| Self::through(&points, cubics(&points).into_iter()))
+            }
             "MultiplierFunction" => {
-                Ok(Function::Multiple(at.number_or("scale", 1.0)?, Box::new(Self::within(at)?)))
+                let (scale, mut function) = (at.number_or("scale", 1.0)?, Self::within(at)?);
+                function.multiply(scale);
+                Ok(function)
             }
             name => Err(at.error("", format!("<{}> is not read: expected {READ}", shortened(name)))),
         }
     }
 
+    /// Through points, with what follows each; a line where there are two, or all have the same value.
+    fn through(points: &[[f64; 2]], behind: impl Iterator<Item = [f64; 3]>) -> Function {
+        let [[x, y], ..] = points else { return Self::line(0.0, 0.0) };
+        if points.len() == 2 || points.iter().all(|[_, other]| other.to_bits() == y.to_bits()) {
+            let slope = slope(&points[..2]);
+            return Self::line(y - slope * x, slope);
+        }
+        let pieces = points.iter().zip(behind).map(|([x, y], [b, c, d])| [*x, *y, b, c, d]).collect();
+        Function { coefficients: [0.0; 5], pieces }
+    }
+
+    pub(super) fn multiply(&mut self, factor: f64) {
+        let pieces = self.pieces.iter_mut().flat_map(|piece| &mut piece[1..]);
+        self.coefficients.iter_mut().chain(pieces).for_each(|c| *c *= factor);
+    }
+
     /// `start + slope x`.
     pub(super) fn line(start: f64, slope: f64) -> Function {
-        Function::Polynomial([start, slope, 0.0, 0.0, 0.0])
+        Function { coefficients: [start, slope, 0.0, 0.0, 0.0], pieces: Vec::new() }
     }
 
     /// Its start and slope, where it is linear.
     pub(super) fn linear(&self) -> Option<[f64; 2]> {
-        let [start, slope, higher @ ..] = self.polynomial()?;
-        higher.iter().all(|c| *c == 0.0).then_some([start, slope])
+        let [start, slope, higher @ ..] = self.coefficients;
+        (self.pieces.is_empty() && higher.iter().all(|c| *c == 0.0)).then_some([start, slope])
     }
 
     pub(super) fn value(&self, x: f64) -> f64 {
-        match self {
-            Function::Polynomial([c0, c1, c2, c3, c4]) => c0 + x * (c1 + x * (c2 + x * (c3 + x * c4))),
-            Function::Linear(points) => {
-                let [[x0, y0], [x1, y1]] = [points[piece(points, x)], points[piece(points, x) + 1]];
-                y0 + (x - x0) * (y1 - y0) / (x1 - x0)
-            }
-            Function::Spline(points, cubics) => {
-                let last = points.len() - 1;
-                let at = if x > points[last][0] { last } else { piece(points, x) };
-                let ([start, y], [b, c, d]) = (points[at], cubics[at]);
-                let dx = x - start;
-                // Beyond its ends it is straight.
-                if dx < 0.0 || at == last { y + dx * b } else { y + dx * (b + dx * (c + dx * d)) }
-            }
-            Function::Multiple(factor, inner) => factor * inner.value(x),
-        }
-    }
-
-    /// Its coefficients, where it is a polynomial.
-    pub(super) fn polynomial(&self) -> Option<[f64; 5]> {
-        match self {
-            Function::Polynomial(coefficients) => Some(*coefficients),
-            Function::Multiple(factor, inner) => inner.polynomial().map(|c| c.map(|c| factor * c)),
-            // A spline through equal values.
-            Function::Linear(points) | Function::Spline(points, _) => {
-                let first = points[0][1];
-                points.iter().all(|[_, y]| y.to_bits() == first.to_bits()).then_some([first, 0.0, 0.0, 0.0, 0.0])
-            }
-        }
-    }
-
-    /// The polynomial of degree four that is nearest over a range, and its largest error there.
-    ///
-    /// ```text
-    /// f(m + h t) ~ sum_k a_k T_k(t),   a_k = (2 - [k = 0])/N sum_j f(m + h t_j) cos(k w_j),   t_j = cos w_j,   w_j = (j + 1/2) pi/N
-    /// ```
-    pub(super) fn fitted(&self, [low, high]: [f64; 2]) -> ([f64; 5], f64) {
-        if let Some(exact) = self.polynomial() {
-            return (exact, 0.0);
-        }
-        let (middle, half) = ((low + high) / 2.0, ((high - low) / 2.0).max(1e-9));
-        let angle = |j: usize| (j as f64 + 0.5) * PI / FITTED as f64;
-        let a: [f64; 5] = core::array::from_fn(|k| {
-            let terms = (0..FITTED).map(|j| self.value(middle + half * cos(angle(j))) * cos(k as f64 * angle(j)));
-            terms.sum::<f64>() * if k == 0 { 1.0 } else { 2.0 } / FITTED as f64
-        });
-        // In powers of t, then of x = m + h t, by Horner's rule.
-        let t = [a[0] - a[2] + a[4], a[1] - 3.0 * a[3], 2.0 * a[2] - 8.0 * a[4], 4.0 * a[3], 8.0 * a[4]];
-        let mut powers = [0.0; 5];
-        for c in t.into_iter().rev() {
-            let shifted: [f64; 5] = core::array::from_fn(|k| {
-                ((if k > 0 { powers[k - 1] } else { 0.0 }) - middle * powers[k]) / half
-            });
-            powers = shifted;
-            powers[0] += c;
-        }
-        let fit = Function::Polynomial(powers);
-        let error = (0..=TRIED).map(|k| {
-            let x = low + (high - low) * k as f64 / TRIED as f64;
-            (fit.value(x) - self.value(x)).abs()
-        });
-        (powers, error.fold(0.0, f64::max))
+        curve(&self.coefficients, &self.pieces, x)[0]
     }
 }
 
-/// The piece between two points that a place is in, or the nearest.
-fn piece(points: &[[f64; 2]], x: f64) -> usize {
-    points.partition_point(|[at, _]| *at <= x).clamp(1, points.len() - 1) - 1
+fn slope(pair: &[[f64; 2]]) -> f64 {
+    (pair[1][1] - pair[0][1]) / (pair[1][0] - pair[0][0])
 }
 
-/// Coefficients `b`, `c`, `d` behind every point: SIMM's cubic spline, whose third derivatives at the ends are
-/// those of the cubics through the four points there.
+/// Coefficients `b`, `c`, `d` behind every point: SIMM's cubic spline, whose third derivatives at the ends
+/// are those of the cubics through the four points there.
 ///
 /// # Source
-/// `forsythe1977`, chapter 4.
+/// `forsythe1977`, chapter 4, as OpenSim's `SimmSpline` has it.
 fn cubics(points: &[[f64; 2]]) -> Vec<[f64; 3]> {
     let n = points.len();
     let slope = |k: usize| (points[k + 1][1] - points[k][1]) / (points[k + 1][0] - points[k][0]);

@@ -48,7 +48,8 @@ pub(super) fn read(model: &mut Model<'_>) -> Result<(), DescriptionError> {
         let (parent, outer) = model.frame(joint, "socket_parent_frame", name)?;
         let (child, inner) = model.frame(joint, "socket_child_frame", name)?;
         if child == "ground" || parents.insert(child, parent).is_some() {
-            let problem = format!("carries `{child}`, which another joint or the ground holds: expected a tree");
+            let problem =
+                format!("carries `{child}`, which another joint or the ground holds: expected a tree");
             return Err(joint.error("socket_child_frame", problem));
         }
         leaving.entry(parent).or_default().push((joint, child, outer, inner));
@@ -64,15 +65,16 @@ pub(super) fn read(model: &mut Model<'_>) -> Result<(), DescriptionError> {
     let loose = model.bodies.iter().find(|(name, _)| **name != "ground" && !model.placed.contains_key(*name));
     match loose {
         Some((_, &element)) => {
-            let problem = "hangs on no joint that leads to the ground: expected a tree of bodies on the ground";
+            let problem =
+                "hangs on no joint that leads to the ground: expected a tree of bodies on the ground";
             Err(model.tree.error(element, "", problem))
         }
         None => Ok(()),
     }
 }
 
-/// A turn or slide that a coordinate moves: its axis in the parent's frame of the joint, and its slope, where it
-/// follows its coordinate linearly.
+/// A turn or slide that a coordinate moves: its axis in the parent's frame of the joint, and its slope, where
+/// it follows its coordinate linearly.
 #[derive(Clone, Copy)]
 struct Moving<'m, 'a> {
     axis: &'m Axis<'a>,
@@ -137,7 +139,8 @@ fn carry<'a>(
     let to_body = product(inner.orientation, conjugate(constant.orientation));
     let mut followers = Vec::new();
     for Moving { axis, along, name, slope } in moving.iter().copied() {
-        let own = Moving { axis, along, name, slope }.is_one_to_one() && model.coordinates[name].joint.is_none();
+        let own =
+            Moving { axis, along, name, slope }.is_one_to_one() && model.coordinates[name].joint.is_none();
         let sign = slope.filter(|_| own).unwrap_or(1.0);
         let part = axis.at.text("name").unwrap_or_default();
         let title = if own { name.to_string() } else { format!("{}:{part}", joint.required("name")?) };
@@ -153,7 +156,7 @@ fn carry<'a>(
     for (follower, axis, name, slope) in followers {
         // The constant of a linear function is in the pose of the body.
         let function = slope.map_or_else(|| axis.function.clone(), |slope| Function::line(0.0, slope));
-        model.follow(follower, axis.at, model.coordinates[name], &function);
+        model.follow(follower, axis.at, name, function);
     }
     Ok(())
 }
@@ -185,22 +188,26 @@ fn axes<'a>(model: &Model<'a>, joint: Attributes<'a>) -> Result<Vec<Axis<'a>>, D
     }
     if kind != "CustomJoint" {
         let problem = format!(
-            "is a <{}>, which is not read: expected a weld, pin, slider, universal, gimbal, ball, free, planar or \
-             custom joint",
+            "is a <{}>, which is not read: expected a weld, pin, slider, universal, gimbal, ball, free, \
+                planar or custom joint",
             shortened(kind)
         );
         return Err(joint.error("", problem));
     }
     let transform = child(tree, joint.element, "SpatialTransform")
         .ok_or_else(|| joint.error("", "has no <SpatialTransform>"))?;
-    let all = tree.elements[transform.element].children.iter().filter(|&&e| tree.elements[e].name == "TransformAxis");
+    let all = tree.elements[transform.element]
+        .children
+        .iter()
+        .filter(|&&e| tree.elements[e].name == "TransformAxis");
     let read = |&element: &usize| {
         let at = Attributes::own(tree, element);
         let turn = match at.required("name")? {
             "rotation1" | "rotation2" | "rotation3" => true,
             "translation1" | "translation2" | "translation3" => false,
             name => {
-                let problem = format!("is `{name}`: expected rotation1 to rotation3, translation1 to translation3");
+                let problem =
+                    format!("is `{name}`: expected rotation1 to rotation3, translation1 to translation3");
                 return Err(at.error("name", problem));
             }
         };
@@ -217,12 +224,25 @@ fn axes<'a>(model: &Model<'a>, joint: Attributes<'a>) -> Result<Vec<Axis<'a>>, D
     all.map(read).collect()
 }
 
-fn weigh(model: &Model<'_>, name: &str, body: &mut crate::body::Body) -> Result<(), DescriptionError> {
+/// Mass and inertia, where that is none of a body of matter, as OpenSim has it.
+fn weigh(model: &mut Model<'_>, name: &str, body: &mut crate::body::Body) -> Result<(), DescriptionError> {
     let at = Attributes::own(model.tree, model.bodies[name]);
     body.mass = at.not_negative("mass")?;
     body.center_of_mass = at.array_or("mass_center", [0.0; 3])?;
     body.inertia = at.array_or("inertia", [0.0; 6])?;
-    possible(body.inertia).map_err(|problem| at.error("inertia", problem))
+    let [x, y, z, ..] = body.inertia;
+    if body.mass == 0.0 && body.inertia.iter().any(|moment| *moment != 0.0) {
+        body.inertia = [0.0; 6];
+        let what = format!("`{name}` has an inertia, but no mass: its inertia is left out, as in OpenSim");
+        model.left_out(at.element, &what, &what, false);
+    } else if let Err(problem) = possible(body.inertia) {
+        let same = libm::sqrt((x * x + y * y + z * z) / 3.0);
+        body.inertia = [same, same, same, 0.0, 0.0, 0.0];
+        let what =
+            format!("`inertia` of `{name}` {problem}; it is {same} about every axis here, as in OpenSim");
+        model.left_out(at.element, &what, &what, false);
+    }
+    Ok(())
 }
 
 /// Constraints: coordinates that follow others; warns of all else.
@@ -234,22 +254,30 @@ pub(super) fn constraints(model: &mut Model<'_>) -> Result<(), DescriptionError>
         let kind = model.tree.elements[at.element].name.as_str();
         if kind != "CoordinateCouplerConstraint" {
             let kind = shortened(kind);
-            model.left_out(at.element, &kind, &format!("<{kind}> is not read: what it ties is free here"), true);
+            model.left_out(
+                at.element,
+                &kind,
+                &format!("<{kind}> is not read: what it ties is free here"),
+                true,
+            );
             continue;
         }
         let leader = at.required("independent_coordinate_names")?;
         if leader.split_ascii_whitespace().count() != 1 {
-            return Err(at.error("independent_coordinate_names", format!("is `{leader}`: expected one coordinate")));
+            return Err(
+                at.error("independent_coordinate_names", format!("is `{leader}`: expected one coordinate"))
+            );
         }
-        let (_, leader) = model.coordinate(at, "independent_coordinate_names", leader)?;
+        let (leader, _) = model.coordinate(at, "independent_coordinate_names", leader)?;
         let follower = at.required("dependent_coordinate_name")?;
         let (_, follower) = model.coordinate(at, "dependent_coordinate_name", follower)?;
         let function = child(model.tree, at.element, "coupled_coordinates_function")
             .ok_or_else(|| at.error("coupled_coordinates_function", "is missing"))?;
-        let function = Function::Multiple(at.number_or("scale_factor", 1.0)?, Function::within(function)?.into());
+        let mut function = Function::within(function)?;
+        function.multiply(at.number_or("scale_factor", 1.0)?);
         // A follower that moves nothing needs no constraint; one that is locked does not follow.
         if let Some(joint) = follower.joint {
-            model.follow(joint, at, leader, &function);
+            model.follow(joint, at, leader, function);
         }
     }
     Ok(())

@@ -31,6 +31,14 @@ struct Offset<'a> {
     owner: &'a str,
 }
 
+/// A joint that follows a function of a coordinate, and the element that says so.
+struct Tie<'a> {
+    follower: usize,
+    element: usize,
+    coordinate: &'a str,
+    function: Function,
+}
+
 /// What has been read of a file so far.
 pub(super) struct Model<'a> {
     pub(super) tree: &'a Tree,
@@ -45,8 +53,8 @@ pub(super) struct Model<'a> {
     pub(super) coordinates: BTreeMap<&'a str, Coordinate>,
     offsets: BTreeMap<&'a str, Vec<Offset<'a>>>,
     warned: BTreeSet<String>,
-    /// Largest errors of fitted functions of turns and slides: the error, the element and the joint.
-    fits: [Option<(f64, usize, String)>; 2],
+    /// Joints that follow coordinates.
+    ties: Vec<Tie<'a>>,
 }
 
 /// Last name of a path to a component, and the one before it.
@@ -108,11 +116,7 @@ pub(super) fn still(name: &str, parent: usize, place: Place) -> Body {
 
 impl<'a> Model<'a> {
     /// Gravity, and every body, frame and coordinate by name.
-    pub(super) fn new(
-        tree: &'a Tree,
-        at: Attributes<'a>,
-        file: &str,
-    ) -> Result<Model<'a>, DescriptionError> {
+    pub(super) fn new(tree: &'a Tree, at: Attributes<'a>, file: &str) -> Result<Model<'a>, DescriptionError> {
         let parts = Parts {
             name: at.text("name").unwrap_or_default().to_string(),
             gravity: at.array_or("gravity", [0.0, -9.80665, 0.0])?,
@@ -130,11 +134,12 @@ impl<'a> Model<'a> {
             coordinates: BTreeMap::new(),
             offsets: BTreeMap::new(),
             warned: BTreeSet::new(),
-            fits: [None, None],
+            ties: Vec::new(),
         };
         let ground = child(tree, at.element, "Ground");
         for body in ground.into_iter().chain(objects(tree, at.element, "BodySet")) {
-            let name = if tree.elements[body.element].name == "Ground" { "ground" } else { body.required("name")? };
+            let name =
+                if tree.elements[body.element].name == "Ground" { "ground" } else { body.required("name")? };
             if model.bodies.insert(name, body.element).is_some() {
                 return Err(body.error("name", "is taken already by another body"));
             }
@@ -197,7 +202,9 @@ impl<'a> Model<'a> {
     ) -> Result<(&'a str, Coordinate), DescriptionError> {
         let found = self.coordinates.get_key_value(ends(path).0);
         let found = found.map(|(name, coordinate)| (*name, *coordinate));
-        found.ok_or_else(|| at.error(attribute, format!("is `{path}`, but there is no coordinate of that name")))
+        found.ok_or_else(|| {
+            at.error(attribute, format!("is `{path}`, but there is no coordinate of that name"))
+        })
     }
 
     /// Name of the body that a socket's frame belongs to, and the frame in it; `owner` has frames of its own.
@@ -246,7 +253,14 @@ impl<'a> Model<'a> {
     }
 
     /// Adds a joint of a body; its index. Names that are taken get that of the body before them.
-    pub(super) fn add_joint(&mut self, name: &str, body: usize, turn: bool, axis: [f64; 3], anchor: [f64; 3]) -> usize {
+    pub(super) fn add_joint(
+        &mut self,
+        name: &str,
+        body: usize,
+        turn: bool,
+        axis: [f64; 3],
+        anchor: [f64; 3],
+    ) -> usize {
         let taken = self.parts.joints.iter().any(|joint| joint.name == name);
         let name = if taken { format!("{}:{name}", self.parts.bodies[body].name) } else { name.to_string() };
         self.parts.joints.push(Joint {
@@ -267,18 +281,26 @@ impl<'a> Model<'a> {
         self.parts.joints.len() - 1
     }
 
-    /// Lets a joint follow a function of a coordinate, of which it keeps the largest error.
-    pub(super) fn follow(&mut self, follower: usize, at: Attributes<'_>, of: Coordinate, function: &Function) {
-        let (coefficients, error) = function.fitted(of.range.unwrap_or([-1.0, 1.0]));
-        let joint = &self.parts.joints[follower];
-        let worst = &mut self.fits[usize::from(joint.kind == JointKind::Slide)];
-        if error > worst.as_ref().map_or(0.0, |(most, ..)| *most) {
-            *worst = Some((error, at.element, joint.name.clone()));
+    /// Lets a joint follow a function of a coordinate, once all coordinates are known.
+    pub(super) fn follow(
+        &mut self,
+        follower: usize,
+        at: Attributes<'_>,
+        coordinate: &'a str,
+        function: Function,
+    ) {
+        self.ties.push(Tie { follower, element: at.element, coordinate, function });
+    }
+
+    /// Makes couplings of all that follows a coordinate.
+    pub(super) fn couple(&mut self) {
+        for Tie { follower, element, coordinate, function } in core::mem::take(&mut self.ties) {
+            let Coordinate { joint: leader, value, .. } = self.coordinates[coordinate];
+            let Function { coefficients, pieces } =
+                if leader.is_some() { function } else { Function::line(function.value(value), 0.0) };
+            self.describe("coupling", self.parts.couplings.len(), element);
+            self.parts.couplings.push(Coupling { follower, leader, coefficients, pieces });
         }
-        self.describe("coupling", self.parts.couplings.len(), at.element);
-        let leader = of.joint;
-        let coefficients = if leader.is_some() { coefficients } else { [function.value(of.value), 0.0, 0.0, 0.0, 0.0] };
-        self.parts.couplings.push(Coupling { follower, leader, coefficients });
     }
 
     /// Records file and line of a part.
@@ -296,17 +318,8 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Warns of fitted functions; adds the pose of the file.
+    /// Adds the pose of the file.
     pub(super) fn finish(&mut self) {
-        for (fit, unit) in core::mem::take(&mut self.fits).into_iter().zip(["mrad", "mm"]) {
-            let Some((error, element, joint)) = fit else { continue };
-            let what = format!(
-                "splines are followed by polynomials of degree four over the ranges of their coordinates: the \
-                 largest error is {:.2} {unit}, of `{joint}`",
-                1e3 * error
-            );
-            self.left_out(element, unit, &what, false);
-        }
         let Ok(robot) = Robot::new(self.parts.clone()) else { return };
         let mut q = robot.reference_pose();
         for Coordinate { joint, value, .. } in self.coordinates.values() {

@@ -2,7 +2,7 @@
 
 use super::function::Function;
 use super::model::{Model, child, objects, place_on, still};
-use super::wraps::{self, Around};
+use super::wraps::Around;
 use crate::body::{Actuator, ActuatorKind, PathElement, Site, Tendon, TendonPath};
 use crate::description::attributes::{Attributes, shortened};
 use crate::description::error::DescriptionError;
@@ -14,11 +14,11 @@ use alloc::string::ToString;
 use alloc::vec::Vec;
 
 /// Why the rest of a muscle is not read.
-const CABLE: &str = "of a muscle the path and `max_isometric_force` are read: it is a cable here, without fibres, \
-    tendon and activation";
+const CABLE: &str = "of a muscle the path and `max_isometric_force` are read: it is a cable here, without \
+    fibres, tendon and activation";
 
-/// Reads all forces.
-pub(super) fn read(model: &mut Model<'_>) -> Result<(), DescriptionError> {
+/// Reads all forces; what paths wrap around is placed when all points are known.
+pub(super) fn read<'a>(model: &mut Model<'a>) -> Result<Vec<Around<'a>>, DescriptionError> {
     let mut arounds = Vec::new();
     for force in objects(model.tree, model.element, "ForceSet") {
         let kind = model.tree.elements[force.element].name.as_str();
@@ -34,11 +34,13 @@ pub(super) fn read(model: &mut Model<'_>) -> Result<(), DescriptionError> {
                 muscle(model, force, tendon)?;
             }
             Some(path) if kind == "PathSpring" => spring(model, force, path)?,
-            None if pulls => return Err(force.error("", "has no <GeometryPath>, and other paths are not read")),
+            None if pulls => {
+                return Err(force.error("", "has no <GeometryPath>, and other paths are not read"));
+            }
             _ => other(model, force, kind),
         }
     }
-    wraps::place(model, &arounds)
+    Ok(arounds)
 }
 
 /// Warns of a force without a path that is read.
@@ -83,7 +85,11 @@ fn muscle(model: &mut Model<'_>, at: Attributes<'_>, tendon: Tendon) -> Result<(
 }
 
 /// A spring that pulls where it is longer than at rest.
-fn spring<'a>(model: &mut Model<'a>, at: Attributes<'a>, path: Attributes<'a>) -> Result<(), DescriptionError> {
+fn spring<'a>(
+    model: &mut Model<'a>,
+    at: Attributes<'a>,
+    path: Attributes<'a>,
+) -> Result<(), DescriptionError> {
     let mut arounds = Vec::new();
     let mut spring = tendon(model, at, path, &mut arounds)?;
     spring.stiffness = at.not_negative("stiffness")?;
@@ -114,11 +120,15 @@ fn tendon<'a>(
         elements.extend(site(model, name, point)?.map(PathElement::Site));
     }
     if elements.len() < 2 {
-        return Err(path.error("PathPointSet", format!("has {} points: expected at least two", elements.len())));
+        return Err(
+            path.error("PathPointSet", format!("has {} points: expected at least two", elements.len()))
+        );
     }
     for wrap in objects(model.tree, path.element, "PathWrapSet") {
         let range = wrap.array_or("range", [-1.0, -1.0])?;
-        let end = |value: f64, other: usize| if value < 1.0 { other } else { (value as usize - 1).min(elements.len() - 1) };
+        let end = |value: f64, other: usize| {
+            if value < 1.0 { other } else { (value as usize - 1).min(elements.len() - 1) }
+        };
         let (first, last) = (end(range[0], 0), end(range[1], elements.len() - 1));
         arounds.push(Around { at: wrap, tendon: model.parts.tendons.len(), first, last });
     }
@@ -134,7 +144,11 @@ fn tendon<'a>(
 }
 
 /// The site of a point, unless the path never passes it; a moving one is on a body of its own.
-fn site<'a>(model: &mut Model<'a>, muscle: &str, at: Attributes<'a>) -> Result<Option<usize>, DescriptionError> {
+fn site<'a>(
+    model: &mut Model<'a>,
+    muscle: &str,
+    at: Attributes<'a>,
+) -> Result<Option<usize>, DescriptionError> {
     let kind = model.tree.elements[at.element].name.as_str();
     let (mut body, frame) = model.on_body(at, "socket_parent_frame")?;
     let mut name = at.required("name")?.to_string();
@@ -147,7 +161,8 @@ fn site<'a>(model: &mut Model<'a>, muscle: &str, at: Attributes<'a>) -> Result<O
         "PathPoint" => position = place_on(frame, at)?,
         "ConditionalPathPoint" => {
             position = place_on(frame, at)?;
-            let (_, coordinate) = model.coordinate(at, "socket_coordinate", at.required("socket_coordinate")?)?;
+            let (_, coordinate) =
+                model.coordinate(at, "socket_coordinate", at.required("socket_coordinate")?)?;
             let range: [f64; 2] = at.array("range")?.ok_or_else(|| at.error("range", "is missing"))?;
             if let Some(joint) = coordinate.joint {
                 active = Some((joint, range));
@@ -184,22 +199,24 @@ fn moving<'a>(
         let socket = format!("socket_{letter}_coordinate");
         let coordinate = match constant {
             Some(_) => None,
-            None => Some(model.coordinate(at, &socket, at.required(&socket)?)?.1),
+            None => Some(model.coordinate(at, &socket, at.required(&socket)?)?),
         };
         match (coordinate, constant) {
-            (Some(coordinate), _) if coordinate.joint.is_some() => slides.push((k, coordinate, function)),
-            (other, _) => start.position[k] = function.value(other.map_or(0.0, |coordinate| coordinate.value)),
+            (Some((name, coordinate)), _) if coordinate.joint.is_some() => slides.push((k, name, function)),
+            (other, _) => {
+                start.position[k] = function.value(other.map_or(0.0, |(_, coordinate)| coordinate.value))
+            }
         }
     }
     let body = model.parts.bodies.len();
     model.parts.bodies.push(still(name, parent, frame.of(start)));
     model.describe("body", body, at.element);
-    for (k, coordinate, function) in slides {
+    for (k, name_of, function) in slides {
         let axis = core::array::from_fn(|i| if i == k { 1.0 } else { 0.0 });
         let letter = ["x", "y", "z"][k];
         let joint = model.add_joint(&format!("{name}:{letter}"), body, false, axis, [0.0; 3]);
         model.describe("joint", joint, at.element);
-        model.follow(joint, at, coordinate, &function);
+        model.follow(joint, at, name_of, function);
     }
     Ok(body)
 }

@@ -50,7 +50,7 @@ const JOINT: [&str; 19] = [
     "spring_reference_rad",
     "spring_reference_m",
 ];
-const COUPLING: [&str; 3] = ["follower", "leader", "coefficients"];
+const COUPLING: [&str; 4] = ["follower", "leader", "coefficients", "pieces"];
 const SITE: [&str; 5] = ["name", "body", "position_m", "orientation_wxyz", "active"];
 const ACTIVE: [&str; 3] = ["joint", "range_rad", "range_m"];
 const WRAP: [&str; 6] = ["name", "body", "kind", "radius_m", "position_m", "orientation_wxyz"];
@@ -102,7 +102,7 @@ const WRAP_KINDS: [(WrapKind, &str); 2] = [(WrapKind::Sphere, "sphere"), (WrapKi
 /// | `[[geom]]` | for drawings: `body`, `kind` (sphere, capsule, cylinder, ellipsoid, box), `size_m` (radius; radius and half length; half axes or half lengths); `position_m`, `orientation_wxyz`; or, of a capsule or cylinder of one size, its radius, both ends of its axis `ends_m = [x, y, z, x, y, z]` | its frame |
 /// | `[[muscle]]` | `name`; a `path` of `{ site }`, `{ wrap, side }` and `{ pulley }`, the number that divides the lengths after it; or `joints` of `{ joint, coefficient }`, m per rad or 1; `sheath = { length_m, bend_rad, end_axis }`, `length_range_m`, `damping_n_s_per_m`, `stiffness_n_per_m`, `spring_length_m` (two numbers) | no sheath, no range, zero |
 /// | `[[spring]]` | `name`; `path` or `joints` as a muscle, or the name is that of a tendon; `stiffness_n_per_m`; `slack_lengths_m`, two, between which it is slack; `damping_n_s_per_m`; `one_sided = true`: it never pushes | those of the tendon; zero, the length where the joints' springs are at rest |
-/// | `[[coupling]]` | `follower`, `leader` (joints), `coefficients`: five, of the powers 0 to 4 of the leader's coordinate, rad or m | no leader: a constant |
+/// | `[[coupling]]` | `follower`, `leader` (joints), `coefficients`: five, of the powers 0 to 4 of the leader's coordinate, rad or m; or a curve of `pieces`, each `[x, a, b, c, d]`: from `x` of the leader on `a + b s + c s^2 + d s^3` with `s` from there | no leader: a constant |
 /// | `[[actuator]]` | `name`, `muscle`, `kind` (MJCF's element), `gear`: force at the muscle per unit of control, negative for a pull; `control_range` (N where the gear is -1), `force_range_n`, `law`: MJCF's attributes as texts | none |
 /// | `[[key]]` | `name`, `q`: the coordinates of all joints in order, rad or m, of balls and free joints with quaternions | none |
 ///
@@ -306,10 +306,19 @@ impl<'r> Reader<'r> {
         let joints = self.joint_names();
         for (table, _) in self.root.tables("coupling", "follower", &COUPLING)? {
             self.describe("coupling", self.parts.couplings.len(), &table);
+            let pieces = match table.entry("pieces") {
+                Some(entry) => entry.rows(FINITE)?,
+                None => Vec::new(),
+            };
+            let coefficients = match table.entry("coefficients") {
+                None if !pieces.is_empty() => [0.0; 5],
+                _ => table.required("coefficients")?.numbers(FINITE)?,
+            };
             self.parts.couplings.push(Coupling {
                 follower: joints.required(&table, "follower")?,
                 leader: table.entry("leader").map(|leader| joints.find(&leader)).transpose()?,
-                coefficients: table.required("coefficients")?.numbers(FINITE)?,
+                coefficients,
+                pieces,
             });
         }
         Ok(())
