@@ -204,7 +204,7 @@ fn moving<'a>(
         match (coordinate, constant) {
             (Some((name, coordinate)), _) if coordinate.joint.is_some() => slides.push((k, name, function)),
             (other, _) => {
-                start.position[k] = function.value(other.map_or(0.0, |(_, coordinate)| coordinate.value))
+                start.position[k] = function.value(other.map_or(0.0, |(_, coordinate)| coordinate.value));
             }
         }
     }
