@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 /// Machine files: a body with its cables, drives, sensors and task.
 ///
-/// A MACHINE is a machine file (.toml), a robot file (.toml, .xml: MJCF, .urdf: URDF, .osim: OpenSim; everything but the body
-/// has its default), or the name of a built-in machine: lm_arm, bench_joint, planar_leg, finger,
+/// A MACHINE is a machine file (.toml), a robot file (.toml, .xml: MJCF, .urdf: URDF, .osim: OpenSim;
+/// everything but the body has its default), or the name of a built-in machine: lm_arm, bench_joint, planar_leg, finger,
 /// spring_finger, exosuit_elbow, surgical_wrist, shoulder, chain10.
 #[derive(Debug, Args)]
 pub(crate) struct MachineArguments {
@@ -76,7 +76,8 @@ pub(crate) struct MachineShowArguments {
 /// Example: sinew machine new leg.xml --out leg.toml
 #[derive(Debug, Args)]
 pub(crate) struct MachineNewArguments {
-    /// A robot's file (.toml, .xml, .urdf or .osim), or the name of a built-in machine, of which the body is copied
+    /// A robot's file (.toml, .xml, .urdf or .osim), or the name of a built-in machine, of which the body
+    /// is copied
     pub(crate) body: PathBuf,
     /// Machine file to write; the path of the body is written relative to its folder
     #[arg(long, value_name = "FILE.toml")]
