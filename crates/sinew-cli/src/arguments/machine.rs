@@ -7,8 +7,8 @@ use std::path::PathBuf;
 /// Machine files: a body with its cables, drives, sensors and task.
 ///
 /// A MACHINE is a machine file (.toml), a robot file (.toml, .xml: MJCF, .urdf: URDF, .osim: OpenSim;
-/// everything but the body has its default), or the name of a built-in machine: lm_arm, bench_joint, planar_leg, finger,
-/// spring_finger, exosuit_elbow, surgical_wrist, shoulder, chain10.
+/// everything but the body has its default), or the name of a built-in machine: lm_arm, bench_joint,
+/// planar_leg, finger, spring_finger, exosuit_elbow, surgical_wrist, shoulder, chain10.
 #[derive(Debug, Args)]
 pub(crate) struct MachineArguments {
     #[command(subcommand)]
