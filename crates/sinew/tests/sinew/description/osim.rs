@@ -6,6 +6,9 @@ use sinew::body::{Parts, Poses, Reduction, Robot};
 use sinew::description::{Description, DescriptionError, from_osim, from_toml, to_mjcf, to_toml};
 use sinew::muscle::{Geometry, Muscles};
 
+/// The path around a cylinder.
+const CORD: usize = 2;
+
 const LEG: &str = include_str!("../../../../../fuzz/seeds/osim/leg.osim");
 
 #[derive(Deserialize)]
@@ -52,18 +55,22 @@ fn a_leg_moves_and_is_pulled_as_opensim_says() {
     assert_eq!(robot.independent_joints().iter().map(named).collect::<Vec<_>>(), golden.coordinates);
     assert_eq!(parts.tendons.iter().map(|tendon| tendon.name.clone()).collect::<Vec<_>>(), golden.paths);
     let mut poses = Poses::new(&robot);
-    let mut worst = [0.0_f64; 4];
+    let (mut worst, mut straight, mut round) = ([0.0_f64; 2], [0.0_f64; 2], [0.0_f64; 2]);
     let off = |worst: &mut f64, ours: &[f64], theirs: &[f64]| {
         assert_eq!(ours.len(), theirs.len());
         ours.iter().zip(theirs).for_each(|(a, b)| *worst = worst.max((a - b).abs()));
     };
     for pose in &golden.poses {
         let (lengths, arms, q) = paths(&robot, &pose.x);
-        off(&mut worst[0], &lengths, &pose.lengths);
-        off(&mut worst[1], &arms, &pose.arms.concat());
+        for (path, theirs) in pose.arms.iter().enumerate() {
+            let (mine, n) = (&lengths[path..=path], theirs.len());
+            let [length, arm] = if path == CORD { &mut round } else { &mut straight };
+            off(length, mine, &pose.lengths[path..=path]);
+            off(arm, &arms[path * n..(path + 1) * n], theirs);
+        }
         robot.forward_kinematics(&q, &mut poses).unwrap();
         for (name, origin) in golden.bodies.iter().zip(&pose.origins) {
-            off(&mut worst[2], &robot.body_pose(&poses, robot.body(name).unwrap()).origin, origin);
+            off(&mut worst[0], &robot.body_pose(&poses, robot.body(name).unwrap()).origin, origin);
         }
         let (mut mass, mut center) = (0.0, [0.0; 3]);
         for (index, body) in parts.bodies.iter().enumerate() {
@@ -71,17 +78,25 @@ fn a_leg_moves_and_is_pulled_as_opensim_says() {
             let at = robot.body_pose(&poses, index).point(body.center_of_mass);
             (0..3).for_each(|k| center[k] += body.mass * at[k]);
         }
-        off(&mut worst[3], &center.map(|x| x / mass), &pose.center);
+        off(&mut worst[1], &center.map(|x| x / mass), &pose.center);
     }
-    // Its assembly meets couplings to 1e-14 only; its moment arms come from a solver.
-    assert!(worst[0] < 1e-9 && worst[1] < 1e-7 && worst[2] < 1e-9 && worst[3] < 1e-9, "{worst:?}");
+    assert!(worst[0] < 1e-9 && worst[1] < 1e-9, "{worst:?}");
+    assert!(straight[0] < 1e-9 && straight[1] < 1e-7, "{straight:?}");
+    // OpenSim finds the points where a line touches a cylinder by iterations that end early.
+    assert!(round[0] < 1e-5 && round[1] < 2e-4, "{round:?}");
 }
 
 #[test]
 fn what_is_not_read_is_listed_once_and_the_rest_is_in_the_parts() {
     let read = leg(LEG).unwrap();
     let told: Vec<_> = read.warnings.iter().map(ToString::to_string).collect();
-    assert_eq!(told.len(), 2, "{told:#?}");
+    assert_eq!(told.len(), 3, "{told:#?}");
+    // Its knee bends so far that the cord's straight line passes the cylinder on the other side.
+    assert!(
+        told[2].contains("OpenSim pulls `cord` to the side of `knee` in 4 % of the poses"),
+        "{}",
+        told[2]
+    );
     assert!(
         told[0].contains("it is a cable here, without fibres") && told[1].contains("<CoordinateLimitForce>")
     );
@@ -198,7 +213,7 @@ fn invalid_content_is_refused_with_its_line() {
         ("<x>-2 -1.2 -0.5 0 0.1</x>", "<x>-2 -1.2 -1.5 0 0.1</x>", 129, &["`x`", "-1.5", "rising"]),
         ("<x>-2 -1.2 -0.5 0 0.1</x>", "<x>-2 -1.2 0.1</x>", 129, &["`y`", "5 numbers", "3"]),
         ("<coordinates>knee_twist<", "<coordinates>knee_twists<", 120, &["`knee_twists`", "no coordinate"]),
-        (">knee_angle</independent", ">cap_angle</independent", 209, &["cap_angle"]),
+        (">knee_angle</independent", ">cap_angle</independent", 173, &["cap_angle"]),
         ("/bodyset/pelvis</socket_child_frame>", "/ground</socket_child_frame>", 63, &["ground"]),
         ("<quadrant>-x<", "<quadrant>up<", 27, &["`up`", "x, y, z"]),
         ("<wrap_object>head<", "<wrap_object>foot<", 338, &["`foot`", "no wrap object"]),
