@@ -10,7 +10,7 @@ mod wire;
 pub use logs::{read_log, read_mat5, read_mat73, read_parquet};
 pub use models::read_model;
 pub use recordings::read_recording;
-pub use robots::{read_machine, read_mjcf, read_robot_toml, read_urdf};
+pub use robots::{read_machine, read_mjcf, read_osim, read_robot_toml, read_urdf};
 pub use wire::{play_link, play_segment, read_device, read_page_command};
 
 use std::process::ExitCode;
@@ -70,6 +70,7 @@ mod tests {
         seeds("seeds/parquet_log", read_parquet);
         seeds("seeds/mjcf", read_mjcf);
         seeds("seeds/urdf", read_urdf);
+        seeds("seeds/osim", read_osim);
         seeds("seeds/robot_toml", read_robot_toml);
         seeds("seeds/machine", read_machine);
         seeds("seeds/model", read_model);

@@ -3,23 +3,28 @@
 use sinew::body::{Parts, Robot};
 use sinew::description::machine::FileReference;
 use sinew::description::{
-    Description, from_mjcf, from_toml, from_urdf, machine_from_toml, machine_of, robot_from_toml, to_mjcf,
-    to_toml,
+    Description, DescriptionError, from_mjcf, from_osim, from_toml, from_urdf, machine_from_toml, machine_of,
+    robot_from_toml, to_mjcf, to_toml,
 };
 
 /// MJCF.
 pub fn read_mjcf(bytes: &[u8]) {
-    let Ok(text) = std::str::from_utf8(bytes) else { return };
-    let Ok(read) = from_mjcf("robot", text, &mut |_| Err("none".to_string())) else { return };
-    let Ok(robot) = Robot::new(read.parts) else { return };
-    let again = from_toml("again", &to_toml(robot.parts())).expect("own output is read");
-    compare(robot.parts(), &again.parts);
+    read_as(bytes, |text| from_mjcf("robot", text, &mut |_| Err("none".to_string())));
 }
 
 /// URDF.
 pub fn read_urdf(bytes: &[u8]) {
+    read_as(bytes, |text| from_urdf("robot", text, None));
+}
+
+/// OpenSim's models.
+pub fn read_osim(bytes: &[u8]) {
+    read_as(bytes, |text| from_osim("robot", text));
+}
+
+fn read_as(bytes: &[u8], read: impl Fn(&str) -> Result<Description, DescriptionError>) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
-    let Ok(read) = from_urdf("robot", text, None) else { return };
+    let Ok(read) = read(text) else { return };
     let Ok(robot) = Robot::new(read.parts) else { return };
     let again = from_toml("again", &to_toml(robot.parts())).expect("own output is read");
     compare(robot.parts(), &again.parts);

@@ -43,7 +43,7 @@ class Machine(_sinew.Machine):
     """A machine on cables as designed.
 
     `source`: the name of a built-in machine (`Machine.built_in()`), or a path to a machine file (TOML) or to a body in MJCF
-    (`.xml`), URDF or TOML, with defaults for everything but the body. `muscles`: file with the muscles of a body in
+    (`.xml`), URDF, OpenSim (`.osim`) or TOML, with defaults for everything but the body. `muscles`: file with the muscles of a body in
     URDF; by default `NAME.muscles.toml` beside `NAME.urdf`. `routing`: other routes of cables by the names of
     their muscles.
 

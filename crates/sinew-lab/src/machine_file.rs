@@ -1,4 +1,4 @@
-//! Machines and robots from files (TOML, MJCF, URDF) or by the names of those that come with the program.
+//! Machines and robots from files (TOML, MJCF, URDF, OpenSim) or by the names of those that come with the program.
 
 mod error;
 mod mesh;
@@ -13,7 +13,7 @@ pub use text::{TextFileError, read_text};
 use sinew::body::Robot;
 use sinew::description::machine::{BusReader, FileReference, has_machine_keys, machine_on_bus};
 use sinew::description::{
-    Description, MachineDescription, Warning, from_mjcf, from_urdf, machine_from_toml, machine_of,
+    Description, MachineDescription, Warning, from_mjcf, from_osim, from_urdf, machine_from_toml, machine_of,
     robot_from_toml,
 };
 use std::path::{Path, PathBuf};
@@ -186,6 +186,7 @@ fn text_of(path: &Path, muscles: Option<&Path>, root: Option<&Path>) -> Result<T
             let muscles = text_of.as_ref().map(|(name, text)| (name.as_str(), text.as_str()));
             Ok(Text::Other(Box::new(from_urdf(&name, &text, muscles)?)))
         }
+        Format::Osim => Ok(Text::Other(Box::new(from_osim(&name, &text)?))),
         Format::Mjcf => {
             let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
             let description = from_mjcf(&name, &text, &mut |file| include(&folder, file, root))?;
@@ -218,6 +219,8 @@ pub enum Format {
     Mjcf,
     /// Unified Robot Description Format of ROS.
     Urdf,
+    /// A model of OpenSim.
+    Osim,
 }
 
 impl Format {
@@ -230,6 +233,7 @@ impl Format {
             Some("toml") => Ok(Self::Toml),
             Some("xml" | "mjcf") => Ok(Self::Mjcf),
             Some("urdf") => Ok(Self::Urdf),
+            Some("osim") => Ok(Self::Osim),
             _ => Err(MachineFileError::Format { file: path.to_owned() }),
         }
     }

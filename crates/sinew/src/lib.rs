@@ -12,7 +12,7 @@
 //! | [`drive`] | motor, reducer, winch, their control loops and sensors |
 //! | [`body`] | joints, kinematic tree, inverse and forward dynamics |
 //! | [`muscle`] | lengths, moment arms and bends of cables over a body |
-//! | `description` | robot files (MJCF, URDF, TOML) to a validated robot, and back; machine files |
+//! | `description` | robot files (MJCF, URDF, OpenSim, TOML) to a validated robot, and back; machine files |
 //! | [`machine`] | a machine as designed: body, cables, drives, sensors, task, tolerances |
 //! | [`trajectory`] | end-point paths, inverse kinematics along them, time laws |
 //! | [`control`] | friction compensation, tension distribution, the controller of an arm, demands on drives |

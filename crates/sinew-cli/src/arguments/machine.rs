@@ -6,9 +6,9 @@ use std::path::PathBuf;
 
 /// Machine files: a body with its cables, drives, sensors and task.
 ///
-/// A MACHINE is a machine file (.toml), a robot file (.toml, .xml: MJCF, .urdf: URDF; everything but the body
-/// has its default), or the name of a built-in machine: lm_arm, bench_joint, planar_leg, finger,
-/// spring_finger, exosuit_elbow, surgical_wrist, shoulder, chain10.
+/// A MACHINE is a machine file (.toml), a robot file (.toml, .xml: MJCF, .urdf: URDF, .osim: OpenSim;
+/// everything but the body has its default), or the name of a built-in machine: lm_arm, bench_joint,
+/// planar_leg, finger, spring_finger, exosuit_elbow, surgical_wrist, shoulder, chain10.
 #[derive(Debug, Args)]
 pub(crate) struct MachineArguments {
     #[command(subcommand)]
@@ -76,7 +76,8 @@ pub(crate) struct MachineShowArguments {
 /// Example: sinew machine new leg.xml --out leg.toml
 #[derive(Debug, Args)]
 pub(crate) struct MachineNewArguments {
-    /// A robot's file (.toml, .xml or .urdf), or the name of a built-in machine, of which the body is copied
+    /// A robot's file (.toml, .xml, .urdf or .osim), or the name of a built-in machine, of which the body
+    /// is copied
     pub(crate) body: PathBuf,
     /// Machine file to write; the path of the body is written relative to its folder
     #[arg(long, value_name = "FILE.toml")]
@@ -209,7 +210,7 @@ pub(crate) struct MachineEvaluateArguments {
     pub(crate) out: Option<PathBuf>,
 }
 
-/// Convert a robot between formats, given by the extensions: from .toml, .xml or .urdf to .toml or .xml.
+/// Convert a robot between formats, given by the extensions: from .toml, .xml, .urdf or .osim to .toml or .xml.
 #[derive(Debug, Args)]
 pub(crate) struct MachineConvertArguments {
     /// A robot's file, or the name of a built-in one

@@ -4,7 +4,7 @@ use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use sinew::description::machine::FileReference;
 use sinew::description::machine::machine_on_bus;
-use sinew::description::{MachineDescription, from_mjcf, from_urdf, machine_of};
+use sinew::description::{MachineDescription, from_mjcf, from_osim, from_urdf, machine_of};
 use sinew_lab::machine_file::{
     Format, MachineFileError, beside, built_in, include, load_machine_on, muscles_of, read_text,
 };
@@ -128,6 +128,7 @@ fn build(
             let muscles = muscles.as_deref().map(|text| (name_of_file.as_str(), text));
             machine_of(from_urdf(&name, text, muscles)?)?
         }
+        Ok(Format::Osim) => machine_of(from_osim(&name, text)?)?,
         Ok(Format::Mjcf) => {
             let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
             let mut read = |file: &str| texts(file.to_owned(), &mut || include(&folder, file, root));

@@ -16,7 +16,7 @@ pub enum MachineFileError {
     },
     /// The extension names no format, and the whole is no built-in machine.
     #[error(
-        "{}: expected a machine or robot file ending in .toml, .xml or .urdf, or the name of a built-in \
+        "{}: expected a machine or robot file ending in .toml, .xml, .urdf or .osim, or the name of a built-in \
             machine ({})",
         file.display(),
         super::BUILT_IN.map(|(name, _)| name).join(", ")

@@ -100,6 +100,7 @@ pub(super) fn check(parts: &mut Parts) -> Result<(), PartError> {
     bodies(parts)?;
     joints(parts)?;
     surfaces(parts)?;
+    active(parts)?;
     let (sites, wraps, joints) = (parts.sites.len(), parts.wraps.len(), &parts.joints);
     for (kind, tendons) in [("tendon", &mut parts.tendons), ("spring", &mut parts.springs)] {
         for (index, tendon) in tendons.iter_mut().enumerate() {
@@ -266,6 +267,40 @@ fn surfaces(parts: &mut Parts) -> Result<(), PartError> {
     Ok(())
 }
 
+/// Ranges in which paths pass through a site; the ends of a path are always on it.
+fn active(parts: &Parts) -> Result<(), PartError> {
+    for (index, site) in parts.sites.iter().enumerate() {
+        let Some((joint, range)) = site.active else { continue };
+        let part = Part { kind: "site", index, name: &site.name };
+        part.below("the joint of its active range", joint, parts.joints.len())?;
+        if !matches!(parts.joints[joint].kind, JointKind::Hinge | JointKind::Slide) {
+            let name = &parts.joints[joint].name;
+            return Err(part.invalid("the joint of its active range", "a hinge or a slide", name));
+        }
+        part.range("its active range", Some(range))?;
+    }
+    let passed = |element: &PathElement| match element {
+        PathElement::Site(site) => parts.sites.get(*site).is_some_and(|site| site.active.is_some()),
+        _ => false,
+    };
+    for (kind, tendons) in [("tendon", &parts.tendons), ("spring", &parts.springs)] {
+        for (index, tendon) in tendons.iter().enumerate() {
+            let TendonPath::Spatial(elements) = &tendon.path else { continue };
+            let solid = |at: Option<&PathElement>| !at.is_some_and(|at| matches!(at, PathElement::Site(_)));
+            let between = (0..elements.len()).filter(|&at| passed(&elements[at])).all(|at| {
+                !solid(at.checked_sub(1).and_then(|before| elements.get(before)))
+                    && !solid(elements.get(at + 1))
+            });
+            if !between {
+                let expected =
+                    "with a site before and behind every one with an active range, and no wrap beside it";
+                return Err(Part { kind, index, name: &tendon.name }.invalid("its path", expected, "without"));
+            }
+        }
+    }
+    Ok(())
+}
+
 fn check_tendon(
     (kind, index): (&'static str, usize),
     tendon: &mut Tendon,
@@ -360,13 +395,18 @@ fn couplings(parts: &Parts) -> Result<(), PartError> {
         Ok(part)
     };
     for (index, coupling) in parts.couplings.iter().enumerate() {
-        let Coupling { follower, leader, coefficients } = coupling;
+        let Coupling { follower, leader, coefficients, pieces } = coupling;
         let part = joint(index, "its follower", *follower)?;
         if let Some(leader) = *leader {
             joint(index, "its leader", leader)?;
             leader_of[*follower] = Some(leader);
         }
         part.finite("its coefficients", coefficients)?;
+        part.finite("its pieces", pieces.as_flattened())?;
+        if let Some(pair) = pieces.windows(2).find(|pair| pair[0][0] >= pair[1][0]) {
+            let got = format!("{} before {}", pair[0][0], pair[1][0]);
+            return Err(part.invalid("its pieces", "in rising order of their starts", got));
+        }
         if core::mem::replace(&mut follows[*follower], true) {
             let name = &parts.joints[*follower].name;
             return Err(part.invalid(

@@ -32,13 +32,61 @@ pub struct Reduction {
     reduced: Vec<f64>,
 }
 
-/// Value, slope and curvature of `c0 + c1 x + .. + c4 x^4`.
-fn polynomial(c: &[f64; 5], x: f64) -> [f64; 3] {
+/// Points of a range that a polynomial is fitted to, and places where its error is looked for.
+const FITTED: usize = 64;
+const TRIED: usize = 400;
+
+/// Value, slope and curvature of `c0 + c1 x + .. + c4 x^4`, or of the curve of pieces.
+#[inline]
+pub(crate) fn curve(c: &[f64; 5], pieces: &[[f64; 5]], x: f64) -> [f64; 3] {
+    let (c, x) = match pieces {
+        [] => (*c, x),
+        [[start, a, b, ..], ..] if x < *start => ([*a, *b, 0.0, 0.0, 0.0], x - start),
+        pieces => {
+            let [start, a, b, c, d] = pieces[pieces.partition_point(|[start, ..]| *start <= x).max(1) - 1];
+            ([a, b, c, d, 0.0], x - start)
+        }
+    };
     [
         c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * c[4]))),
         c[1] + x * (2.0 * c[2] + x * (3.0 * c[3] + x * 4.0 * c[4])),
         2.0 * c[2] + x * (6.0 * c[3] + x * 12.0 * c[4]),
     ]
+}
+
+impl Coupling {
+    /// The coefficients of a polynomial of degree four that is near the curve of its pieces, for formats that
+    /// know no pieces, and its largest error over that range of `x`; the coefficients and 0 where it has none.
+    ///
+    /// ```text
+    /// f(m + h t) ~ sum_k a_k T_k(t),   a_k = (2 - [k = 0])/N sum_j f(m + h t_j) cos(k w_j),   t_j = cos w_j,   w_j = (j + 1/2) pi/N
+    /// ```
+    #[must_use]
+    pub fn polynomial(&self, range: Option<[f64; 2]>) -> ([f64; 5], f64) {
+        let (Some([first, ..]), Some([last, ..])) = (self.pieces.first(), self.pieces.last()) else {
+            return (self.coefficients, 0.0);
+        };
+        let [low, high] = range.map_or([*first, *last], |[low, high]| [low.max(*first), high.min(*last)]);
+        let value = |x: f64| curve(&self.coefficients, &self.pieces, x)[0];
+        let (middle, half) = ((low + high) / 2.0, ((high - low) / 2.0).max(1e-9));
+        let angle = |j: usize| (j as f64 + 0.5) * core::f64::consts::PI / FITTED as f64;
+        let a: [f64; 5] = core::array::from_fn(|k| {
+            let part = |j: usize| value(middle + half * libm::cos(angle(j))) * libm::cos(k as f64 * angle(j));
+            (0..FITTED).map(part).sum::<f64>() * if k == 0 { 1.0 } else { 2.0 } / FITTED as f64
+        });
+        // In powers of t, then of x = m + h t, by Horner's rule.
+        let t = [a[0] - a[2] + a[4], a[1] - 3.0 * a[3], 2.0 * a[2] - 8.0 * a[4], 4.0 * a[3], 8.0 * a[4]];
+        let mut powers = [0.0; 5];
+        for c in t.into_iter().rev() {
+            let shifted = |k: usize| (if k > 0 { powers[k - 1] } else { 0.0 } - middle * powers[k]) / half;
+            powers = core::array::from_fn(shifted);
+            powers[0] += c;
+        }
+        let off = |x: f64| (curve(&powers, &[], x)[0] - value(x)).abs();
+        let error =
+            (0..=TRIED).map(|k| off(low + (high - low) * k as f64 / TRIED as f64)).fold(0.0, f64::max);
+        (powers, error)
+    }
 }
 
 impl Robot {
@@ -53,7 +101,8 @@ impl Robot {
         self.check_coordinates(q)?;
         for coupling in self.followers() {
             let follower = self.coordinates_of(coupling.follower).start;
-            let [value, ..] = polynomial(&coupling.coefficients, self.leader_offset(coupling, q));
+            let [value, ..] =
+                curve(&coupling.coefficients, &coupling.pieces, self.leader_offset(coupling, q));
             q[follower] = self.parts().joints[coupling.follower].reference + value;
         }
         self.check_coordinates(q)
@@ -176,7 +225,8 @@ impl Reduction {
         check_length("reduction", self.slope.len(), robot.nv())?;
         for coupling in robot.followers() {
             let follower = robot.velocities_of(coupling.follower).start;
-            let [_, slope, curvature] = polynomial(&coupling.coefficients, robot.leader_offset(coupling, q));
+            let [_, slope, curvature] =
+                curve(&coupling.coefficients, &coupling.pieces, robot.leader_offset(coupling, q));
             let (first, second) = coupling.leader.map_or((0.0, 0.0), |leader| {
                 let leader = robot.velocities_of(leader).start;
                 (self.slope[leader], self.curvature[leader])

@@ -29,6 +29,7 @@ mod tree;
 pub(crate) mod vector;
 
 pub use coupling::Reduction;
+pub(crate) use coupling::curve;
 pub use displacement::{Displacement, JointCorrection};
 pub(crate) use energy::JointSpring;
 pub(crate) use forward_dynamics::accelerations;

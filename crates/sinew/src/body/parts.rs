@@ -150,6 +150,10 @@ pub struct Site {
     pub position: [f64; 3],
     /// Orientation in the body's frame.
     pub orientation: [f64; 4],
+    /// The joint, a hinge or a slide, and its range in which paths pass through the site; elsewhere they go
+    /// past it, straight from the site before to the one behind. `None`: paths always pass through it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub active: Option<(usize, [f64; 2])>,
 }
 
 /// Shape of a wrapping surface.
@@ -237,7 +241,9 @@ pub struct Tendon {
 }
 
 /// A joint that follows another: `q1 - r1 = c0 + c1 x + c2 x^2 + c3 x^3 + c4 x^4`, `x = q2 - r2`, with
-/// the references `r`; without a leader `q1 - r1 = c0`.
+/// the references `r`; without a leader `q1 - r1 = c0`. With pieces it follows these instead of the
+/// polynomial: from `x_k` on `q1 - r1 = a + b s + c s^2 + d s^3`, `s = x - x_k`; before the first it goes
+/// straight on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Coupling {
     /// The joint that follows.
@@ -246,6 +252,9 @@ pub struct Coupling {
     pub leader: Option<usize>,
     /// Coefficients.
     pub coefficients: [f64; 5],
+    /// Pieces `[x_k, a, b, c, d]` of a curve, `x_k` rising.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pieces: Vec<[f64; 5]>,
 }
 
 /// Kind of an actuator.

@@ -414,6 +414,7 @@ mod tests {
             body,
             position: [x, 0.0, 0.0],
             orientation: [1.0, 0.0, 0.0, 0.0],
+            active: None,
         };
         parts.sites = vec![site("anchor", 1, 0.1), site("sheath", 0, 0.3)];
         parts.tendons[0].path = TendonPath::Spatial(vec![PathElement::Site(1), PathElement::Site(0)]);

@@ -50,7 +50,13 @@ pub(super) fn slides(gravity: f64, slides: &[Slide], arms: &[&[f64]]) -> Robot {
         spring_length: None,
     };
     let masses = core::iter::once(0.0).chain(slides.iter().map(|slide| slide.mass));
-    let site = Site { name: "endpoint".to_string(), body: slides.len(), position: [0.0; 3], orientation };
+    let site = Site {
+        name: "endpoint".to_string(),
+        body: slides.len(),
+        position: [0.0; 3],
+        orientation,
+        active: None,
+    };
     let parts = Parts {
         name: "slides".to_string(),
         gravity: [0.0, 0.0, -gravity],

@@ -368,6 +368,17 @@ impl<'d> Entry<'d> {
         Ok(numbers)
     }
 
+    /// A list of lists of as many numbers.
+    pub(in crate::description) fn rows<const N: usize>(
+        &self,
+        domain: Domain,
+    ) -> Result<Vec<[f64; N]>, DescriptionError> {
+        let rows = || format!("a list of lists of {N} numbers, each {}", domain.expected);
+        let Some(array) = self.value.get_ref().as_array() else { return Err(self.refuse(&rows())) };
+        let row = |value| Entry { document: self.document, place: self.place.clone(), key: self.key, value };
+        array.iter().map(|value| row(value).numbers(domain)).collect()
+    }
+
     /// A list of any number of numbers.
     pub(in crate::description) fn list(&self, domain: Domain) -> Result<Vec<f64>, DescriptionError> {
         let list = || format!("a list of numbers, each {}", domain.expected);

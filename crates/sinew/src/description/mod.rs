@@ -16,6 +16,7 @@ mod mjcf;
 mod names;
 mod orientation;
 mod origin;
+mod osim;
 mod robot_toml;
 mod spelling;
 mod tree;
@@ -26,6 +27,7 @@ pub use error::{DescriptionError, Warning};
 pub use machine::{MachineDescription, machine_from_toml, machine_of, robot_from_toml};
 pub use mjcf::{from_mjcf, to_mjcf};
 pub use origin::Origins;
+pub use osim::from_osim;
 pub use robot_toml::{from_toml, to_toml};
 pub use urdf::from_urdf;
 

@@ -1,6 +1,7 @@
 //! The elements of a robot file and its includes as a flat list, each with file and line.
 
 use super::error::DescriptionError;
+use alloc::borrow::Cow;
 use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -99,6 +100,9 @@ impl Tree {
             place: "file".to_string(),
             problem,
         };
+        // OpenSim names some elements by two names of C++, which no name of XML may be.
+        let known = text.contains("<OpenSimDocument") && text.contains("::");
+        let text = &*if known { Cow::Owned(text.replace("::", "..")) } else { Cow::Borrowed(text) };
         if text.len() > LONGEST {
             return Err(wrong(1, format!("has {} bytes, more than the {LONGEST} that are read", text.len())));
         }
@@ -119,6 +123,8 @@ impl Tree {
             .collect();
         let line = |position: usize| starts.partition_point(|&start| start <= position);
         let root = self.elements.len();
+        // OpenSim writes what others write as attributes as elements with a text: they count as both.
+        let texts = document.root_element().has_tag_name("OpenSimDocument");
         let mut open = Vec::from([(document.root_element(), None, 0)]);
         while let Some((node, parent, depth)) = open.pop() {
             let line = line(node.range().start);
@@ -135,6 +141,15 @@ impl Tree {
             if let Some(parent) = parent {
                 let parent: &mut Element = &mut self.elements[parent];
                 parent.children.push(index);
+                if texts && !node.children().any(|child| child.is_element()) {
+                    let text: String = node
+                        .children()
+                        .filter(|child| child.is_text())
+                        .filter_map(|child| child.text())
+                        .collect();
+                    let name = node.tag_name().name().to_string();
+                    parent.attributes.push((name, text.trim().to_string()));
+                }
             }
             // Pushed in reverse, so that the stack returns them in document order.
             let children: Vec<_> = node.children().filter(roxmltree::Node::is_element).collect();
@@ -155,9 +170,11 @@ impl Tree {
         if !attribute.is_empty() {
             place.push_str(&format!(" `{attribute}`"));
         }
+        let is_text = |child: &&Element| child.name == attribute && child.children.is_empty();
+        let written = at.children.iter().map(|&child| &self.elements[child]).find(is_text).unwrap_or(at);
         DescriptionError {
             file: self.files[at.file].clone(),
-            line: at.line,
+            line: written.line,
             place,
             problem: problem.to_string(),
         }

@@ -277,7 +277,12 @@ impl<'a> Graph<'a> {
             })?;
             let coefficients =
                 [mimic.number_or("offset", 0.0)?, mimic.number_or("multiplier", 1.0)?, 0.0, 0.0, 0.0];
-            parts.couplings.push(Coupling { follower, leader: Some(leader), coefficients });
+            parts.couplings.push(Coupling {
+                follower,
+                leader: Some(leader),
+                coefficients,
+                pieces: Vec::new(),
+            });
         }
         Ok(())
     }

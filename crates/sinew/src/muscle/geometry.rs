@@ -1,5 +1,5 @@
 use super::surface::{Contact, cylinder, sphere};
-use super::topology::{Around, Numbers, Span, Topology};
+use super::topology::{Around, Bypass, Numbers, Span, Topology};
 use crate::body::{PoseRows, Robot, WrapKind};
 use crate::error::{Error, check_entries, check_length};
 use crate::lanes::{Mask, Row, Vector};
@@ -118,6 +118,7 @@ impl Topology {
         {
             *point = geometry.links[anchor.link].point(*position);
         }
+        self.bypass(q, geometry);
         let surfaces = self.surfaces.iter().zip(&numbers.surfaces);
         for (pose, (surface, (_, place))) in geometry.surfaces.iter_mut().zip(surfaces) {
             *pose = geometry.links[surface.place.link].inner(&place.axes, place.origin);
@@ -134,6 +135,29 @@ impl Topology {
                 total += self.evaluate_span(numbers, index, geometry);
             }
             geometry.lengths[muscle] = total.0;
+        }
+    }
+
+    /// Puts sites that are not active halfway on the straight line between those before and behind, where they
+    /// change neither length nor moment arms nor bend.
+    #[inline(always)]
+    fn bypass<const N: usize>(&self, q: &[[f64; N]], geometry: &mut Geometry<N>) {
+        let points = &mut geometry.points;
+        let active = |q: usize, [low, high]: [f64; 2], q_of: &[[f64; N]]| {
+            let q = Row(q_of[q]);
+            !(q.less(Row::all(low)) | Row::all(high).less(q))
+        };
+        for Bypass { before, behind, sites } in &self.bypasses {
+            let mut before = *before;
+            for (index, &(anchor, coordinate, range)) in sites.iter().enumerate() {
+                let mut next = points[*behind];
+                for &(later, coordinate, range) in sites[index + 1..].iter().rev() {
+                    next = Vector::select(active(coordinate, range, q), points[later], next);
+                }
+                let halfway = Row::all(0.5) * (points[before] + next);
+                points[anchor] = Vector::select(active(coordinate, range, q), points[anchor], halfway);
+                before = anchor;
+            }
         }
     }
 

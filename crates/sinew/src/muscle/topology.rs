@@ -35,6 +35,16 @@ pub(super) struct Span {
     pub(super) around: Option<Around>,
 }
 
+/// Consecutive sites that a cable passes through only while a joint is within a range.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Bypass {
+    /// Anchors before and behind them.
+    pub(super) before: usize,
+    pub(super) behind: usize,
+    /// Their anchors, each with its coordinate and the range.
+    pub(super) sites: Vec<(usize, usize, [f64; 2])>,
+}
+
 /// The surface of a span.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Around {
@@ -87,6 +97,7 @@ pub(super) struct Topology {
     pub(super) muscles: usize,
     pub(super) springs: Vec<Spring>,
     pub(super) spans: Vec<Span>,
+    pub(super) bypasses: Vec<Bypass>,
     pub(super) crossings: Vec<Crossing>,
     /// Velocity index of each moment arm.
     pub(super) columns: Vec<usize>,
@@ -170,6 +181,7 @@ impl Topology {
                 .map(|spring| spring.cable)
                 .eq(other.springs.iter().map(|spring| spring.cable))
             && self.spans == other.spans
+            && self.bypasses == other.bypasses
             && self.crossings == other.crossings
             && self.columns == other.columns
     }
@@ -273,7 +285,7 @@ impl TopologyBuilder<'_> {
     /// Pairs of consecutive sites, with the surface between them.
     fn pieces(&mut self, elements: &[PathElement]) -> Vec<Piece> {
         let (mut pieces, mut fraction, mut begins) = (Vec::new(), 1.0, true);
-        let (mut last, mut around) = (None, None);
+        let (mut last, mut around, mut open) = (None, None, None);
         for element in elements {
             match *element {
                 PathElement::Pulley(divisor) => (last, fraction, begins) = (None, 1.0 / divisor, true),
@@ -282,6 +294,7 @@ impl TopologyBuilder<'_> {
                 }
                 PathElement::Site(site) => {
                     let to = self.anchor(site);
+                    self.bypass(site, to, last, &mut open);
                     if let Some(from) = last {
                         pieces.push(Piece { from, to, fraction, begins, around: around.take() });
                         begins = false;
@@ -293,8 +306,27 @@ impl TopologyBuilder<'_> {
         pieces
     }
 
+    /// Notes a site that is not always active, or the end of a run of such sites.
+    fn bypass(&mut self, site: usize, anchor: usize, last: Option<usize>, open: &mut Option<Bypass>) {
+        match (self.robot.parts().sites[site].active, last) {
+            (Some((joint, range)), Some(before)) => {
+                let q = self.robot.coordinates_of(joint).start;
+                let run = open.get_or_insert(Bypass { before, behind: anchor, sites: Vec::new() });
+                run.sites.push((anchor, q, range));
+            }
+            _ => {
+                let run = open.take().map(|run| Bypass { behind: anchor, ..run });
+                self.topology.bypasses.extend(run);
+            }
+        }
+    }
+
     fn anchor(&mut self, site: usize) -> usize {
         let place = self.robot.site_place(site);
+        // A site that is not always active is elsewhere on every cable.
+        if self.robot.parts().sites[site].active.is_some() {
+            self.anchor_of.remove(&site);
+        }
         let anchors = &mut self.topology.anchors;
         *self.anchor_of.entry(site).or_insert_with(|| {
             anchors.push(Anchor { link: place.link, position: place.origin });

@@ -47,11 +47,22 @@ pub(crate) fn chain(random: &mut Random, joints: usize, kind: Chain) -> Robot {
     if kind == Chain::Coupled {
         for follower in (2..joints).step_by(3) {
             let coefficients = [0.1 * random.unit(), 0.4 + random.unit(), 0.3 * random.unit(), 0.0, 0.0];
-            parts.couplings.push(Coupling { follower, leader: Some(follower - 1), coefficients });
+            parts.couplings.push(Coupling {
+                follower,
+                leader: Some(follower - 1),
+                coefficients,
+                pieces: Vec::new(),
+            });
         }
     }
     let position = [0.0, 0.0, length * (0.5 + random.unit())];
-    parts.sites.push(Site { name: "endpoint".into(), body: joints, position, orientation: upright });
+    parts.sites.push(Site {
+        name: "endpoint".into(),
+        body: joints,
+        position,
+        orientation: upright,
+        active: None,
+    });
     Robot::new(parts).unwrap()
 }
 

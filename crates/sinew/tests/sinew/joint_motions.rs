@@ -22,8 +22,18 @@ fn coupled_arm() -> Robot {
         (place("elbow_flexion"), place("forearm_pronation"), place("wrist_deviation"));
     parts.keys.clear();
     parts.couplings = vec![
-        Coupling { follower: wrist, leader: Some(pronation), coefficients: [0.0, 0.3, 0.0, 0.0, 0.0] },
-        Coupling { follower: pronation, leader: Some(elbow), coefficients: [-0.3, 1.1, 0.05, 0.0, 0.0] },
+        Coupling {
+            follower: wrist,
+            leader: Some(pronation),
+            coefficients: [0.0, 0.3, 0.0, 0.0, 0.0],
+            pieces: Vec::new(),
+        },
+        Coupling {
+            follower: pronation,
+            leader: Some(elbow),
+            coefficients: [-0.3, 1.1, 0.05, 0.0, 0.0],
+            pieces: Vec::new(),
+        },
     ];
     Robot::new(parts).unwrap()
 }

@@ -140,7 +140,7 @@ fn add_muscle(draw: &mut Draw, parts: &mut Parts, links: &[f64], arm: f64, over:
         let parent_x = if joint == 0 { -along } else { links[joint - 1] - along };
         let before = offset(if wrapped { 0.5 * radius } else { radius });
         let mut site = |name: String, body: usize, position: [f64; 3]| {
-            parts.sites.push(Site { name, body, position, orientation: UPRIGHT });
+            parts.sites.push(Site { name, body, position, orientation: UPRIGHT, active: None });
             parts.sites.len() - 1
         };
         let from = site(format!("m{index}_{n}_a"), joint, [parent_x, before[1], before[2]]);

@@ -12,6 +12,7 @@ use crate::description::error::{DescriptionError, Warning};
 use crate::description::mesh_file::joined;
 use crate::description::mjcf::from_mjcf;
 use crate::description::names::named;
+use crate::description::osim::from_osim;
 use crate::description::robot_toml::{self, MACHINE_KEYS, ROBOT_KEYS};
 use crate::description::urdf::from_urdf;
 use crate::machine::Machine;
@@ -163,8 +164,8 @@ fn body_file(
         return Err(other.bare(&expected));
     }
     let extension = path.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
-    if !matches!(extension.as_deref(), Some("toml" | "xml" | "mjcf" | "urdf")) {
-        return Err(entry.refuse("a file that ends in .toml, .xml or .urdf"));
+    if !matches!(extension.as_deref(), Some("toml" | "xml" | "mjcf" | "urdf" | "osim")) {
+        return Err(entry.refuse("a file that ends in .toml, .xml, .urdf or .osim"));
     }
     if let (Some(muscles), false) = (muscles, extension.as_deref() == Some("urdf")) {
         return Err(muscles.problem(", but the body is none in URDF: expected no such key"));
@@ -194,6 +195,7 @@ fn body_file(
             let muscles = muscles.as_ref().map(|(name, text)| (name.as_str(), text.as_str()));
             from_urdf(&files.display(path), &text, muscles)?
         }
+        Some("osim") => from_osim(&files.display(path), &text)?,
         _ => {
             let shown = files.display(path);
             from_mjcf(&shown, &text, &mut |file| files.include(file, path))?

@@ -110,7 +110,7 @@ impl Graft<'_> {
             let name = self.name(import, "site", &site.name, import.parts.sites.len())?;
             *new = Some(import.parts.sites.len());
             let Place { position, orientation } = place;
-            import.parts.sites.push(Site { name, body, position, orientation });
+            import.parts.sites.push(Site { name, body, position, orientation, active: None });
         }
         let mut wraps = vec![None; parts.wraps.len()];
         for (wrap, new) in parts.wraps.iter().zip(&mut wraps) {

@@ -280,7 +280,13 @@ fn site(import: &mut Import<'_>, seen: Seen<'_>, body: usize) -> Result<(), Desc
         inner.orientation = turn::z_to(axis.ok_or_else(|| at.error("fromto", "has both ends in one point"))?);
     }
     let place = seen.frame.of(inner);
-    import.parts.sites.push(Site { name, body, position: place.position, orientation: place.orientation });
+    import.parts.sites.push(Site {
+        name,
+        body,
+        position: place.position,
+        orientation: place.orientation,
+        active: None,
+    });
     Ok(())
 }
 

@@ -231,7 +231,8 @@ fn equalities(out: &mut String, parts: &Parts) {
             .leader
             .map_or(String::new(), |joint| format!(" joint2=\"{}\"", joint_name(parts, joint)));
         let follower = joint_name(parts, coupling.follower);
-        let coefficients = numbers(&coupling.coefficients);
+        let range = coupling.leader.and_then(|leader| parts.joints.get(leader)?.range);
+        let coefficients = numbers(&coupling.polynomial(range).0);
         let _ = writeln!(out, "    <joint joint1=\"{follower}\"{leader} polycoef=\"{coefficients}\"/>");
     }
     out.push_str("  </equality>\n");

@@ -41,7 +41,7 @@ pub(super) fn equality(import: &mut Import<'_>, element: usize) -> Result<(), De
         *c = given;
     }
     import.describe("coupling", import.parts.couplings.len(), at);
-    import.parts.couplings.push(Coupling { follower, leader, coefficients });
+    import.parts.couplings.push(Coupling { follower, leader, coefficients, pieces: Vec::new() });
     Ok(())
 }
 

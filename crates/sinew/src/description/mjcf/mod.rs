@@ -30,4 +30,5 @@ pub use export::to_mjcf;
 pub use import::from_mjcf;
 pub(super) use inertia::possible;
 pub(super) use lists::finite;
+pub(super) use place::{HERE, Place};
 pub(super) use schema::law;

@@ -7,22 +7,22 @@ use crate::description::orientation as turn;
 
 /// A frame relative to another.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
-    pub(super) position: [f64; 3],
-    pub(super) orientation: [f64; 4],
+pub(in crate::description) struct Place {
+    pub(in crate::description) position: [f64; 3],
+    pub(in crate::description) orientation: [f64; 4],
 }
 
-pub(super) const HERE: Place = Place { position: [0.0; 3], orientation: turn::IDENTITY };
+pub(in crate::description) const HERE: Place = Place { position: [0.0; 3], orientation: turn::IDENTITY };
 
 impl Place {
     /// A point of this frame in the outer one.
-    pub(super) fn point(&self, local: [f64; 3]) -> [f64; 3] {
+    pub(in crate::description) fn point(&self, local: [f64; 3]) -> [f64; 3] {
         let turned = turn::rotate(self.orientation, local);
         core::array::from_fn(|i| self.position[i] + turned[i])
     }
 
     /// A frame within this one, in the outer one.
-    pub(super) fn of(&self, inner: Place) -> Place {
+    pub(in crate::description) fn of(&self, inner: Place) -> Place {
         let orientation = if turn::is_identity(self.orientation) {
             inner.orientation
         } else {

@@ -135,6 +135,12 @@ fn sites(out: &mut String, parts: &Parts) {
         head(out, "site", &site.name);
         line(out, "body", &text(body_name(parts, site.body)));
         place(out, &site.position, &site.orientation);
+        if let Some((joint, range)) = site.active {
+            let key = if parts.joints[joint].kind == JointKind::Slide { "range_m" } else { "range_rad" };
+            let value =
+                format!("{{ joint = {}, {key} = {} }}", text(joint_name(parts, joint)), numbers(&range));
+            line(out, "active", &value);
+        }
     }
     for wrap in &parts.wraps {
         head(out, "wrap", &wrap.name);
@@ -232,7 +238,12 @@ fn rest(out: &mut String, parts: &Parts) {
         if let Some(leader) = coupling.leader {
             line(out, "leader", &text(joint_name(parts, leader)));
         }
-        line(out, "coefficients", &numbers(&coupling.coefficients));
+        if coupling.pieces.is_empty() {
+            line(out, "coefficients", &numbers(&coupling.coefficients));
+        } else {
+            let pieces: Vec<String> = coupling.pieces.iter().map(|piece| numbers(piece)).collect();
+            line(out, "pieces", &format!("[{}]", pieces.join(", ")));
+        }
     }
     for actuator in &parts.actuators {
         head(out, "actuator", &actuator.name);

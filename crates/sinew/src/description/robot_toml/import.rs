@@ -50,8 +50,9 @@ const JOINT: [&str; 19] = [
     "spring_reference_rad",
     "spring_reference_m",
 ];
-const COUPLING: [&str; 3] = ["follower", "leader", "coefficients"];
-const SITE: [&str; 4] = ["name", "body", "position_m", "orientation_wxyz"];
+const COUPLING: [&str; 4] = ["follower", "leader", "coefficients", "pieces"];
+const SITE: [&str; 5] = ["name", "body", "position_m", "orientation_wxyz", "active"];
+const ACTIVE: [&str; 3] = ["joint", "range_rad", "range_m"];
 const WRAP: [&str; 6] = ["name", "body", "kind", "radius_m", "position_m", "orientation_wxyz"];
 const GEOM: [&str; 6] = ["body", "kind", "size_m", "ends_m", "position_m", "orientation_wxyz"];
 const MUSCLE: [&str; 8] = [
@@ -96,12 +97,12 @@ const WRAP_KINDS: [(WrapKind, &str); 2] = [(WrapKind::Sphere, "sphere"), (WrapKi
 /// | | `name`; `gravity_m_per_s2` | empty; `[0, 0, -9.81]` |
 /// | `[[body]]` | `name`; `parent`, a body before it; `position_m`, `orientation_wxyz` in the parent; `mass_kg`, `center_of_mass_m`, `inertia_kg_m2 = [xx, yy, zz]` or with `xy, xz, yz`; `gravity_compensation`, fraction of its weight that is held | world; zero |
 /// | `[[joint]]` | `name`, `body`, `kind` (hinge, slide, ball, free), `axis` of a hinge or slide; `anchor_m`; of joints that turn `range_rad`, `reference_rad`, `armature_kg_m2`, `damping_nm_s_per_rad`, `friction_nm`, `stiffness_nm_per_rad`, `spring_reference_rad`; of slides the same in `m`, `kg`, `n_s_per_m`, `n`, `n_per_m` | no range; zero |
-/// | `[[site]]` | `name`, `body`; `position_m`, `orientation_wxyz` in the body | its frame |
+/// | `[[site]]` | `name`, `body`; `position_m`, `orientation_wxyz` in the body; `active = { joint, range_rad }` (`range_m` of a slide): elsewhere paths go past it, straight from the site before to the one behind | its frame; always |
 /// | `[[wrap]]` | `name`, `body`, `kind` (sphere, cylinder about z), `radius_m`; `position_m`, `orientation_wxyz` | its frame |
 /// | `[[geom]]` | for drawings: `body`, `kind` (sphere, capsule, cylinder, ellipsoid, box), `size_m` (radius; radius and half length; half axes or half lengths); `position_m`, `orientation_wxyz`; or, of a capsule or cylinder of one size, its radius, both ends of its axis `ends_m = [x, y, z, x, y, z]` | its frame |
 /// | `[[muscle]]` | `name`; a `path` of `{ site }`, `{ wrap, side }` and `{ pulley }`, the number that divides the lengths after it; or `joints` of `{ joint, coefficient }`, m per rad or 1; `sheath = { length_m, bend_rad, end_axis }`, `length_range_m`, `damping_n_s_per_m`, `stiffness_n_per_m`, `spring_length_m` (two numbers) | no sheath, no range, zero |
 /// | `[[spring]]` | `name`; `path` or `joints` as a muscle, or the name is that of a tendon; `stiffness_n_per_m`; `slack_lengths_m`, two, between which it is slack; `damping_n_s_per_m`; `one_sided = true`: it never pushes | those of the tendon; zero, the length where the joints' springs are at rest |
-/// | `[[coupling]]` | `follower`, `leader` (joints), `coefficients`: five, of the powers 0 to 4 of the leader's coordinate, rad or m | no leader: a constant |
+/// | `[[coupling]]` | `follower`, `leader` (joints), `coefficients`: five, of the powers 0 to 4 of the leader's coordinate, rad or m; or a curve of `pieces`, each `[x, a, b, c, d]`: from `x` of the leader on `a + b s + c s^2 + d s^3` with `s` from there | no leader: a constant |
 /// | `[[actuator]]` | `name`, `muscle`, `kind` (MJCF's element), `gear`: force at the muscle per unit of control, negative for a pull; `control_range` (N where the gear is -1), `force_range_n`, `law`: MJCF's attributes as texts | none |
 /// | `[[key]]` | `name`, `q`: the coordinates of all joints in order, rad or m, of balls and free joints with quaternions | none |
 ///
@@ -305,10 +306,19 @@ impl<'r> Reader<'r> {
         let joints = self.joint_names();
         for (table, _) in self.root.tables("coupling", "follower", &COUPLING)? {
             self.describe("coupling", self.parts.couplings.len(), &table);
+            let pieces = match table.entry("pieces") {
+                Some(entry) => entry.rows(FINITE)?,
+                None => Vec::new(),
+            };
+            let coefficients = match table.entry("coefficients") {
+                None if !pieces.is_empty() => [0.0; 5],
+                _ => table.required("coefficients")?.numbers(FINITE)?,
+            };
             self.parts.couplings.push(Coupling {
                 follower: joints.required(&table, "follower")?,
                 leader: table.entry("leader").map(|leader| joints.find(&leader)).transpose()?,
-                coefficients: table.required("coefficients")?.numbers(FINITE)?,
+                coefficients,
+                pieces,
             });
         }
         Ok(())
@@ -325,12 +335,20 @@ impl<'r> Reader<'r> {
     }
 
     fn sites(&mut self) -> Result<(), DescriptionError> {
-        let bodies = self.body_names();
+        let (bodies, joints) = (self.body_names(), self.joint_names());
         for (table, named) in self.root.tables("site", "name", &SITE)? {
             self.describe("site", self.parts.sites.len(), &table);
             let body = bodies.required(&table, "body")?;
             let (position, orientation) = pose(&table)?;
-            self.parts.sites.push(Site { name: named.text, body, position, orientation });
+            let mut active = None;
+            if let Some(entry) = table.entry("active") {
+                let inner = entry.inner_table(&ACTIVE)?;
+                let joint = joints.required(&inner, "joint")?;
+                let slide = self.parts.joints[joint].kind == JointKind::Slide;
+                let range = inner.required(if slide { "range_m" } else { "range_rad" })?;
+                active = Some((joint, range.numbers(FINITE)?));
+            }
+            self.parts.sites.push(Site { name: named.text, body, position, orientation, active });
         }
         Ok(())
     }

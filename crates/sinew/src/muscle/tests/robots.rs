@@ -41,7 +41,7 @@ fn joint(name: &str, body: usize, kind: JointKind, axis: [f64; 3]) -> Joint {
 
 fn site(body: usize, position: [f64; 3]) -> Site {
     let [x, y, z] = position;
-    Site { name: alloc::format!("s{body} {x} {y} {z}"), body, position, orientation: UPRIGHT }
+    Site { name: alloc::format!("s{body} {x} {y} {z}"), body, position, orientation: UPRIGHT, active: None }
 }
 
 fn tendon(name: &str, path: TendonPath) -> Tendon {
@@ -164,7 +164,12 @@ pub(crate) fn chain(coupled: bool) -> Robot {
         let path = [PathElement::Site(2 * k), PathElement::Site(2 * k + 1)];
         tendon(["m0", "m1", "m2"][k], TendonPath::Spatial(path.to_vec()))
     };
-    let follows = Coupling { follower: 2, leader: Some(1), coefficients: [0.1, 0.7, 0.2, 0.0, 0.0] };
+    let follows = Coupling {
+        follower: 2,
+        leader: Some(1),
+        coefficients: [0.1, 0.7, 0.2, 0.0, 0.0],
+        pieces: Vec::new(),
+    };
     let parts = Parts {
         name: "chain".to_string(),
         gravity: [0.0, 0.0, -9.81],

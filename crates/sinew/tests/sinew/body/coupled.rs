@@ -6,7 +6,8 @@ use sinew::body::{Coupling, Poses, Reduction, Robot, Scratch};
 /// The serial arm with one joint following another that follows a third, and one held fast.
 fn arm() -> Robot {
     let mut parts = parts("chain7");
-    let coupling = |follower, leader, coefficients| Coupling { follower, leader, coefficients };
+    let coupling =
+        |follower, leader, coefficients| Coupling { follower, leader, coefficients, pieces: Vec::new() };
     parts.couplings = vec![
         coupling(4, Some(2), [0.2, 0.5, -0.3, 0.1, 0.05]),
         coupling(2, Some(1), [0.1, -0.8, 0.2, 0.0, 0.1]),

@@ -18,7 +18,12 @@ fn told(change: impl FnOnce(&mut Parts)) -> String {
 fn every_part_that_makes_no_sense_is_named_with_what_was_expected() {
     let spatial =
         |parts: &mut Parts, elements: Vec<PathElement>| parts.tendons[2].path = TendonPath::Spatial(elements);
-    let couple = |follower, leader| Coupling { follower, leader, coefficients: [0.0, 1.0, 0.0, 0.0, 0.0] };
+    let couple = |follower, leader| Coupling {
+        follower,
+        leader,
+        coefficients: [0.0, 1.0, 0.0, 0.0, 0.0],
+        pieces: Vec::new(),
+    };
     let (site, wrap) = (PathElement::Site, |wrap| PathElement::Wrap { wrap, side: None });
     type Change<'a> = Box<dyn FnOnce(&mut Parts) + 'a>;
     let cases: Vec<(Change, &str)> = vec![

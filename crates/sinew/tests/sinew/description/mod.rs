@@ -4,6 +4,7 @@
 
 mod attached;
 mod geoms;
+mod osim;
 mod pinocchio;
 
 use sinew::body::{Parts, PathElement, Robot, TendonPath};
