@@ -78,7 +78,7 @@ fn observer(bench: &Bench) -> String {
     let inputs =
         [("tension_in_n", Role::Effort), ("motor_m", Role::Motion), ("anchor_m", Role::Anchor)].into_iter();
     model.inputs = inputs.map(|(column, role)| Input { column: column.to_owned(), role }).collect();
-    let limits = |jump, high| InputLimits { jump, low: -high, high, typical: 0.0 };
+    let limits = |jump: f64, high: f64| InputLimits { jump, low: -high, high, typical: 0.0 };
     model.guards = vec![limits(100.0, 400.0), limits(0.1, 1.0), limits(0.1, 1.0)];
     (model.specimen, model.outside) = (None, None);
     model.to_json().unwrap()

@@ -244,7 +244,7 @@ fn a_cable_whose_turn_is_known_has_crossed_its_dead_band_when_it_turns() {
             rate: Some(0.3 / cable.motor_scale.abs()),
             ..CompensatorSettings::default()
         };
-        let mut largest = |expects: bool| {
+        let largest = |expects: bool| {
             let mut compensator = Compensator::new(model.clone(), &settings).unwrap();
             let mut square = 0.0;
             for k in 0..(3.0 / frequency / INTERVAL) as u32 {
