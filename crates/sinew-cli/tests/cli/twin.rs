@@ -80,7 +80,10 @@ fn an_infeasible_or_malformed_motion_is_refused_with_its_place() {
         ("track --path to:0.6,0.2,-0.2 --repeats 2", ["--repeats 2", "end where it begins"]),
         ("track --report t.csv --record t.csv", ["t.csv", "two results"]),
         ("track models.xml", ["models.xml", "cannot be read"]),
-        ("track way.csv", ["way.csv", "expected a machine or robot file ending in .toml, .xml, .urdf or .osim"]),
+        (
+            "track way.csv",
+            ["way.csv", "expected a machine or robot file ending in .toml, .xml, .urdf or .osim"],
+        ),
     ] {
         bench.refuses(arguments, &words);
     }
