@@ -83,9 +83,9 @@ impl Desired {
         self.data.roles.trial.as_deref()
     }
 
-    /// The command of every row, one after the other; states are reset where the trial changes. The motor of a
-    /// cable's observer crosses its dead band `preview_s` seconds, >= 0, before the cable turns; other models
-    /// have no use for it.
+    /// The command of every row, one after the other; states are reset where the trial changes. The motor
+    /// of a cable's observer crosses its dead band `preview_s` seconds, >= 0, before the cable turns;
+    /// other models have no use for it.
     #[must_use]
     pub fn commands(&self, compensator: &mut Compensator, preview_s: f64) -> Vec<CommandRow> {
         let rows = self.follow(compensator, &[]);

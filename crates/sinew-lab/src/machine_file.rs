@@ -1,4 +1,5 @@
-//! Machines and robots from files (TOML, MJCF, URDF, OpenSim) or by the names of those that come with the program.
+//! Machines and robots from files (TOML, MJCF, URDF, OpenSim) or by the names of those that come with the
+//! program.
 
 mod error;
 mod mesh;

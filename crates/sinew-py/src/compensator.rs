@@ -217,9 +217,10 @@ impl Compensator {
         Ok(result)
     }
 
-    /// The direction of sliding by which the last command of a cable's motor went, +1 toward the motor, -1 away
-    /// from it; 0 for other models. Set it to that in which the cable will slide by the time its drive has
-    /// crossed the dead band, where the motion is known, before every command; 0: the motion shows it.
+    /// The direction of sliding by which the last command of a cable's motor went, +1 toward the motor, -1
+    /// away from it; 0 for other models. Set it to that in which the cable will slide by the time its
+    /// drive has crossed the dead band, where the motion is known, before every command; 0: the motion
+    /// shows it.
     #[getter]
     fn get_sliding(&self) -> f64 {
         self.inner.sliding().map_or(0.0, Sliding::sign)

@@ -210,7 +210,8 @@ pub(crate) struct MachineEvaluateArguments {
     pub(crate) out: Option<PathBuf>,
 }
 
-/// Convert a robot between formats, given by the extensions: from .toml, .xml, .urdf or .osim to .toml or .xml.
+/// Convert a robot between formats, given by the extensions: from .toml, .xml, .urdf or .osim to .toml or
+/// .xml.
 #[derive(Debug, Args)]
 pub(crate) struct MachineConvertArguments {
     /// A robot's file, or the name of a built-in one

@@ -147,7 +147,8 @@ impl<'a> Interface<'a> {
         Ok(Description { description, token: self.token()?, variables, step_s: 0.001, needs_tool: false })
     }
 
-    /// Start values of the inputs; nothing is measured, zero is desired of the far end, and no direction known.
+    /// Start values of the inputs; nothing is measured, zero is desired of the far end, and no direction
+    /// known.
     fn starts(&self) -> Vec<f64> {
         let start =
             |(k, limits): (usize, &InputLimits)| if self.near == Some(k) { f64::NAN } else { limits.typical };

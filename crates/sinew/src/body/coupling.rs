@@ -55,8 +55,9 @@ pub(crate) fn curve(c: &[f64; 5], pieces: &[[f64; 5]], x: f64) -> [f64; 3] {
 }
 
 impl Coupling {
-    /// The coefficients of a polynomial of degree four that is near the curve of its pieces, for formats that
-    /// know no pieces, and its largest error over that range of `x`; the coefficients and 0 where it has none.
+    /// The coefficients of a polynomial of degree four that is near the curve of its pieces, for formats
+    /// that know no pieces, and its largest error over that range of `x`; the coefficients and 0 where it
+    /// has none.
     ///
     /// ```text
     /// f(m + h t) ~ sum_k a_k T_k(t),   a_k = (2 - [k = 0])/N sum_j f(m + h t_j) cos(k w_j),   t_j = cos w_j,   w_j = (j + 1/2) pi/N

@@ -138,8 +138,8 @@ impl Topology {
         }
     }
 
-    /// Puts sites that are not active halfway on the straight line between those before and behind, where they
-    /// change neither length nor moment arms nor bend.
+    /// Puts sites that are not active halfway on the straight line between those before and behind, where
+    /// they change neither length nor moment arms nor bend.
     #[inline(always)]
     fn bypass<const N: usize>(&self, q: &[[f64; N]], geometry: &mut Geometry<N>) {
         let points = &mut geometry.points;

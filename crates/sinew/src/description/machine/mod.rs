@@ -1,8 +1,9 @@
 //! Machine files: a body, and what its description does not say about cables, drives, sensors and task.
 //!
-//! A machine file is TOML in SI units. The body is that of another file (`body = "leg.xml"`: MJCF, URDF, OpenSim or
-//! the robot format of this project; with URDF `muscles = "leg.muscles.toml"`), or the tables of a robot file
-//! stand in the machine file itself. Everything else has a default, and a body alone is a machine.
+//! A machine file is TOML in SI units. The body is that of another file (`body = "leg.xml"`: MJCF, URDF,
+//! OpenSim or the robot format of this project; with URDF `muscles = "leg.muscles.toml"`), or the tables
+//! of a robot file stand in the machine file itself. Everything else has a default, and a body alone is a
+//! machine.
 //!
 //! | table | keys | default |
 //! |---|---|---|

@@ -282,8 +282,8 @@ fn count(
 }
 
 impl Surface<'_> {
-    /// Whether a line between two points in its frame runs into it, whether it passes it on the wrong side, and
-    /// whether OpenSim alone pulls it to the other.
+    /// Whether a line between two points in its frame runs into it, whether it passes it on the wrong
+    /// side, and whether OpenSim alone pulls it to the other.
     fn meets(&self, a: [f64; 3], b: [f64; 3]) -> [bool; 3] {
         let flat =
             |[x, y, z]: [f64; 3]| if self.kind == WrapKind::Cylinder { [x, y, 0.0] } else { [x, y, z] };
