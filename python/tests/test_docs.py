@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
-PAGES = ["docs/python.md", "docs/mujoco.md", "docs/batch.md", "docs/gradients.md", "docs/gym.md", "docs/study.md"]
+PAGES = ["docs/python.md", "docs/mujoco.md", "docs/batch.md", "docs/worlds.md", "docs/gradients.md", "docs/gym.md", "docs/study.md"]
 PAGES += ["docs/tutorials/policy.md", "README.md"]
 
 
