@@ -231,8 +231,8 @@ pub(crate) struct CompensateArguments {
     /// keeps the command from crossing the dead band to and fro [default: 2e-7 of the far end's range]
     #[arg(long, value_name = "X", value_parser = number("a finite number >= 0", |x| x >= 0.0))]
     pub(crate) tolerance: Option<f64>,
-    /// The motor of a cable's observer crosses its dead band this long before the cable turns: about the time
-    /// that it takes, for a motion that is planned [default: the command is causal]
+    /// The motor of a cable's observer crosses its dead band this long before the cable turns, for a motion
+    /// that is planned: about the time that it takes at --max-rate; longer is worse [default: causal]
     #[arg(long, value_name = "SECONDS", value_parser = number("a finite number > 0", |s| s > 0.0))]
     pub(crate) preview: Option<f64>,
     #[command(flatten)]

@@ -328,17 +328,22 @@ int main(void)
     unsigned input = 1, output = 2, flag = 4, wrong = 5;
     double number = 7.0;
     FLAG raised;
-    void *unit = MAKE("TOKEN"), *state = NULL;
+    size_t size = 0;
+    void *unit = MAKE("TOKEN"), *other = MAKE("TOKEN"), *state = NULL;
     MUST(MAKE("another") == NULL);
-    MUST(unit != NULL);
+    MUST(unit != NULL && other != NULL);
     MUST(GET(unit, &input, 1, &number) == 0 && number == 0.25);
     MUST(SET(unit, &input, 1, &number) == 0 && SET(unit, &output, 1, &number) == ERROR);
     MUST(FLAGS(unit, &flag, 1, &raised) == 0 && !raised && FLAGS(unit, &wrong, 1, &raised) == ERROR);
-    MUST(SAVE(unit, &state) == ERROR);
+    MUST(SAVE(unit, &state) == 0 && SIZE(unit, state, &size) == ERROR);
     MUST(ENTER(unit, 0.0) == 0);
     MUST(LEAVE(unit) == ERROR);
     MUST(STEP(unit, 0.0, 0.1) == ERROR);
+    /* Before its start, a unit is the same in every process. */
+    MUST(RESTORE(other, state) == ERROR && RESTORE(unit, state) == 0 && ENTER(unit, 0.0) == 0);
+    MUST(DROP(unit, &state) == 0 && state == NULL && RESTORE(unit, NULL) == ERROR);
     RELEASE(unit);
+    RELEASE(other);
     RELEASE(NULL);
     return 0;
 }

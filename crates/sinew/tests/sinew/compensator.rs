@@ -237,11 +237,12 @@ fn a_cable_whose_turn_is_known_has_crossed_its_dead_band_when_it_turns() {
         let model = model(seed);
         let mut draw = Draw::new(seed + 1);
         let (amplitude, frequency) = (draw.between(0.01, 0.03), draw.between(0.1, 0.3));
-        let preview = draw.between(0.1, 0.2);
+        // A drive that takes about this long.
+        let preview = draw.between(0.04, 0.08);
         let phase = |t: f64| core::f64::consts::TAU * frequency * t;
         let cable = model.estimator.law.cable.as_ref().unwrap().columns;
         let settings = CompensatorSettings {
-            rate: Some(0.3 / cable.motor_scale.abs()),
+            rate: Some(0.1 / cable.motor_scale.abs()),
             ..CompensatorSettings::default()
         };
         let largest = |expects: bool| {
@@ -267,7 +268,7 @@ fn a_cable_whose_turn_is_known_has_crossed_its_dead_band_when_it_turns() {
     }
     let better = known.iter().zip(&found).filter(|(known, found)| known < found).count();
     let [known, found] = [known, found].map(|of| of.iter().sum::<f64>());
-    assert!(better * 10 >= 9 * 20 && known < 0.5 * found, "{better}: {known} {found}");
+    assert!(better >= 16 && known < found, "{better}: {known} {found}");
 }
 
 #[test]
