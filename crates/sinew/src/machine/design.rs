@@ -191,7 +191,7 @@ impl Machine {
             }
         }
         if found.is_empty() {
-            return Err(Error::OutOfDomain { name: "equilibria", expected: SOME_EQUILIBRIUM, got: 0.0 });
+            return Err(Error::OutOfDomain { name: "poses at rest", expected: SOME_EQUILIBRIUM, got: 0.0 });
         }
         Ok(found)
     }
@@ -269,10 +269,10 @@ impl Machine {
     }
 }
 
-const SOME_MUSCLE: &str = "at least one: a tendon of an MJCF file, a [[muscle]] of a TOML file or, for \
-    NAME.urdf, of NAME.muscles.toml";
-const SOME_EQUILIBRIUM: &str = "at least one: fewer motors than joints, and springs hold the others in no \
-    pose";
+const SOME_MUSCLE: &str = "at least one: a tendon of an MJCF file, a muscle of an OpenSim file, a [[muscle]] \
+    of a TOML file or, for NAME.urdf, of NAME.muscles.toml";
+const SOME_EQUILIBRIUM: &str = "at least one: there are fewer motors than joints, and in no pose do springs \
+    and weight hold the others";
 const NO_END_POINT: &str = "0 for a machine without an end point: name a site of the body as `endpoint` in \
     [task], or call one `endpoint`";
 const SOME_JOINT: &str = "at least one hinge or slide that follows no other";
