@@ -29,6 +29,7 @@ mod tree;
 pub(crate) mod vector;
 
 pub use coupling::Reduction;
+#[cfg(feature = "description")]
 pub(crate) use coupling::curve;
 pub use displacement::{Displacement, JointCorrection};
 pub(crate) use energy::JointSpring;
