@@ -1,6 +1,6 @@
 """The vector environment of `sinew.gym` in many worlds of MuJoCo Warp.
 
-Needs `pip install gymnasium mujoco-warp`. See docs/batch.md.
+Needs `pip install gymnasium mujoco-warp`. See docs/worlds.md.
 """
 
 from __future__ import annotations

@@ -60,7 +60,8 @@ impl Coupling {
     /// has none.
     ///
     /// ```text
-    /// f(m + h t) ~ sum_k a_k T_k(t),   a_k = (2 - [k = 0])/N sum_j f(m + h t_j) cos(k w_j),   t_j = cos w_j,   w_j = (j + 1/2) pi/N
+    /// f(m + h t) ~ sum_k a_k T_k(t),   a_k = (2 - [k = 0])/N sum_j f(m + h t_j) cos(k w_j)
+    /// t_j = cos w_j,   w_j = (j + 1/2) pi/N
     /// ```
     #[must_use]
     pub fn polynomial(&self, range: Option<[f64; 2]>) -> ([f64; 5], f64) {
