@@ -4,31 +4,36 @@ use crate::Error;
 use crate::predictor::{CablePlace, ObservedCable};
 use crate::transmission::Sliding;
 use crate::transmission::cable::CableLaw;
+use alloc::vec;
+use alloc::vec::Vec;
 
 /// Stretch of a cable for a desired far tension along a sequence of commands.
 ///
 /// ```text
-/// e*_s(T) = sum_j c_j T_j    of the cable that slides steadily in direction s with T at the anchor
-/// m = dx_a + e*_s(T_k) - e*_s(T_(k-1))                   the motor's motion that follows both
-/// s <- -s,  e_c <- 0   where the direction to come is known and is -s; where it is not, once m has added up to
-///                      more than r against s
-/// e_c' = C (T - T^) / t_c,   |e_c| <= |e*_+ - e*_-| / 2      while the motor was where it was commanded
-/// e = e*_s(T) + e_c
+/// e*(T) = sum_j c_j T_j     of the cable that slides steadily with T at the anchor, node i in direction s_i
+/// m_i = dx_a + sum_(j>=i) c_j dT_j                         the motion of node i that follows both
+/// s_1 .. s_i <- -s_i,  e_c <- 0     once m_i has added up to more than r against s_i: of the node at the anchor
+///                      at any time, or where its direction to come is known and is another; of others while e^ = e
+/// e_c' = C (T - T^) / t_c,   |e_c| <= |e*_+ - e*_-| / 2       while the motor was where it was commanded
+/// e = e*(T) + e_c
 /// ```
 ///
 /// | symbol   | meaning                                                              | unit |
 /// |----------|----------------------------------------------------------------------|------|
 /// | T, dx_a  | desired tension; displacement of the anchor since the command before   | N, m |
-/// | s        | direction of sliding, + toward the motor                                | 1    |
+/// | s_i      | direction of sliding, + toward the motor, of a node; 1 next to the motor | 1    |
 /// | r        | `REVERSAL`, above the resolution of encoders                            | m    |
-/// | T^       | what the model says of the far tension, one command later               | N    |
+/// | e^, T^   | stretch and far tension of the model                                   | m, N |
 /// | C, t_c   | compliance of the whole cable; `SETTLING`                               | m/N, s |
 ///
 /// One sample's far tension hardly depends on the motor's motion in that sample: it spreads along the sheath.
 /// The stretch decides the far tension once it has spread, and its difference in both directions is the
-/// travel of the dead band. What is left is integrated where every command is observed before the next one:
-/// slow motions have more friction than the speed at which dead bands are crossed, and models have memories
-/// of their own.
+/// travel of the dead band. Where the anchor goes one way and a changing tension takes the motor the other
+/// way, the two ends of the cable slide in two directions. What turns a node has to pass through all nodes
+/// between it and the motor: they turn with it, and may turn back once it has arrived.
+///
+/// What is left is integrated where every command is observed before the next one: slow motions have more
+/// friction than the speed at which dead bands are crossed, and models have memories of their own.
 ///
 /// # Departs
 /// `yuan2023`, (8): a drive's tension. As in the control of muscles, the stretch.
@@ -41,11 +46,14 @@ pub(super) struct CableStretch {
     far_gain: f64,
     /// `C`, m/N.
     compliance: f64,
-    direction: f64,
-    /// The direction in which the cable will slide, where that is known.
+    /// `s_i`, the motion against it so far, m, and `m_i`, m.
+    direction: Vec<f64>,
+    against: Vec<f64>,
+    motion: Vec<f64>,
+    /// The direction in which the cable will slide at the anchor, where that is known.
     coming: Option<Sliding>,
-    /// Motion against the direction so far, m.
-    against: f64,
+    /// Whether the cable had the stretch of the command before.
+    arrived: bool,
     /// Low-passed speed of the anchor, m/s.
     velocity: f64,
     /// `e_c`, m.
@@ -92,9 +100,15 @@ const SETTLING: f64 = 0.1;
 /// takes many to arrive. A motor this near to its command is where it was commanded.
 const EXACT: f64 = 0.05;
 
+/// Nearer to its stretch than this fraction of half its dead band, a cable has crossed it.
+const ARRIVED: f64 = 0.1;
+
 /// Smallest speed at which the velocity weakening is evaluated, m/s: a dead band is crossed in motion, and
 /// the friction of rest would lead beyond its end.
 const SLIP: f64 = 0.02;
+
+/// Speed that no anchor has, m/s.
+const FASTEST: f64 = 100.0;
 
 /// Speed with a direction but without drag, m/s.
 const VANISHING_SPEED: f64 = 1e-9;
@@ -105,13 +119,16 @@ impl CableStretch {
     pub(super) fn new(cable: &ObservedCable) -> Result<Self, Error> {
         let initial = if cable.model.start < 0.0 { -1.0 } else { 1.0 };
         let law = cable.model.law()?;
+        let nodes = law.nodes().len();
         Ok(Self {
             compliance: law.compliance().iter().sum(),
             law,
             far_gain: cable.model.far_gain,
-            direction: initial,
+            direction: vec![initial; nodes],
+            against: vec![0.0; nodes],
+            motion: vec![0.0; nodes],
             coming: None,
-            against: 0.0,
+            arrived: false,
             velocity: 0.0,
             correction: 0.0,
             last: None,
@@ -120,19 +137,20 @@ impl CableStretch {
     }
 
     pub(super) fn reset(&mut self) {
-        (self.direction, self.against, self.velocity) = (self.initial, 0.0, 0.0);
-        self.correction = 0.0;
-        (self.coming, self.last) = (None, None);
+        self.direction.fill(self.initial);
+        self.against.fill(0.0);
+        (self.velocity, self.correction) = (0.0, 0.0);
+        (self.coming, self.arrived, self.last) = (None, false, None);
     }
 
-    /// In which direction the cable will slide, or that its motion shows it.
+    /// In which direction the cable will slide at the anchor, or that its motion shows it.
     pub(super) fn expect(&mut self, coming: Option<Sliding>) {
         self.coming = coming;
     }
 
-    /// The direction by which it goes.
+    /// The direction at the anchor by which it goes.
     pub(super) fn sliding(&self) -> Option<Sliding> {
-        Sliding::from_velocity(self.direction)
+        self.direction.last().and_then(|direction| Sliding::from_velocity(*direction))
     }
 
     /// Lowest and highest position of the motor, m, from where the cable is.
@@ -144,22 +162,14 @@ impl CableStretch {
         let (moved, dt_s) = (anchor - before.anchor, time_s - before.time_s);
         let elapsed = dt_s > 0.0 && dt_s.is_finite();
         if elapsed {
-            self.velocity += (moved / dt_s - self.velocity) * dt_s / (dt_s + SPEED_TIME);
+            let velocity = (moved / dt_s).clamp(-FASTEST, FASTEST);
+            self.velocity += (velocity - self.velocity) * dt_s / (dt_s + SPEED_TIME);
         }
         let drag = place.drag_factor;
-        let present = self.steady(tension, self.direction, drag);
-        let motion = self.direction * (moved + present - self.steady(before.tension, self.direction, drag));
-        self.against = (self.against - motion).max(0.0);
-        let turns = match self.coming {
-            Some(coming) => coming.sign() * self.direction < 0.0,
-            None => self.against > REVERSAL,
-        };
-        if turns {
-            (self.direction, self.against) = (-self.direction, 0.0);
-            self.correction = 0.0;
-        }
-        let stretch = self.steady(tension, self.direction, drag);
-        let half = 0.5 * (stretch - self.steady(tension, -self.direction, drag)).abs();
+        self.turn(moved, [before.tension, tension], drag);
+        let stretch = self.steady(tension, drag, |i| self.direction[i]);
+        let [toward, away] = [1.0, -1.0].map(|direction| self.steady(tension, drag, |_| direction));
+        let half = 0.5 * (toward - away).abs();
         let about = EXACT * half;
         // A command further ahead is not yet what the model has seen.
         let observed = elapsed && (dt_s - goal.ahead_s).abs() <= 1e-6 * dt_s;
@@ -167,24 +177,59 @@ impl CableStretch {
             self.correction += dt_s / SETTLING * (self.compliance * (goal.left / self.far_gain));
         }
         self.correction = self.correction.max(-half).min(half);
+        let ahead = stretch + self.correction - place.stretch;
+        self.arrived = ahead.abs() <= ARRIVED * half;
         // With the stretch that it has.
         let held = place.motor + (anchor - place.anchor);
-        let motor = held + (stretch + self.correction) - place.stretch;
-        let [low, high] = [motor - about, motor + about];
+        let [low, high] = [held + ahead - about, held + ahead + about];
         // In a slow motion the motor does not turn back for what is still on its way.
-        let slow = motion.abs() * SETTLING <= about * dt_s;
-        match self.direction > 0.0 {
-            _ if !(observed && slow) => [low, high],
-            true => [low.max(held.min(high)), high],
-            false => [low, high.min(held.max(low))],
+        let near = self.motion.first().zip(self.direction.first());
+        let slow = |motion: f64| motion.abs() * SETTLING <= about * dt_s;
+        match near {
+            Some((motion, direction)) if observed && slow(*motion) && *direction > 0.0 => {
+                [low.max(held.min(high)), high]
+            }
+            Some((motion, _)) if observed && slow(*motion) => [low, high.min(held.max(low))],
+            _ => [low, high],
         }
     }
 
-    fn steady(&self, tension: f64, direction: f64, drag: f64) -> f64 {
+    /// Turns what moves against its direction as the anchor moves and the desired tension changes.
+    fn turn(&mut self, moved: f64, [before, now]: [f64; 2], drag: f64) {
+        let mut motion = core::mem::take(&mut self.motion);
+        motion.fill(moved);
+        for (tension, sign) in [(now, 1.0), (before, -1.0)] {
+            let add = |i: usize, beyond: f64| motion[i] += sign * beyond;
+            self.law.profile(tension, drag, |i| self.slides(self.direction[i]), add);
+        }
+        for (i, motion) in motion.iter().enumerate().rev() {
+            let direction = self.direction[i];
+            let at_anchor = i + 1 == self.direction.len();
+            if at_anchor || self.arrived {
+                self.against[i] = (self.against[i] - direction * motion).max(0.0);
+            }
+            let turns = match self.coming {
+                Some(coming) if at_anchor => coming.sign() * direction < 0.0,
+                _ => self.against[i] > REVERSAL,
+            };
+            if turns {
+                self.direction[..=i].fill(-direction);
+                self.against[..=i].fill(0.0);
+                self.correction = 0.0;
+            }
+        }
+        self.motion = motion;
+    }
+
+    /// Stretch of steady sliding with a tension at the anchor, each node in its direction, m.
+    fn steady(&self, tension: f64, drag: f64, direction: impl Fn(usize) -> f64) -> f64 {
+        self.law.profile(tension, drag, |i| self.slides(direction(i)), |_, _| ()).stretch
+    }
+
+    /// Velocity of a node in a direction, m/s, and the factor on its friction that weakens.
+    fn slides(&self, direction: f64) -> (f64, f64) {
         let with = direction * self.velocity > 0.0;
         let velocity = if with { self.velocity } else { direction * VANISHING_SPEED };
-        // Never refused: all three are finite.
-        let slip = velocity.abs().max(SLIP);
-        self.law.sliding(tension, velocity, slip, drag).map_or(0.0, |sliding| sliding.stretch)
+        (velocity, self.law.weakened(velocity.abs().max(SLIP)))
     }
 }

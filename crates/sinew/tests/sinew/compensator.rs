@@ -272,6 +272,41 @@ fn a_cable_whose_turn_is_known_has_crossed_its_dead_band_when_it_turns() {
 }
 
 #[test]
+fn a_cable_whose_ends_slide_both_ways_gives_what_is_desired() {
+    let mut parts = vec![];
+    for seed in (3..163).step_by(KINDS.len()) {
+        let model = model(seed);
+        let mut draw = Draw::new(seed + 2);
+        let mut wave = |slowest: f64, fastest: f64| {
+            let (frequency, phase) = (draw.between(slowest, fastest), draw.between(0.0, 6.28));
+            move |t: f64| libm::sin(core::f64::consts::TAU * frequency * t + phase)
+        };
+        // Neither turns when the other does.
+        let (anchor, tension) = (wave(0.03, 0.1), wave(0.05, 0.2));
+        let cable = model.estimator.law.cable.as_ref().unwrap().columns;
+        let settings = CompensatorSettings {
+            rate: Some(0.3 / cable.motor_scale.abs()),
+            ..CompensatorSettings::default()
+        };
+        let mut compensator = Compensator::new(model.clone(), &settings).unwrap();
+        let mut errors = vec![];
+        for k in 0..(30.0 / INTERVAL) as u32 {
+            let t = f64::from(k) * INTERVAL;
+            let (place, desired) = (0.02 * anchor(t) / cable.anchor_scale, 60.0 + 25.0 * tension(t));
+            let command =
+                compensator.step(&Sample { time_s: t, inputs: &[f64::NAN, f64::NAN, place] }, desired);
+            sound(&command);
+            if t > 3.0 {
+                errors.push((command.mean - desired) * (command.mean - desired));
+            }
+        }
+        parts.push((errors.iter().sum::<f64>() / errors.len() as f64).sqrt() / 25.0);
+    }
+    parts.sort_by(f64::total_cmp);
+    assert!(parts.iter().all(|part| *part < 0.03), "{parts:?}");
+}
+
+#[test]
 fn a_command_says_what_its_band_is_and_why_it_is_not_attained() {
     let settings = CompensatorSettings { max: Some(120.0), ..CompensatorSettings::default() };
     let mut compensator = Compensator::new(capstan(), &settings).unwrap();

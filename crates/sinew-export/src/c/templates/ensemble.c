@@ -2,6 +2,15 @@
 /* Eight networks with one hidden layer: clip box, scaling, weights. */
 //%slot ensemble_tables
 
+/* Compilers that take a loop over the networks apart before they look for vectors make it several times slower. */
+#if defined(__clang__)
+#define @@_TOGETHER _Pragma("clang loop unroll(disable)")
+#elif defined(__GNUC__) && __GNUC__ >= 8
+#define @@_TOGETHER _Pragma("GCC unroll 1")
+#else
+#define @@_TOGETHER
+#endif
+
 static void @_order(float *v, int i, int j)
 {
     const float a = v[i], b = v[j];
@@ -39,12 +48,12 @@ static int @_ensemble(//%here feature_argument double *median, double *variance,
         z[f] = (float)((inside - @_mean[f]) * @_inverse_scale[f]);
     }
 //%end
-    for (k = 0; k < 8; k++) {
+    @@_TOGETHER for (k = 0; k < 8; k++) {
         outputs[k] = @_bias[k];
     }
 //%if features
     for (f = 0; f < //%here feature_count; f++) {
-        for (k = 0; k < 8; k++) {
+        @@_TOGETHER for (k = 0; k < 8; k++) {
             outputs[k] += @_skip[f][k] * z[f];
         }
     }
@@ -52,15 +61,15 @@ static int @_ensemble(//%here feature_argument double *median, double *variance,
 //%if nodes
     for (node = 0; node < //%here node_count; node++) {
         float sums[8];
-        for (k = 0; k < 8; k++) {
+        @@_TOGETHER for (k = 0; k < 8; k++) {
             sums[k] = @_hidden_bias[node][k];
         }
         for (f = 0; f < //%here feature_count; f++) {
-            for (k = 0; k < 8; k++) {
+            @@_TOGETHER for (k = 0; k < 8; k++) {
                 sums[k] += @_hidden[node][f][k] * z[f];
             }
         }
-        for (k = 0; k < 8; k++) {
+        @@_TOGETHER for (k = 0; k < 8; k++) {
             const float edge = //%here quick_edge;
             const float x = sums[k] < -edge ? -edge : sums[k] > edge ? edge : sums[k];
             const float square = x * x;
@@ -71,7 +80,7 @@ static int @_ensemble(//%here feature_argument double *median, double *variance,
     }
 //%end
     average = @_sum(outputs) / 8.0f;
-    for (k = 0; k < 8; k++) {
+    @@_TOGETHER for (k = 0; k < 8; k++) {
         const float deviation = outputs[k] - average;
         squares[k] = deviation * deviation;
     }

@@ -106,33 +106,34 @@ static void @_reach_everywhere(@_query *q, double reference)
 
 //%end
 //%if cable
-/* Stretch of the cable that slides steadily in a direction with a tension at the anchor. */
-static double @_steady(const @_compensator *c, double tension_out, double direction, double drag_factor)
+/* Stretch of the cable that slides steadily with a tension at the anchor, every node in its direction or, where
+   that is not given, all in one. What lies between each node and the anchor is added to its motion `sign` times. */
+static double @_steady(const @_compensator *c, double tension_out, double drag_factor, const double *directions,
+                       double one, double *motion, double sign)
 {
-    const int with = direction * c->stretch_velocity > 0.0;
-    const double velocity = with ? c->stretch_velocity : direction * 1e-9;
-    const double drag_speed = drag_factor * velocity, sign = velocity < 0.0 ? -1.0 : 1.0;
     double tension = @_larger(tension_out - @_pretension, 0.0);
     double stretch = @_compliance[@@_CELLS - 1] * tension, ratio = 1.0;
     int i, k;
-//%if weakening
-    const double of_speed = @_larger(@_magnitude(velocity), 0.02) / @_weakening_speed;
-//%if gaussian
-    const double weakened = 1.0 + @_rise * @_exp(-0x1.62e42fefa39efp-1 * of_speed * of_speed);
-//%else
-    const double weakened = 1.0 + @_rise / (1.0 + of_speed * of_speed);
-//%end
-//%end
-    if (!@_is_finite(velocity)) {
-        return 0.0;
-    }
     for (i = @@_CELLS - 2; i >= 0; i--) {
+        const double direction = directions ? directions[i] : one;
+        const int with = direction * c->stretch_velocity > 0.0;
+        const double velocity = with ? c->stretch_velocity : direction * 1e-9;
+        const double side = velocity < 0.0 ? -1.0 : 1.0, drag_speed = drag_factor * velocity;
+        double half, ahead = tension * ratio;
 //%if weakening
-        const double half = sign * (weakened * @_friction[i] + @_loss[i]) + @_viscous[i] * velocity;
+        const double of_speed = @_larger(@_magnitude(velocity), 0.02) / @_weakening_speed;
+//%if gaussian
+        const double weakened = 1.0 + @_rise * @_exp(-0x1.62e42fefa39efp-1 * of_speed * of_speed);
 //%else
-        const double half = sign * @_half_angle[i] + @_viscous[i] * velocity;
+        const double weakened = 1.0 + @_rise / (1.0 + of_speed * of_speed);
 //%end
-        double ahead = tension * ratio;
+        half = side * (weakened * @_friction[i] + @_loss[i]) + @_viscous[i] * velocity;
+//%else
+        half = side * @_half_angle[i] + @_viscous[i] * velocity;
+//%end
+        if (motion) {
+            motion[i] += sign * stretch;
+        }
         for (k = 0; k < 2; k++) {
             const double tau = @_tanh(half + @_drag[i] * drag_speed / (tension + ahead + @_fade));
             ratio = (1.0 + tau) / (1.0 - tau);
@@ -142,6 +143,34 @@ static double @_steady(const @_compensator *c, double tension_out, double direct
         stretch += @_compliance[i] * tension;
     }
     return stretch;
+}
+
+/* Turns what moves against its direction as the anchor moves and the desired tension changes; returns the motion
+   next to the motor. */
+static double @_turn(@_compensator *c, double moved, double before, double now, double drag_factor)
+{
+    double motion[@@_CELLS - 1];
+    int i, k;
+    for (i = 0; i < @@_CELLS - 1; i++) {
+        motion[i] = moved;
+    }
+    (void)@_steady(c, now, drag_factor, c->stretch_direction, 0.0, motion, 1.0);
+    (void)@_steady(c, before, drag_factor, c->stretch_direction, 0.0, motion, -1.0);
+    for (i = @@_CELLS - 2; i >= 0; i--) {
+        const double direction = c->stretch_direction[i];
+        const int at_anchor = i == @@_CELLS - 2;
+        if (at_anchor || c->stretch_arrived) {
+            c->stretch_against[i] = @_larger(c->stretch_against[i] - direction * motion[i], 0.0);
+        }
+        if (at_anchor && c->coming != 0.0 ? c->coming * direction < 0.0 : c->stretch_against[i] > 5e-5) {
+            for (k = 0; k <= i; k++) {
+                c->stretch_direction[k] = -direction;
+                c->stretch_against[k] = 0.0;
+            }
+            c->stretch_correction = 0.0;
+        }
+    }
+    return motion[0];
 }
 
 /* Lowest and highest position of the motor, m, for a desired far end at a time `ahead_s` after the last sample,
@@ -156,25 +185,19 @@ static void @_move_motor(@_compensator *c, double far, double anchor, double tim
     const double tension_before = c->stretch_started ? c->stretch_tension : tension;
     const int elapsed = dt_s > 0.0 && @_is_finite(dt_s);
     const int observed = elapsed && @_magnitude(dt_s - ahead_s) <= 1e-6 * dt_s;
-    double present, motion, stretch, half, about, held, motor;
+    double motion, stretch, half, about, held, ahead;
     c->stretch_started = 1;
     c->stretch_time_s = time_s;
     c->stretch_anchor = anchor;
     c->stretch_tension = tension;
     if (elapsed) {
-        c->stretch_velocity += (moved / dt_s - c->stretch_velocity) * dt_s / (dt_s + 0.01);
+        const double speed = moved / dt_s, velocity = speed < -100.0 ? -100.0 : speed > 100.0 ? 100.0 : speed;
+        c->stretch_velocity += (velocity - c->stretch_velocity) * dt_s / (dt_s + 0.01);
     }
-    present = @_steady(c, tension, c->stretch_direction, drag_factor);
-    motion = c->stretch_direction
-             * (moved + present - @_steady(c, tension_before, c->stretch_direction, drag_factor));
-    c->stretch_against = @_larger(c->stretch_against - motion, 0.0);
-    if (c->coming != 0.0 ? c->coming * c->stretch_direction < 0.0 : c->stretch_against > 5e-5) {
-        c->stretch_direction = -c->stretch_direction;
-        c->stretch_against = 0.0;
-        c->stretch_correction = 0.0;
-    }
-    stretch = @_steady(c, tension, c->stretch_direction, drag_factor);
-    half = 0.5 * @_magnitude(stretch - @_steady(c, tension, -c->stretch_direction, drag_factor));
+    motion = @_turn(c, moved, tension_before, tension, drag_factor);
+    stretch = @_steady(c, tension, drag_factor, c->stretch_direction, 0.0, 0, 0.0);
+    half = 0.5 * @_magnitude(@_steady(c, tension, drag_factor, 0, 1.0, 0, 0.0)
+                             - @_steady(c, tension, drag_factor, 0, -1.0, 0, 0.0));
     about = 0.05 * half;
     if (observed && @_magnitude(c->last.value * @_motor_scale - c->model.motor) <= about) {
         double compliance = 0.0;
@@ -185,15 +208,16 @@ static void @_move_motor(@_compensator *c, double far, double anchor, double tim
         c->stretch_correction += dt_s / 0.1 * (compliance * (left / @_far_gain));
     }
     c->stretch_correction = @_smaller(@_larger(c->stretch_correction, -half), half);
+    ahead = stretch + c->stretch_correction - c->model.stretch;
+    c->stretch_arrived = @_magnitude(ahead) <= 0.1 * half;
     held = c->model.motor + (anchor - c->model.anchor);
-    motor = held + (stretch + c->stretch_correction) - c->model.stretch;
-    *low = motor - about;
-    *high = motor + about;
+    *low = held + ahead - about;
+    *high = held + ahead + about;
     /* In a slow motion the motor does not turn back for what is still on its way. */
     if (!(observed && @_magnitude(motion) * 0.1 <= about * dt_s)) {
         return;
     }
-    if (c->stretch_direction > 0.0) {
+    if (c->stretch_direction[0] > 0.0) {
         *low = @_larger(*low, @_smaller(held, *high));
     } else {
         *high = @_smaller(*high, @_larger(held, *low));
@@ -255,13 +279,24 @@ static int @_is_attained(double mean, double desired)
     return @_magnitude(mean - desired) <= @_attained;
 }
 
+//%if cable
+static void @_stretch_reset(@_compensator *c)
+{
+    int i;
+    for (i = 0; i < @@_CELLS - 1; i++) {
+        c->stretch_direction[i] = @_stretch_initial;
+        c->stretch_against[i] = 0.0;
+    }
+}
+
+//%end
 void @_compensator_init(@_compensator *c)
 {
     static const @_compensator zero;
     *c = zero;
     @_init(&c->model);
 //%if cable
-    c->stretch_direction = @_stretch_initial;
+    @_stretch_reset(c);
 //%end
 }
 
@@ -271,11 +306,11 @@ void @_compensator_reset(@_compensator *c)
     @_reset(&c->model);
     c->has_desired = 0;
 //%if cable
-    c->stretch_direction = @_stretch_initial;
-    c->stretch_against = 0.0;
+    @_stretch_reset(c);
     c->stretch_velocity = 0.0;
     c->stretch_correction = 0.0;
     c->stretch_started = 0;
+    c->stretch_arrived = 0;
     c->coming = 0.0;
 //%end
     c->last = none;

@@ -95,9 +95,10 @@ typedef struct {
     double desired;
     int has_desired;
 //%if cable
-    double stretch_direction, stretch_against, stretch_velocity, stretch_correction;
-    double stretch_time_s, stretch_anchor, stretch_tension, coming;
-    int stretch_started;
+    double stretch_direction[//%here cells - 1];
+    double stretch_against[//%here cells - 1];
+    double stretch_velocity, stretch_correction, stretch_time_s, stretch_anchor, stretch_tension, coming;
+    int stretch_started, stretch_arrived;
 //%end
     @_command last;
 } @_compensator;
@@ -109,8 +110,9 @@ void @_compensator_init(@_compensator *compensator);
 void @_compensator_reset(@_compensator *compensator);
 
 //%if cable
-/* The direction in which the cable will slide by the time its drive has crossed the dead band, where the motion
- * is known: positive toward the motor, negative away from it; 0, as at first: the motion shows it. */
+/* The direction in which the cable will slide at its far end by the time its drive has crossed the dead band,
+ * where the motion is known: positive toward the motor, negative away from it; 0, as at first: the motion
+ * shows it. */
 void @_compensator_expect_sliding(@_compensator *compensator, double direction);
 
 //%end

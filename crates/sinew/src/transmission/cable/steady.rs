@@ -70,19 +70,39 @@ impl CableLaw {
     ) -> Result<SteadySliding, Error> {
         let (tension_out, velocity) = (finite("tension_out", tension_out)?, finite("velocity", velocity)?);
         let slip = finite("slip", slip)?.abs();
-        let drag_speed = non_negative("drag_factor", drag_factor)? * velocity;
-        let s = if velocity < 0.0 { -1.0 } else { 1.0 };
-        let weakened = self.weakening.map_or(1.0, |weakening| weakening.factor(slip));
+        let drag_factor = non_negative("drag_factor", drag_factor)?;
+        let weakened = self.weakened(slip);
+        Ok(self.profile(tension_out, drag_factor, |_| (velocity, weakened), |_, _| ()))
+    }
+
+    /// Factor on the friction that weakens, at this speed, m/s.
+    pub(crate) fn weakened(&self, slip: f64) -> f64 {
+        self.weakening.map_or(1.0, |weakening| weakening.factor(slip))
+    }
+
+    /// The same with a velocity and a factor on the friction that weakens at every node, from finite numbers;
+    /// `beyond` receives the stretch between each node and the anchor, m.
+    pub(crate) fn profile(
+        &self,
+        tension_out: f64,
+        drag_factor: f64,
+        node: impl Fn(usize) -> (f64, f64),
+        mut beyond: impl FnMut(usize, f64),
+    ) -> SteadySliding {
         let mut tension = (tension_out - self.pretension).max(0.0);
         let mut cells = self.compliance.iter().rev();
         let mut stretch = cells.next().map_or(0.0, |c| c * tension);
         let mut ratio = 1.0;
-        for (node, compliance) in self.nodes.iter().rev().zip(cells) {
-            let half = s * (weakened * node.friction + node.loss) + node.viscous * velocity;
-            tension = before(tension, &mut ratio, half, node.drag * drag_speed, 2.0 * self.drag_fade);
+        for ((i, law), compliance) in self.nodes.iter().enumerate().rev().zip(cells) {
+            beyond(i, stretch);
+            let (velocity, weakened) = node(i);
+            let s = if velocity < 0.0 { -1.0 } else { 1.0 };
+            let half = s * (weakened * law.friction + law.loss) + law.viscous * velocity;
+            let drag = law.drag * (drag_factor * velocity);
+            tension = before(tension, &mut ratio, half, drag, 2.0 * self.drag_fade);
             stretch += compliance * tension;
         }
-        Ok(SteadySliding { tension_in: tension, stretch })
+        SteadySliding { tension_in: tension, stretch }
     }
 }
 
