@@ -32,9 +32,9 @@ const STEPS: [Step; 16] = [
     step("clippy", "no warning with all features, tests, examples and benches", clippy),
     step("test", "unit and integration tests (nextest where installed)", test),
     step("readme", "commands of README and tutorials run, the list of verbs is the program's", readme::check),
+    step("doctest", "the examples in the documentation", doctest),
     step("features", "no warning without optional features", features),
     step("targets", "the core has no dependency that a microcontroller refuses", targets::check),
-    step("doctest", "the examples in the documentation", doctest),
     step("doc", "the documentation builds without a warning", doc),
     step("examples", "the examples run to their end", examples),
     by_name("long", "statistical tests over many seeds, every bench once", long),
@@ -93,7 +93,10 @@ fn clippy(root: &Path) -> Result<(), String> {
 fn test(root: &Path) -> Result<(), String> {
     let nextest = cargo(root, &["nextest", "--version"]).output().is_ok_and(|output| output.status.success());
     if nextest {
-        return succeed(&mut cargo(root, &["nextest", "run", "--workspace", "--all-features"]));
+        // One more than cores: some tests wait for a drive or a browser most of the time.
+        let threads = std::thread::available_parallelism().map_or(2, |cores| cores.get() + 1).to_string();
+        let run = ["nextest", "run", "--workspace", "--all-features", "--test-threads", &threads];
+        return succeed(&mut cargo(root, &run));
     }
     println!("cargo-nextest is not installed: running `cargo test`");
     let kinds =
