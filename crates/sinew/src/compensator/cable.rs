@@ -13,7 +13,8 @@ use alloc::vec::Vec;
 /// e*(T) = sum_j c_j T_j     of the cable that slides steadily with T at the anchor, node i in direction s_i
 /// m_i = dx_a + sum_(j>=i) c_j dT_j                         the motion of node i that follows both
 /// s_1 .. s_i <- -s_i,  e_c <- 0     once m_i has added up to more than r against s_i: of the node at the anchor
-///                      at any time, or where its direction to come is known and is another; of others while e^ = e
+///                      at any time, or where its direction to come is known and is another; of others while
+///                      e^ = e, and dx_a is in the direction to come
 /// e_c' = C (T - T^) / t_c,   |e_c| <= |e*_+ - e*_-| / 2       while the motor was where it was commanded
 /// e = e*(T) + e_c
 /// ```
@@ -202,10 +203,12 @@ impl CableStretch {
             let add = |i: usize, beyond: f64| motion[i] += sign * beyond;
             self.law.profile(tension, drag, |i| self.slides(self.direction[i]), add);
         }
+        // What moves before the turn to come says nothing of what follows it.
+        let turned = self.coming.is_none_or(|coming| coming.sign() * moved >= 0.0);
         for (i, motion) in motion.iter().enumerate().rev() {
             let direction = self.direction[i];
             let at_anchor = i + 1 == self.direction.len();
-            if at_anchor || self.arrived {
+            if at_anchor || (self.arrived && turned) {
                 self.against[i] = (self.against[i] - direction * motion).max(0.0);
             }
             let turns = match self.coming {

@@ -252,10 +252,10 @@ impl Compensator {
         self.last = Command::default();
     }
 
-    /// The direction in which a cable will slide at its anchor by the time its drive has crossed the dead band,
-    /// for a controller that knows its motion: the commands that follow go by the stretch of that direction,
-    /// before the cable turns. `None`, also after a [`reset`](Self::reset): the motion shows it, so after the cable
-    /// has turned. The motor of a cable's observer alone heeds it.
+    /// The direction in which a cable will slide at its anchor by the time its drive has crossed the dead
+    /// band, for a controller that knows its motion: the commands that follow go by the stretch of that
+    /// direction, before the cable turns. `None`, also after a [`reset`](Self::reset): the motion shows it,
+    /// so after the cable has turned. The motor of a cable's observer alone heeds it.
     pub fn expect_sliding(&mut self, direction: Option<Sliding>) {
         if let Some(cable) = &mut self.cable {
             cable.stretch.expect(direction);

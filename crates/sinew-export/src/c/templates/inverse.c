@@ -150,6 +150,8 @@ static double @_steady(const @_compensator *c, double tension_out, double drag_f
 static double @_turn(@_compensator *c, double moved, double before, double now, double drag_factor)
 {
     double motion[@@_CELLS - 1];
+    /* What moves before the turn to come says nothing of what follows it. */
+    const int counts = c->stretch_arrived && c->coming * moved >= 0.0;
     int i, k;
     for (i = 0; i < @@_CELLS - 1; i++) {
         motion[i] = moved;
@@ -159,7 +161,7 @@ static double @_turn(@_compensator *c, double moved, double before, double now, 
     for (i = @@_CELLS - 2; i >= 0; i--) {
         const double direction = c->stretch_direction[i];
         const int at_anchor = i == @@_CELLS - 2;
-        if (at_anchor || c->stretch_arrived) {
+        if (at_anchor || counts) {
             c->stretch_against[i] = @_larger(c->stretch_against[i] - direction * motion[i], 0.0);
         }
         if (at_anchor && c->coming != 0.0 ? c->coming * direction < 0.0 : c->stretch_against[i] > 5e-5) {
