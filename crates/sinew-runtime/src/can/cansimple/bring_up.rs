@@ -1,0 +1,176 @@
+//! An axis before it takes commands: found, compared, set up, its watchdog seen at work.
+
+use super::slot::CansimpleSlot;
+use super::{
+    CLEAR_ERRORS, CLOSED_LOOP, GET_ENCODER_ESTIMATES, GET_ERROR, GET_VERSION, HEARTBEAT, IDLE,
+    SET_CONTROLLER_MODE, SET_LIMITS, WATCHDOG_EXPIRED, ask, command, error_names, floats, pair,
+    set_axis_state, set_input_vel, tell, words,
+};
+use crate::can::Link;
+use crate::can::device::CanDevice;
+use crate::can::error::{CanError, TWO_ANSWER};
+use crate::can::slot::Slot;
+use sinew::machine::Machine;
+use sinew_segment::CanFrame as Frame;
+use sinew_session::watchdog;
+use std::io;
+
+/// Time for an answer, and in which a second node of the same identifier has answered, ns.
+const PATIENCE: u64 = 100_000_000;
+const TWICE: u64 = 5_000_000;
+/// Times that something is asked for.
+const TRIES: usize = 3;
+/// Time in which an axis takes a state and says so in its heartbeat, ns.
+const STATE_TIME: u64 = 1_000_000_000;
+/// Control mode and input mode: velocity, as it comes.
+const VELOCITY: [u32; 2] = [2, 1];
+/// Limit of the velocity over the motor's highest.
+const HEADROOM: f64 = 1.1;
+/// Silence after which a watchdog has to have taken the power, of the time that it may have.
+const SILENCE: f64 = 1.5;
+
+/// Finds an axis, sets it up for a machine and sees its watchdog take its power. Nothing moves: it has power
+/// for that time, at a velocity of 0.
+pub(in crate::can) fn start<L: Link>(
+    link: &mut L,
+    device: &CanDevice,
+    machine: &Machine,
+) -> Result<Box<dyn Slot>, CanError> {
+    let mut axis = Axis { link, device, period: machine.period_ns() };
+    axis.identify()?;
+    let parameters = machine.muscles[device.drive.muscle].drive;
+    let (node, motor) = (device.node, parameters.motor);
+    let velocity = HEADROOM * motor.top_speed / core::f64::consts::TAU;
+    let limits = [velocity, motor.peak_current].map(|limit| (limit as f32).to_bits());
+    axis.send(&[
+        set_axis_state(node, IDLE),
+        tell(node, CLEAR_ERRORS, &[0]),
+        tell(node, SET_CONTROLLER_MODE, &pair(VELOCITY[0], VELOCITY[1])),
+        tell(node, SET_LIMITS, &pair(limits[0], limits[1])),
+        set_input_vel(node, 0.0),
+    ])?;
+    axis.takes(IDLE)?;
+    let errors = axis.errors()?;
+    if errors != 0 {
+        return Err(device.wrong(format!("{}: expected an axis without errors", error_names(errors))));
+    }
+    if !floats(axis.get(GET_ENCODER_ESTIMATES)?)[0].is_finite() {
+        return Err(device.wrong("its encoder gives no position"));
+    }
+    axis.prove_watchdog((1e9 * watchdog(machine.period)) as u64)?;
+    Ok(Box::new(CansimpleSlot::new(node, device.drive, parameters)))
+}
+
+/// An axis that is being set up.
+struct Axis<'a, L> {
+    link: &'a mut L,
+    device: &'a CanDevice,
+    period: u64,
+}
+
+impl<L: Link> Axis<'_, L> {
+    fn port(&self, source: io::Error) -> CanError {
+        CanError::Port { port: self.device.port.clone().unwrap_or_default(), source }
+    }
+
+    fn send(&mut self, frames: &[Frame]) -> Result<(), CanError> {
+        self.link.send(frames).map_err(|source| self.port(source))
+    }
+
+    /// The next message of the axis until a deadline, ns.
+    fn next(&mut self, deadline: u64) -> Result<Option<(u16, [u8; 8])>, CanError> {
+        while let Some(frame) = self.link.receive(deadline).map_err(|source| self.port(source))? {
+            if let Some(message) = command(self.device.node, &frame) {
+                return Ok(Some(message));
+            }
+        }
+        Ok(None)
+    }
+
+    /// What a message carries that is asked for.
+    fn get(&mut self, asked: u16) -> Result<[u8; 8], CanError> {
+        for _ in 0..TRIES {
+            self.send(&[ask(self.device.node, asked)])?;
+            let deadline = self.link.now() + PATIENCE;
+            while let Some((command, octets)) = self.next(deadline)? {
+                if command == asked {
+                    return Ok(octets);
+                }
+            }
+        }
+        let CanDevice { name, node, bitrate, .. } = self.device;
+        Err(CanError::Silent { device: name.clone(), node: *node, bitrate: *bitrate })
+    }
+
+    fn identify(&mut self) -> Result<(), CanError> {
+        let [_, _, _, _, major, minor, revision, _] = self.get(GET_VERSION)?;
+        let deadline = self.link.now() + TWICE;
+        while let Some((command, _)) = self.next(deadline)? {
+            if command == GET_VERSION {
+                return Err(self.device.wrong(TWO_ANSWER));
+            }
+        }
+        if (major, minor) < (0, 6) {
+            let got = format!("firmware {major}.{minor}.{revision}: expected 0.6 or later");
+            return Err(self.device.wrong(got));
+        }
+        Ok(())
+    }
+
+    fn errors(&mut self) -> Result<u32, CanError> {
+        let [active, of_disarming] = words(self.get(GET_ERROR)?);
+        Ok(active | of_disarming)
+    }
+
+    /// Waits until its heartbeat shows a state, and feeds its watchdog once a period.
+    fn takes(&mut self, state: u8) -> Result<(), CanError> {
+        let end = self.link.now() + STATE_TIME;
+        let mut shown = "no heartbeat".to_owned();
+        while self.link.now() < end {
+            self.send(&[set_input_vel(self.device.node, 0.0)])?;
+            self.pass(self.period);
+            let now = self.link.now();
+            while let Some((command, octets)) = self.next(now)? {
+                let [errors, [is, ..]] = [words(octets)[0].to_le_bytes(), words(octets)[1].to_le_bytes()];
+                if command == HEARTBEAT && is == state {
+                    return Ok(());
+                }
+                if command == HEARTBEAT {
+                    shown = format!("state {is}, {}", error_names(u32::from_le_bytes(errors)));
+                }
+            }
+        }
+        Err(self.device.wrong(format!("{shown}: expected state {state} after it was asked for")))
+    }
+
+    /// Time passes, ns.
+    fn pass(&mut self, time: u64) {
+        let end = self.link.now() + time;
+        while self.link.now() < end {
+            let next = (self.link.now() + self.period).min(end);
+            self.link.rest_until(next);
+            self.link.begin_cycle(self.period);
+        }
+    }
+
+    /// Power at velocity 0, then silence: a watchdog of at most this time, ns, takes the power.
+    fn prove_watchdog(&mut self, most: u64) -> Result<(), CanError> {
+        let node = self.device.node;
+        self.send(&[set_axis_state(node, CLOSED_LOOP)])?;
+        let enabled = self.takes(CLOSED_LOOP);
+        self.pass((SILENCE * most as f64) as u64);
+        // This one feeds it no more: the power is gone, or it stays.
+        let errors = self.errors();
+        self.send(&[set_axis_state(node, IDLE), tell(node, CLEAR_ERRORS, &[0])])?;
+        enabled?;
+        if errors? & WATCHDOG_EXPIRED == 0 {
+            let most = 1e-9 * most as f64;
+            return Err(self.device.wrong(format!(
+                "keeps its power for {:.3} s without commands: expected enable_watchdog and a watchdog_timeout of at \
+                most {most} s",
+                SILENCE * most
+            )));
+        }
+        self.takes(IDLE)
+    }
+}
