@@ -12,8 +12,8 @@ const VELOCITY: [u32; 2] = [2, 1];
 /// Bit of the axis' errors: the watchdog has expired.
 const WATCHDOG_EXPIRED: u32 = 1 << 24;
 const ESTOP_REQUESTED: u32 = 1 << 25;
-/// Time between two heartbeats as from the factory, ns.
-const HEARTBEAT: u64 = 100_000_000;
+/// Time between two heartbeats, ns; from the factory it is 0.1 s.
+const HEARTBEAT: u64 = 20_000_000;
 /// Protocol 2, hardware 4.4.58, firmware 0.6.10, released.
 const VERSION: [u8; 8] = [2, 4, 4, 58, 0, 6, 10, 0];
 /// What sensors show that are not simulated: degrees Celsius of amplifier and motor, V and A of the supply.
@@ -25,6 +25,7 @@ const SUPPLY: [f32; 2] = [24.0, 0.0];
 pub struct Cansimple {
     id: u8,
     watchdog: u64,
+    heartbeat: u64,
     state: u8,
     /// Latched until they are cleared.
     errors: u32,
@@ -45,6 +46,7 @@ impl Cansimple {
         Self {
             id,
             watchdog,
+            heartbeat: HEARTBEAT,
             state: IDLE,
             errors: 0,
             modes: [3, 1],
@@ -70,9 +72,10 @@ impl Cansimple {
         (self.actual, self.current) = ([position, velocity], current);
     }
 
-    /// Sets the time without commands after which it loses its power, ns, 0 for never.
-    pub fn set_watchdog(&mut self, time: u64) {
-        self.watchdog = time;
+    /// Sets the time without commands after which it loses its power, ns, 0 for never, and that between two
+    /// heartbeats, ns.
+    pub fn configure(&mut self, watchdog: u64, heartbeat: u64) {
+        (self.watchdog, self.heartbeat) = (watchdog, heartbeat);
     }
 
     /// The axis detects errors, by their bits, and its motor loses power.
@@ -90,8 +93,8 @@ impl Cansimple {
     }
 
     pub(super) fn restart(&mut self) {
-        let (actual, next_heartbeat) = (self.actual, self.next_heartbeat);
-        *self = Self { actual, next_heartbeat, ..Self::new(self.id, self.watchdog) };
+        let Self { heartbeat, actual, next_heartbeat, .. } = *self;
+        *self = Self { heartbeat, actual, next_heartbeat, ..Self::new(self.id, self.watchdog) };
     }
 
     pub(super) fn process(&mut self, frame: &CanFrame, now: u64, out: &mut Vec<CanFrame>) {
@@ -146,7 +149,7 @@ impl Cansimple {
             self.raise_fault(WATCHDOG_EXPIRED);
         }
         if now >= self.next_heartbeat {
-            self.next_heartbeat = now + HEARTBEAT;
+            self.next_heartbeat = now + self.heartbeat;
             if beats {
                 let octets = both(self.errors, u32::from(self.state));
                 out.push(CanFrame::new(u16::from(self.id) << 5 | 1, &octets));

@@ -2,9 +2,9 @@
 
 use super::slot::CansimpleSlot;
 use super::{
-    CLEAR_ERRORS, CLOSED_LOOP, GET_ENCODER_ESTIMATES, GET_ERROR, GET_VERSION, HEARTBEAT, IDLE,
+    CLEAR_ERRORS, CLOSED_LOOP, GET_ENCODER_ESTIMATES, GET_ERROR, GET_VERSION, HEARTBEAT, HEARTBEAT_MS, IDLE,
     SET_CONTROLLER_MODE, SET_LIMITS, WATCHDOG_EXPIRED, ask, command, error_names, floats, pair,
-    set_axis_state, set_input_vel, tell, words,
+    set_axis_state, set_input_vel, state_name, tell, words,
 };
 use crate::can::Link;
 use crate::can::device::CanDevice;
@@ -22,6 +22,9 @@ const TWICE: u64 = 5_000_000;
 const TRIES: usize = 3;
 /// Time in which an axis takes a state and says so in its heartbeat, ns.
 const STATE_TIME: u64 = 1_000_000_000;
+/// Time for which heartbeats are counted, ns, and the part of those expected that come.
+const COUNT_TIME: u64 = 200_000_000;
+const COUNTED: f64 = 0.7;
 /// Control mode and input mode: velocity, as it comes.
 const VELOCITY: [u32; 2] = [2, 1];
 /// Limit of the velocity over the motor's highest.
@@ -38,6 +41,7 @@ pub(in crate::can) fn start<L: Link>(
 ) -> Result<Box<dyn Slot>, CanError> {
     let mut axis = Axis { link, device, period: machine.period_ns() };
     axis.identify()?;
+    axis.count_heartbeats()?;
     let parameters = machine.muscles[device.drive.muscle].drive;
     let (node, motor) = (device.node, parameters.motor);
     let velocity = HEADROOM * motor.top_speed / core::f64::consts::TAU;
@@ -117,6 +121,26 @@ impl<L: Link> Axis<'_, L> {
         Ok(())
     }
 
+    fn count_heartbeats(&mut self) -> Result<(), CanError> {
+        let now = self.link.now();
+        while self.next(now)?.is_some() {}
+        let (end, mut count) = (now + COUNT_TIME, 0);
+        while self.link.now() < end {
+            self.pass(self.period);
+            let now = self.link.now();
+            while let Some((command, _)) = self.next(now)? {
+                count += u32::from(command == HEARTBEAT);
+            }
+        }
+        let most = COUNT_TIME / (u64::from(HEARTBEAT_MS) * 1_000_000);
+        if f64::from(count) < COUNTED * most as f64 {
+            let time = 1e-9 * COUNT_TIME as f64;
+            let expected = format!("expected a heartbeat_msg_rate_ms of at most {HEARTBEAT_MS}");
+            return Err(self.device.wrong(format!("{count} heartbeats in {time} s: {expected}")));
+        }
+        Ok(())
+    }
+
     fn errors(&mut self) -> Result<u32, CanError> {
         let [active, of_disarming] = words(self.get(GET_ERROR)?);
         Ok(active | of_disarming)
@@ -131,16 +155,17 @@ impl<L: Link> Axis<'_, L> {
             self.pass(self.period);
             let now = self.link.now();
             while let Some((command, octets)) = self.next(now)? {
-                let [errors, [is, ..]] = [words(octets)[0].to_le_bytes(), words(octets)[1].to_le_bytes()];
+                let [errors, is] = words(octets);
+                let is = is as u8;
                 if command == HEARTBEAT && is == state {
                     return Ok(());
                 }
                 if command == HEARTBEAT {
-                    shown = format!("state {is}, {}", error_names(u32::from_le_bytes(errors)));
+                    shown = format!("{} with {}", state_name(is), error_names(errors));
                 }
             }
         }
-        Err(self.device.wrong(format!("{shown}: expected state {state} after it was asked for")))
+        Err(self.device.wrong(format!("{shown}: expected {} after it was asked for", state_name(state))))
     }
 
     /// Time passes, ns.

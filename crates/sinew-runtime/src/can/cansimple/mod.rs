@@ -31,8 +31,8 @@ const IDLE: u8 = 1;
 const CLOSED_LOOP: u8 = 8;
 /// The largest identifier of a node; 63 is all.
 pub(super) const MAX_NODE: u8 = 62;
-/// Time between two heartbeats as from the factory, ms.
-const HEARTBEAT_MS: u32 = 100;
+/// Time between two heartbeats, at most, ms: they alone say of an axis that it has power, and errors.
+const HEARTBEAT_MS: u32 = 20;
 
 /// Errors of an axis by their bits, as the manual has them; empty ones are unused.
 const ERRORS: [&str; 31] = [
@@ -84,8 +84,20 @@ pub(super) fn error_name(code: u16) -> String {
 
 /// All errors of their bits.
 fn error_names(bits: u32) -> String {
+    if bits == 0 {
+        return "no error".to_owned();
+    }
     let set = (0..32).filter(|bit| bits >> bit & 1 == 1).map(|bit| error_name(bit + 1));
     set.collect::<Vec<_>>().join(", ")
+}
+
+/// A state of an axis.
+fn state_name(state: u8) -> String {
+    match state {
+        IDLE => "IDLE".to_owned(),
+        CLOSED_LOOP => "CLOSED_LOOP_CONTROL".to_owned(),
+        _ => format!("state {state}"),
+    }
 }
 
 /// A message to a node.

@@ -2,7 +2,7 @@
 
 use super::{
     CLEAR_ERRORS, CLOSED_LOOP, GET_ENCODER_ESTIMATES, GET_IQ, HEARTBEAT, HEARTBEAT_MS, IDLE, ask, command,
-    error_names, floats, set_axis_state, set_input_vel, tell, words,
+    error_names, floats, set_axis_state, set_input_vel, state_name, tell, words,
 };
 use crate::can::slot::{Heard, Slot};
 use crate::rest::braked_speed;
@@ -11,7 +11,7 @@ use sinew::machine::DriveDevice;
 use sinew_segment::CanFrame as Frame;
 
 /// Time without its heartbeat after which that is lost, ns.
-const PATIENCE: u64 = 4 * HEARTBEAT_MS as u64 * 1_000_000;
+const PATIENCE: u64 = 5 * HEARTBEAT_MS as u64 * 1_000_000;
 /// Time after which a state that the axis has not taken is asked for again, ns.
 const AGAIN: u64 = 250_000_000;
 
@@ -137,10 +137,7 @@ impl Slot for CansimpleSlot {
     }
 
     fn state(&self) -> String {
-        match self.errors {
-            0 => format!("{}, expected {IDLE} (IDLE)", self.state),
-            errors => format!("{} with {}", self.state, error_names(errors)),
-        }
+        format!("{} with {}", state_name(self.state), error_names(self.errors))
     }
 
     fn is_enabled(&self) -> bool {
