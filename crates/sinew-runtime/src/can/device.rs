@@ -27,7 +27,9 @@ pub struct CanDevice {
     pub node: u8,
     /// On CANopen vendor ID and product code that it has to have, where they are said.
     pub identity: [Option<u32>; 2],
-    /// Serial port of the adapter; none: the one that the program is given.
+    /// On CANSimple the file with the numbers of its parameters; none: they are not read back.
+    pub endpoints: Option<String>,
+    /// Serial port of an adapter, or CAN interface; none: the one that the program is given.
     pub port: Option<String>,
     /// Rate of the bus, bit/s.
     pub bitrate: u32,
@@ -54,6 +56,7 @@ impl CanDevice {
                 protocol,
                 node,
                 identity: [None; 2],
+                endpoints: None,
                 port: None,
                 bitrate: BITRATE,
             })

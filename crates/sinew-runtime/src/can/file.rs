@@ -1,4 +1,5 @@
-//! What a machine file says of nodes on CAN: `node`, `protocol`, `vendor`, `product`, `port`, `bitrate`.
+//! What a machine file says of nodes on CAN: `node`, `protocol`, `vendor`, `product`, `endpoints`,
+//! `port`, `bitrate`.
 
 use super::device::{BITRATE, CanDevice, MASTER, Protocol};
 use super::slcan::RATES;
@@ -39,6 +40,7 @@ struct Identified {
     /// On CANSimple, turns that are shown in a turn of the motor.
     turn: f64,
     identity: [Option<u32>; 2],
+    endpoints: Option<String>,
     port: Option<String>,
     bitrate: u32,
 }
@@ -51,13 +53,12 @@ impl DeviceReader for DeviceTables {
         let devices = machine.devices.iter().zip(&self.read).enumerate();
         let node = |(device, (of, identified)): (usize, (&sinew::machine::Device, &Identified))| {
             let DeviceRole::Drive(mut drive) = of.role else { return None };
-            let Identified { protocol, node, turn, identity, port, bitrate } = identified.clone();
+            let Identified { protocol, node, turn, identity, endpoints, port, bitrate } = identified.clone();
             if protocol == Protocol::Cansimple {
                 drive.counts_per_turn = turn;
             }
-            let node =
-                CanDevice { device, name: of.name.clone(), drive, protocol, node, identity, port, bitrate };
-            Some(node)
+            let name = of.name.clone();
+            Some(CanDevice { device, name, drive, protocol, node, identity, endpoints, port, bitrate })
         };
         Ok(Arc::new(devices.filter_map(node).collect::<Vec<_>>()))
     }
@@ -66,7 +67,7 @@ impl DeviceReader for DeviceTables {
 impl BusReader for DeviceTables {
     fn keys(&self) -> BusKeys {
         BusKeys {
-            device: vec!["node", "protocol", "vendor", "product", "port", "bitrate"],
+            device: vec!["node", "protocol", "vendor", "product", "endpoints", "port", "bitrate"],
             ..BusKeys::default()
         }
     }
@@ -87,9 +88,12 @@ impl BusReader for DeviceTables {
         }
         let protocol = PROTOCOLS[listing.word(device, "protocol", (&["canopen", "cansimple"], 0))?];
         let cansimple = protocol == Protocol::Cansimple;
-        let foreign = ["vendor", "product", "rated_torque_nm"].into_iter().filter(|_| cansimple);
-        if let Some(entry) = foreign.filter_map(|key| device.entry(key)).next() {
-            return Err(entry.refuse("no such key of a node on CANSimple"));
+        let (foreign, kind): (&[&str], _) = match protocol {
+            Protocol::Canopen => (&["endpoints"], "CANopen"),
+            Protocol::Cansimple => (&["vendor", "product", "rated_torque_nm"], "CANSimple"),
+        };
+        if let Some(entry) = foreign.iter().find_map(|key| device.entry(key)) {
+            return Err(entry.refuse(&format!("no such key of a node on {kind}")));
         }
         let turn = device.entry("counts_per_turn").filter(|_| cansimple);
         let turn = turn.map_or(Ok(1.0), |entry| entry.number(TURN))?;
@@ -103,8 +107,12 @@ impl BusReader for DeviceTables {
         };
         let identity = [number("vendor", UNSIGNED_32)?, number("product", UNSIGNED_32)?];
         let bitrate = number("bitrate", RATE)?.unwrap_or(BITRATE);
-        let port = device.entry("port").map(|entry| entry.text(PORT).map(str::to_owned)).transpose()?;
-        self.read.push(Identified { protocol, node: node as u8, turn, identity, port, bitrate });
+        let text = |key, expected| {
+            device.entry(key).map(|entry| entry.text(expected).map(str::to_owned)).transpose()
+        };
+        let (endpoints, port) = (text("endpoints", "the path of a file")?, text("port", PORT)?);
+        let node = node as u8;
+        self.read.push(Identified { protocol, node, turn, identity, endpoints, port, bitrate });
         Ok(())
     }
 }

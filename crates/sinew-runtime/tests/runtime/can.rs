@@ -382,7 +382,7 @@ fn what_is_wrong_with_an_axis_on_cansimple_is_refused_before_anything_moves() {
         (damaged(nowhere), nodes.clone(), &["no position"]),
         (configured(0, heartbeat), nodes.clone(), &[name, "keeps its power for 0.030 s", "at most 0.02 s"]),
         (configured(40_000_000, heartbeat), nodes.clone(), &[name, "keeps its power", "watchdog_timeout"]),
-        (configured(heartbeat, 5 * heartbeat), nodes.clone(), &[name, "2 heartbeats in 0.2 s", "at most 20"]),
+        (configured(heartbeat, 5 * heartbeat), nodes.clone(), &[name, "heartbeats in 0.2 s", "at most 20"]),
         (mute, nodes.clone(), &[name, "0 heartbeats"]),
         (fine(), slow, &["500000 bit/s", "4.000 ms"]),
     ];
@@ -397,6 +397,50 @@ fn what_is_wrong_with_an_axis_on_cansimple_is_refused_before_anything_moves() {
         assert!(before.iter().zip(&after).all(|(before, after)| (before - after).abs() < 1e-4), "{message}");
     }
     assert!(CanBus::start(fine(), &setup.machine, &nodes).is_ok());
+}
+
+/// A file of parameters as ODrive offers it, with those of the simulated axes, of a firmware.
+fn endpoints(name: &str, firmware: &str, change: impl Fn(&mut String)) -> String {
+    let rows = sinew_segment::Cansimple::endpoints().map(|(name, id, kind)| {
+        format!("\"{name}\": {{\"id\": {id}, \"type\": \"{kind}\", \"access\": \"rw\"}}")
+    });
+    let mut text = format!("{{\"fw_version\": \"{firmware}\", \"endpoints\": {{{}}}}}", rows.join(",\n"));
+    change(&mut text);
+    let path = std::env::temp_dir().join(format!("sinew-{}-{name}.json", std::process::id()));
+    std::fs::write(&path, text).unwrap();
+    path.display().to_string()
+}
+
+#[test]
+fn parameters_of_an_axis_are_set_and_read_back_by_the_numbers_of_its_firmware() {
+    let (setup, nodes) = setup_on("finger", Protocol::Cansimple);
+    let start = |path: &str| {
+        let nodes: Vec<_> =
+            nodes.iter().map(|node| CanDevice { endpoints: Some(path.to_owned()), ..node.clone() }).collect();
+        let watched = Watched::new(&setup, &nodes);
+        for node in watched.0.borrow_mut().link.machine_mut().nodes_mut() {
+            // As from the factory: no watchdog, rare heartbeats.
+            let CanDrive::Cansimple(axis) = node.drive_mut() else { unreachable!() };
+            axis.configure(0, 100_000_000);
+        }
+        let refused = CanBus::start(watched, &setup.machine, &nodes);
+        std::fs::remove_file(path).unwrap_or_default();
+        refused.err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    assert_eq!(start(&endpoints("fine", "0.6.10", |_| {})), "");
+    let without = |text: &mut String| *text = text.replace("enable_watchdog", "enable_dog");
+    let strange = |text: &mut String| *text = text.replace("259", "2590");
+    for (path, parts) in [
+        ("/nowhere/flat_endpoints.json".to_owned(), ["/nowhere/flat_endpoints.json", "No such file"]),
+        (endpoints("other", "0.6.11", |_| {}), ["firmware 0.6.10", "expected 0.6.11"]),
+        (endpoints("without", "0.6.10", without), ["axis0.config.enable_watchdog", "is missing"]),
+        (endpoints("strange", "0.6.10", strange), [&nodes[0].name, "parameter 0xa1e"]),
+        (endpoints("cut", "0.6.10", |text| text.truncate(60)), ["cut.json", "EOF"]),
+        (endpoints("list", "0.6.10", |text| *text = "[1]".to_owned()), ["list.json", "fw_version"]),
+    ] {
+        let message = start(&path);
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}: {parts:?}");
+    }
 }
 
 #[test]

@@ -210,6 +210,7 @@ fn nodes_on_can_are_read_and_what_is_none_of_theirs_is_refused() {
         ("node = 4\nbitrate = 9600", ["bitrate", "500"]),
         ("node = 4\nproduct = -1", ["product", "0..=0xffffffff"]),
         ("node = 0", ["node", "1..=126"]),
+        ("node = 4\nendpoints = \"a\"", ["endpoints", "CANopen"]),
         ("node = 63\nprotocol = \"cansimple\"", ["node", "0..=62"]),
         ("node = 4\nprotocol = \"moteus\"", ["protocol", "cansimple"]),
         ("node = 4\nprotocol = \"cansimple\"\nvendor = 1", ["vendor", "CANSimple"]),

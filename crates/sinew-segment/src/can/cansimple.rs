@@ -16,6 +16,16 @@ const ESTOP_REQUESTED: u32 = 1 << 25;
 const HEARTBEAT: u64 = 20_000_000;
 /// Protocol 2, hardware 4.4.58, firmware 0.6.10, released.
 const VERSION: [u8; 8] = [2, 4, 4, 58, 0, 6, 10, 0];
+/// Parameters by their names, with the number and the type that they have here; every firmware has others.
+const ENDPOINTS: [(&str, u16, &str); 7] = [
+    ("axis0.config.can.heartbeat_msg_rate_ms", 0x101, "uint32"),
+    ("axis0.config.watchdog_timeout", 0x102, "float"),
+    ("axis0.config.enable_watchdog", 0x103, "bool"),
+    ("axis0.controller.config.control_mode", 0x104, "uint8"),
+    ("axis0.controller.config.input_mode", 0x105, "uint8"),
+    ("axis0.controller.config.vel_limit", 0x106, "float"),
+    ("axis0.config.motor.current_soft_max", 0x107, "float"),
+];
 /// What sensors show that are not simulated: degrees Celsius of amplifier and motor, V and A of the supply.
 const TEMPERATURES: [f32; 2] = [30.0, 30.0];
 const SUPPLY: [f32; 2] = [24.0, 0.0];
@@ -25,6 +35,7 @@ const SUPPLY: [f32; 2] = [24.0, 0.0];
 pub struct Cansimple {
     id: u8,
     watchdog: u64,
+    watches: bool,
     heartbeat: u64,
     state: u8,
     /// Latched until they are cleared.
@@ -46,6 +57,7 @@ impl Cansimple {
         Self {
             id,
             watchdog,
+            watches: watchdog > 0,
             heartbeat: HEARTBEAT,
             state: IDLE,
             errors: 0,
@@ -75,7 +87,13 @@ impl Cansimple {
     /// Sets the time without commands after which it loses its power, ns, 0 for never, and that between two
     /// heartbeats, ns.
     pub fn configure(&mut self, watchdog: u64, heartbeat: u64) {
-        (self.watchdog, self.heartbeat) = (watchdog, heartbeat);
+        (self.watchdog, self.watches, self.heartbeat) = (watchdog, watchdog > 0, heartbeat);
+    }
+
+    /// Its parameters: name, number, type.
+    #[must_use]
+    pub fn endpoints() -> [(&'static str, u16, &'static str); 7] {
+        ENDPOINTS
     }
 
     /// The axis detects errors, by their bits, and its motor loses power.
@@ -93,8 +111,8 @@ impl Cansimple {
     }
 
     pub(super) fn restart(&mut self) {
-        let Self { heartbeat, actual, next_heartbeat, .. } = *self;
-        *self = Self { heartbeat, actual, next_heartbeat, ..Self::new(self.id, self.watchdog) };
+        let Self { watches, heartbeat, actual, next_heartbeat, .. } = *self;
+        *self = Self { watches, heartbeat, actual, next_heartbeat, ..Self::new(self.id, self.watchdog) };
     }
 
     pub(super) fn process(&mut self, frame: &CanFrame, now: u64, out: &mut Vec<CanFrame>) {
@@ -116,6 +134,7 @@ impl Cansimple {
         let enough = |octets| frame.octets().len() >= octets;
         match command {
             0x02 => self.raise_fault(ESTOP_REQUESTED),
+            0x04 if enough(4) => self.parameter(frame.octets(), out),
             0x07 if enough(4) => match words[0] as u8 {
                 CLOSED_LOOP if self.errors == 0 => self.state = CLOSED_LOOP,
                 IDLE => self.state = IDLE,
@@ -128,6 +147,37 @@ impl Cansimple {
             0x18 => self.errors = 0,
             _ => {}
         }
+    }
+
+    /// Reads or writes a parameter: whether it is written, its number, its value from the fifth octet on.
+    fn parameter(&mut self, octets: &[u8], out: &mut Vec<CanFrame>) {
+        let [operation, low, high, _, value @ ..] = octets else { return };
+        let number = u16::from_le_bytes([*low, *high]);
+        let mut word = [0; 4];
+        word.iter_mut().zip(value).for_each(|(octet, given)| *octet = *given);
+        let (word, length) = (u32::from_le_bytes(word), if matches!(number, 0x103..=0x105) { 1 } else { 4 });
+        if *operation == 1 && value.len() >= length {
+            match number {
+                0x101 => self.heartbeat = u64::from(word) * 1_000_000,
+                0x102 => self.watchdog = (1e9 * f32::from_bits(word)) as u64,
+                0x103 => self.watches = word & 0xff != 0,
+                0x104 | 0x105 => self.modes[usize::from(number - 0x104)] = word & 0xff,
+                0x106 | 0x107 => self.limits[usize::from(number - 0x106)] = f32::from_bits(word),
+                _ => {}
+            }
+        }
+        let word = match number {
+            _ if *operation != 0 => return,
+            0x101 => (self.heartbeat / 1_000_000) as u32,
+            0x102 => (1e-9 * self.watchdog as f32).to_bits(),
+            0x103 => u32::from(self.watches),
+            0x104 | 0x105 => self.modes[usize::from(number - 0x104)],
+            0x106 | 0x107 => self.limits[usize::from(number - 0x106)].to_bits(),
+            _ => return,
+        };
+        let mut answer = [0, *low, *high, 0, 0, 0, 0, 0];
+        answer[4..].copy_from_slice(&word.to_le_bytes());
+        out.push(CanFrame::new(u16::from(self.id) << 5 | 5, &answer[..4 + length]));
     }
 
     /// What a message carries that is asked for.
@@ -145,7 +195,7 @@ impl Cansimple {
     }
 
     pub(super) fn advance(&mut self, now: u64, beats: bool, out: &mut Vec<CanFrame>) {
-        if self.is_armed() && self.watchdog > 0 && now.saturating_sub(self.fed) > self.watchdog {
+        if self.is_armed() && self.watches && now.saturating_sub(self.fed) > self.watchdog {
             self.raise_fault(WATCHDOG_EXPIRED);
         }
         if now >= self.next_heartbeat {

@@ -1,10 +1,11 @@
 //! An axis before it takes commands: found, compared, set up, its watchdog seen at work.
 
+use super::parameters::{Endpoints, Parameter};
 use super::slot::CansimpleSlot;
 use super::{
     CLEAR_ERRORS, CLOSED_LOOP, GET_ENCODER_ESTIMATES, GET_ERROR, GET_VERSION, HEARTBEAT, HEARTBEAT_MS, IDLE,
-    SET_CONTROLLER_MODE, SET_LIMITS, WATCHDOG_EXPIRED, ask, command, error_names, floats, pair,
-    set_axis_state, set_input_vel, state_name, tell, words,
+    RX_SDO, SET_CONTROLLER_MODE, SET_LIMITS, TX_SDO, WATCHDOG_EXPIRED, ask, command, error_names, floats,
+    pair, set_axis_state, set_input_vel, state_name, tell, words,
 };
 use crate::can::Link;
 use crate::can::device::CanDevice;
@@ -40,12 +41,26 @@ pub(in crate::can) fn start<L: Link>(
     machine: &Machine,
 ) -> Result<Box<dyn Slot>, CanError> {
     let mut axis = Axis { link, device, period: machine.period_ns() };
-    axis.identify()?;
-    axis.count_heartbeats()?;
+    let version = axis.identify()?;
     let parameters = machine.muscles[device.drive.muscle].drive;
     let (node, motor) = (device.node, parameters.motor);
-    let velocity = HEADROOM * motor.top_speed / core::f64::consts::TAU;
-    let limits = [velocity, motor.peak_current].map(|limit| (limit as f32).to_bits());
+    let limits = [HEADROOM * motor.top_speed / core::f64::consts::TAU, motor.peak_current];
+    if let Some(path) = &device.endpoints {
+        let endpoints = Endpoints::read(path).map_err(|problem| device.wrong(problem))?;
+        if endpoints.firmware != version {
+            let of = &endpoints.firmware;
+            return Err(device.wrong(format!("firmware {version}: expected {of}, that of {path}")));
+        }
+        axis.set(&endpoints, "axis0.config.can.heartbeat_msg_rate_ms", f64::from(HEARTBEAT_MS))?;
+        axis.set(&endpoints, "axis0.config.watchdog_timeout", watchdog(machine.period))?;
+        axis.set(&endpoints, "axis0.config.enable_watchdog", 1.0)?;
+        axis.set(&endpoints, "axis0.controller.config.control_mode", f64::from(VELOCITY[0]))?;
+        axis.set(&endpoints, "axis0.controller.config.input_mode", f64::from(VELOCITY[1]))?;
+        axis.set(&endpoints, "axis0.controller.config.vel_limit", limits[0])?;
+        axis.set(&endpoints, "axis0.config.motor.current_soft_max", limits[1])?;
+    }
+    axis.count_heartbeats()?;
+    let limits = limits.map(|limit| (limit as f32).to_bits());
     axis.send(&[
         set_axis_state(node, IDLE),
         tell(node, CLEAR_ERRORS, &[0]),
@@ -106,7 +121,36 @@ impl<L: Link> Axis<'_, L> {
         Err(CanError::Silent { device: name.clone(), node: *node, bitrate: *bitrate })
     }
 
-    fn identify(&mut self) -> Result<(), CanError> {
+    /// Sets a parameter where it has another value, and reads it back.
+    fn set(&mut self, endpoints: &Endpoints, name: &str, value: f64) -> Result<(), CanError> {
+        let parameter = endpoints.parameter(name, value).map_err(|problem| self.device.wrong(problem))?;
+        if !self.has(&parameter)? {
+            let (octets, length) = parameter.request(true);
+            self.send(&[tell(self.device.node, RX_SDO, &octets[..length])])?;
+            if !self.has(&parameter)? {
+                return Err(self.device.wrong(format!("{name} does not take {value}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a parameter has its value.
+    fn has(&mut self, parameter: &Parameter) -> Result<bool, CanError> {
+        let (octets, length) = parameter.request(false);
+        for _ in 0..TRIES {
+            self.send(&[tell(self.device.node, RX_SDO, &octets[..length])])?;
+            let deadline = self.link.now() + PATIENCE;
+            while let Some((command, octets)) = self.next(deadline)? {
+                if let (TX_SDO, Some(has)) = (command, parameter.is_in(&octets)) {
+                    return Ok(has);
+                }
+            }
+        }
+        Err(self.device.wrong(format!("does not say its parameter {:#x}", parameter.number)))
+    }
+
+    /// Its firmware, which is supported.
+    fn identify(&mut self) -> Result<String, CanError> {
         let [_, _, _, _, major, minor, revision, _] = self.get(GET_VERSION)?;
         let deadline = self.link.now() + TWICE;
         while let Some((command, _)) = self.next(deadline)? {
@@ -114,25 +158,30 @@ impl<L: Link> Axis<'_, L> {
                 return Err(self.device.wrong(TWO_ANSWER));
             }
         }
+        let version = format!("{major}.{minor}.{revision}");
         if (major, minor) < (0, 6) {
-            let got = format!("firmware {major}.{minor}.{revision}: expected 0.6 or later");
-            return Err(self.device.wrong(got));
+            return Err(self.device.wrong(format!("firmware {version}: expected 0.6 or later")));
         }
-        Ok(())
+        Ok(version)
     }
 
+    /// Counts its heartbeats behind the first: a rate that has just been set holds from then on.
     fn count_heartbeats(&mut self) -> Result<(), CanError> {
-        let now = self.link.now();
+        let mut now = self.link.now();
         while self.next(now)?.is_some() {}
-        let (end, mut count) = (now + COUNT_TIME, 0);
-        while self.link.now() < end {
+        let (mut end, mut count) = (now + STATE_TIME, None);
+        while now < end {
             self.pass(self.period);
-            let now = self.link.now();
+            now = self.link.now();
             while let Some((command, _)) = self.next(now)? {
-                count += u32::from(command == HEARTBEAT);
+                match &mut count {
+                    Some(count) => *count += u32::from(command == HEARTBEAT),
+                    None if command == HEARTBEAT => (count, end) = (Some(0), now + COUNT_TIME),
+                    None => {}
+                }
             }
         }
-        let most = COUNT_TIME / (u64::from(HEARTBEAT_MS) * 1_000_000);
+        let (count, most) = (count.unwrap_or(0), COUNT_TIME / (u64::from(HEARTBEAT_MS) * 1_000_000));
         if f64::from(count) < COUNTED * most as f64 {
             let time = 1e-9 * COUNT_TIME as f64;
             let expected = format!("expected a heartbeat_msg_rate_ms of at most {HEARTBEAT_MS}");

@@ -7,6 +7,7 @@
 //! Source: the messages of ODrive 0.6.10 (its manual and DBC file).
 
 mod bring_up;
+mod parameters;
 mod slot;
 
 pub(super) use bring_up::start;
@@ -17,6 +18,8 @@ use sinew_segment::CanFrame as Frame;
 const GET_VERSION: u16 = 0x00;
 const HEARTBEAT: u16 = 0x01;
 const GET_ERROR: u16 = 0x03;
+const RX_SDO: u16 = 0x04;
+const TX_SDO: u16 = 0x05;
 const SET_AXIS_STATE: u16 = 0x07;
 const GET_ENCODER_ESTIMATES: u16 = 0x09;
 const SET_CONTROLLER_MODE: u16 = 0x0b;
@@ -110,10 +113,13 @@ fn ask(node: u8, command: u16) -> Frame {
     Frame::remote(u16::from(node) << 5 | command, 8)
 }
 
-/// The message that a frame is of a node.
+/// The message that a frame is of a node: parameters are shorter by the octets that their types lack.
 fn command(node: u8, frame: &Frame) -> Option<(u16, [u8; 8])> {
-    let octets = frame.octets().first_chunk().filter(|_| frame.id() >> 5 == u16::from(node))?;
-    Some((frame.id() & 0x1f, *octets))
+    let (command, given) = (frame.id() & 0x1f, frame.octets());
+    let least = if command == TX_SDO { 5 } else { 8 };
+    let mut octets = [0; 8];
+    octets.iter_mut().zip(given).for_each(|(octet, given)| *octet = *given);
+    (frame.id() >> 5 == u16::from(node) && given.len() >= least).then_some((command, octets))
 }
 
 /// Asks a node for its versions.
@@ -134,7 +140,7 @@ pub(super) fn would_obey_canopen(frame: &Frame) -> bool {
 }
 
 fn set_axis_state(node: u8, state: u8) -> Frame {
-    tell(node, SET_AXIS_STATE, &u32::from(state).to_le_bytes())
+    tell(node, SET_AXIS_STATE, &pair(u32::from(state), 0))
 }
 
 /// Velocity, turns/s, without a torque beside it.
