@@ -46,7 +46,7 @@ impl SocketCan {
             return Err(refused(&format!("the interface queues {} frames", queue.trim())));
         }
         socket.set_nonblocking(true)?;
-        Ok(Self { socket, clock: MonotonicClock::default() })
+        Ok(Self { socket, clock: MonotonicClock })
     }
 }
 

@@ -237,14 +237,17 @@ impl<L: Link> Axis<'_, L> {
         let errors = self.errors();
         self.send(&[set_axis_state(node, IDLE), tell(node, CLEAR_ERRORS, &[0])])?;
         enabled?;
-        if errors? & WATCHDOG_EXPIRED == 0 {
-            let most = 1e-9 * most as f64;
-            return Err(self.device.wrong(format!(
-                "keeps its power for {:.3} s without commands: expected enable_watchdog and a watchdog_timeout of at \
-                most {most} s",
-                SILENCE * most
-            )));
+        match errors? {
+            errors if errors & WATCHDOG_EXPIRED != 0 => self.takes(IDLE),
+            0 => {
+                let most = 1e-9 * most as f64;
+                Err(self.device.wrong(format!(
+                    "keeps its power for {:.3} s without commands: expected enable_watchdog and a \
+                    watchdog_timeout of at most {most} s",
+                    SILENCE * most
+                )))
+            }
+            errors => Err(self.device.wrong(format!("{} at standstill", error_names(errors)))),
         }
-        self.takes(IDLE)
     }
 }

@@ -21,8 +21,9 @@ pub(super) struct CansimpleSlot {
     node: u8,
     device: DriveDevice,
     parameters: DriveParameters,
-    /// State in its last heartbeat, 0 before the first, and all errors in heartbeats of this run.
+    /// State in its last heartbeat, 0 before the first, and the errors in it; all errors of this run.
     state: u8,
+    shown: u32,
     errors: u32,
     /// The state that it is to have, and when it was asked for, ns.
     goal: u8,
@@ -45,6 +46,7 @@ impl CansimpleSlot {
             device,
             parameters,
             state: 0,
+            shown: 0,
             errors: 0,
             goal: IDLE,
             asked: None,
@@ -77,7 +79,7 @@ impl CansimpleSlot {
 
     fn heartbeat(&mut self, errors: u32, state: u8) -> Heard {
         let lost = self.is_enabled() && self.goal == CLOSED_LOOP && state != CLOSED_LOOP;
-        (self.state, self.errors) = (state, self.errors | errors);
+        (self.state, self.shown, self.errors) = (state, errors, self.errors | errors);
         self.left |= lost || errors != 0;
         Heard::Alive { left: lost && errors == 0 }
     }
@@ -133,11 +135,11 @@ impl Slot for CansimpleSlot {
     }
 
     fn is_ready(&self) -> bool {
-        self.state == IDLE && self.errors == 0
+        self.state == IDLE && self.shown == 0
     }
 
     fn state(&self) -> String {
-        format!("{} with {}", state_name(self.state), error_names(self.errors))
+        format!("{} with {}", state_name(self.state), error_names(self.shown))
     }
 
     fn is_enabled(&self) -> bool {
