@@ -43,8 +43,8 @@ fn rates() -> impl TypedValueParser<Value = u32> {
 /// Answer another master with the simulated CAN drives of a machine, whose twin moves behind them.
 ///
 /// The first line is the path of the pseudo-terminal, which speaks slcan. Without devices in the machine's
-/// file, node n on CANopen drives its muscle n, from 1, at 1 Mbit/s. The machine is held in its start pose until a drive
-/// is enabled. Ctrl-C ends it.
+/// file, node n on CANopen drives its muscle n, from 1, at 1 Mbit/s. The machine is held in its start pose
+/// until a drive is enabled. Ctrl-C ends it.
 ///
 /// Example: sinew can simulate finger --pty
 #[derive(Debug, Args)]

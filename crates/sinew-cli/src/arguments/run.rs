@@ -10,10 +10,10 @@ use sinew_session::BusFault;
 /// Run a machine: its control cycle once a period, on a simulated or a real bus.
 ///
 /// twin is the simulated machine without wires; segment adds an EtherCAT master and simulated EtherCAT
-/// devices in this process, chain a master of serial servos and simulated servos, nodes a CAN master and simulated
-/// drives; ethercat drives the devices on a network interface, servos those on serial ports, can those behind
-/// a serial adapter or on a CAN interface, which the machine file describes. Everything is planned and checked as by
-/// `sinew track` before the start. At the end the times of the cycle are shown.
+/// devices in this process, chain a master of serial servos and simulated servos, nodes a CAN master and
+/// simulated drives; ethercat drives the devices on a network interface, servos those on serial ports, can
+/// those behind a serial adapter or on a CAN interface, which the machine file describes. Everything is
+/// planned and checked as by `sinew track` before the start. At the end the times of the cycle are shown.
 ///
 /// On --virtual-time the cycle does not wait for its deadlines: the results are bit-identical.
 ///

@@ -2,7 +2,7 @@
 //! are what they show.
 
 use super::device::{CanDevice, Protocol};
-use crate::cia402::{Axis, Measured, Trouble};
+use crate::cia402::{Axis, Measured, WinchFault};
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew::twin::arm::ArmTwin;
@@ -159,10 +159,10 @@ impl SimulatedMachine {
             match node.drive_mut() {
                 CanDrive::Canopen(drive) => axis.show(arm, drive),
                 CanDrive::Cansimple(drive) => {
-                    match axis.trouble(arm) {
-                        Some(Trouble::Encoder) => drive.raise_fault(MISSING_ESTIMATE),
-                        Some(Trouble::Hot) => drive.raise_fault(MOTOR_OVER_TEMP),
-                        Some(Trouble::DrumEnd) => drive.raise_fault(POSITION_LIMIT_VIOLATION),
+                    match axis.fault(arm) {
+                        Some(WinchFault::Encoder) => drive.raise_fault(MISSING_ESTIMATE),
+                        Some(WinchFault::Hot) => drive.raise_fault(MOTOR_OVER_TEMP),
+                        Some(WinchFault::DrumEnd) => drive.raise_fault(POSITION_LIMIT_VIOLATION),
                         None => {}
                     }
                     let Measured { position, velocity, current } = axis.measured(arm);

@@ -26,7 +26,11 @@ impl SocketCan {
     /// There is no such interface, it is down or queues too few frames, the kernel has no CAN: what to do
     /// about it.
     pub fn open(interface: &str, bitrate: u32) -> io::Result<Self> {
-        let up = format!("ip link set {interface} up txqueuelen 1000 type can bitrate {bitrate}");
+        let up = if interface.starts_with("vcan") {
+            format!("ip link add {interface} type vcan; ip link set {interface} up")
+        } else {
+            format!("ip link set {interface} up txqueuelen 1000 type can bitrate {bitrate}")
+        };
         let refused =
             |problem: &str| io::Error::other(format!("{problem}: expected a CAN interface, as after `{up}`"));
         let of = |file: &str| std::fs::read_to_string(format!("/sys/class/net/{interface}/{file}"));

@@ -24,7 +24,7 @@ pub(crate) struct Axis {
 
 /// What is wrong with a winch, as its drive notices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Trouble {
+pub(crate) enum WinchFault {
     /// Its encoder gives no position.
     Encoder,
     /// Its winding is too hot.
@@ -84,13 +84,13 @@ impl Axis {
     }
 
     /// What is wrong with the winch.
-    pub(crate) fn trouble(&self, arm: &ArmTwin) -> Option<Trouble> {
+    pub(crate) fn fault(&self, arm: &ArmTwin) -> Option<WinchFault> {
         if !self.motor_angle(arm).is_finite() {
-            return Some(Trouble::Encoder);
+            return Some(WinchFault::Encoder);
         }
         Some(match arm.truth().drives[self.drive.muscle].fault? {
-            DriveFault::Hot { .. } => Trouble::Hot,
-            DriveFault::DrumFull | DriveFault::DrumEmpty => Trouble::DrumEnd,
+            DriveFault::Hot { .. } => WinchFault::Hot,
+            DriveFault::DrumFull | DriveFault::DrumEmpty => WinchFault::DrumEnd,
         })
     }
 
@@ -109,13 +109,13 @@ impl Axis {
 
     /// What a drive after CiA 402 measures and notices.
     pub(crate) fn show(&self, arm: &ArmTwin, drive: &mut Drive) {
-        match self.trouble(arm) {
-            Some(Trouble::Encoder) => {
+        match self.fault(arm) {
+            Some(WinchFault::Encoder) => {
                 drive.raise_fault(ENCODER_FAULT);
                 return;
             }
-            Some(Trouble::Hot) => drive.raise_fault(MOTOR_HOT),
-            Some(Trouble::DrumEnd) => drive.raise_fault(DRUM_END),
+            Some(WinchFault::Hot) => drive.raise_fault(MOTOR_HOT),
+            Some(WinchFault::DrumEnd) => drive.raise_fault(DRUM_END),
             None => {}
         }
         let Measured { position, velocity, current } = self.measured(arm);

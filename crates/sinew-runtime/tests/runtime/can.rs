@@ -587,10 +587,40 @@ fn long_nodes_take_ten_million_frames() {
 
 #[test]
 fn a_master_takes_any_frame() {
-    [Protocol::Canopen, Protocol::Cansimple].into_iter().for_each(takes_any_frame);
+    [Protocol::Canopen, Protocol::Cansimple]
+        .into_iter()
+        .for_each(|protocol| takes_any_frame(protocol, 20_000));
 }
 
-fn takes_any_frame(protocol: Protocol) {
+/// Of four nodes on CANopen a cycle has four frames, of four axes on CANSimple eight.
+#[test]
+fn long_a_master_takes_a_million_frames() {
+    if std::env::var_os("SINEW_LONG").is_some() {
+        takes_any_frame(Protocol::Canopen, 250_000);
+        takes_any_frame(Protocol::Cansimple, 125_000);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_is_no_can_interface_is_refused_with_what_to_do() {
+    let refused = |port: &str| match sinew_runtime::can::connect(port, 500_000) {
+        Err(error) => error.to_string(),
+        Ok(_) => panic!("{port} was opened"),
+    };
+    let missing = refused("nocan0");
+    assert!(missing.contains("no such network interface"), "{missing}");
+    assert!(missing.contains("`ip link set nocan0 up txqueuelen 1000 type can bitrate 500000`"), "{missing}");
+    // There, but of another kind: refused by the kernel, whether it has CAN or not.
+    if std::path::Path::new("/sys/class/net/lo").exists() {
+        let other = refused("lo");
+        assert!(other.contains("expected a CAN interface") && !other.contains('\n'), "{other}");
+    }
+    // A slash makes it a serial port.
+    assert!(refused("/dev/nowhere").contains("No such file"));
+}
+
+fn takes_any_frame(protocol: Protocol, cycles: u32) {
     let (setup, nodes) = setup_on("planar_leg", protocol);
     thread_local!(static SEED: std::cell::Cell<u64> = const { std::cell::Cell::new(1) });
     // One in fifty is another one.
@@ -608,7 +638,7 @@ fn takes_any_frame(protocol: Protocol) {
     let mut bus = CanBus::start(watched.clone(), &setup.machine, &nodes).unwrap();
     watched.0.borrow_mut().damage = Some(noise);
     let (mut feedback, mut faults) = (Feedback::new(nodes.len(), 0), 0);
-    for _ in 0..20_000 {
+    for _ in 0..cycles {
         faults += usize::from(bus.read(&mut feedback).fault.is_some());
         bus.write(&vec![DriveCommand::Velocity(0.0); nodes.len()]);
     }
