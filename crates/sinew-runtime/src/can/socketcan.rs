@@ -16,7 +16,8 @@ pub struct SocketCan {
 
 /// Frames that an interface has to queue, at least: those of a cycle leave at once.
 const QUEUE: usize = 128;
-/// No buffer space: the queue of the interface is full.
+/// Errors of the system: it has no such family of addresses; the queue of the interface is full.
+const NO_FAMILY: i32 = 97;
 const NO_BUFFERS: i32 = 105;
 
 impl SocketCan {
@@ -35,9 +36,8 @@ impl SocketCan {
             |problem: &str| io::Error::other(format!("{problem}: expected a CAN interface, as after `{up}`"));
         let of = |file: &str| std::fs::read_to_string(format!("/sys/class/net/{interface}/{file}"));
         let flags = of("flags").map_err(|_| refused("no such network interface"))?;
-        let socket = CanSocket::open(interface).map_err(|error| match error.kind() {
-            // Of the address family.
-            _ if error.raw_os_error() == Some(97) => refused("this kernel has no CAN (can_raw)"),
+        let socket = CanSocket::open(interface).map_err(|error| match error.raw_os_error() {
+            Some(NO_FAMILY) => refused("this kernel has no CAN (can_raw)"),
             _ => refused(&error.to_string()),
         })?;
         let is_up =
