@@ -9,9 +9,10 @@ const PACKAGES: [&str; 6] = ["hypothesis", "jsonschema", "maturin>=1.9,<2", "myp
 
 /// What parts of the package work with; tests of those that cannot be installed are skipped with a message.
 /// Not among them: stable-baselines3, which brings gigabytes of PyTorch; where it is installed, it is tested.
-const OPTIONAL: [&str; 23] = [
+const OPTIONAL: [&str; 25] = [
     "gymnasium>=1.1",
     "canopen",
+    "cantools",
     "cmaes",
     "dynamixel-sdk",
     "feetech-servo-sdk",
@@ -22,6 +23,7 @@ const OPTIONAL: [&str; 23] = [
     "mujoco-mjx",
     "mujoco-warp>=3.6",
     "nbclient",
+    "odrive-can",
     "onnx",
     "onnxruntime",
     "optuna>=4",

@@ -1,12 +1,22 @@
 //! How every bus ends a run: its drives are brought to rest on a ramp, then lose their power.
 
-use sinew::drive::DriveCommand;
+use sinew::drive::{DriveCommand, DriveParameters};
 use sinew_session::{Exchange, Feedback, Plant};
 
 /// In which drives come to rest, for which they stand then, and in which they lose their power, at most, ns.
 const BRAKE_TIME: u64 = 500_000_000;
 const STAND_TIME: u64 = 20_000_000;
 const DISABLE_TIME: u64 = 200_000_000;
+
+/// Fraction of a drive's acceleration with which it brakes before it is disabled, as in a safe stop.
+const BRAKING_FRACTION: f64 = 0.4;
+
+/// The speed, m/s, that follows the one that was commanded last on the way to rest, `h` s later: never a
+/// step.
+pub(crate) fn braked_speed(parameters: &DriveParameters, commanded: f64, h: f64) -> f64 {
+    let most = BRAKING_FRACTION * parameters.acceleration * h;
+    commanded - commanded.clamp(-most, most)
+}
 
 /// Drives on a bus, for [`bring_to_rest`].
 pub(crate) trait Drives: Plant {

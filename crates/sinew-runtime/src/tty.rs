@@ -7,6 +7,7 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcsetattr};
 use std::fs::File;
 use std::io::{self, ErrorKind, Read as _, Write as _};
+use std::os::fd::AsFd;
 use std::os::unix::fs::OpenOptionsExt as _;
 
 /// Serial ports.
@@ -89,14 +90,7 @@ impl Ttys {
             if now >= deadline {
                 return Ok(0);
             }
-            let left = Timespec {
-                tv_sec: ((deadline - now) / 1_000_000_000) as i64,
-                tv_nsec: ((deadline - now) % 1_000_000_000) as i64,
-            };
-            match poll(&mut [PollFd::new(port, PollFlags::IN)], Some(&left)) {
-                Ok(_) | Err(rustix::io::Errno::INTR) => {}
-                Err(error) => return Err(error.into()),
-            }
+            wait_for_input(&*port, deadline - now)?;
         }
     }
 
@@ -104,6 +98,18 @@ impl Ttys {
     pub fn rest_until(&mut self, time: u64) {
         // Without the clock the exchanges are merely faster.
         let _ = self.clock.wait_until(time);
+    }
+}
+
+/// Waits until something can be read, or as long, ns.
+///
+/// # Errors
+/// Of the operating system.
+pub(crate) fn wait_for_input(from: &impl AsFd, time: u64) -> io::Result<()> {
+    let time = Timespec { tv_sec: (time / 1_000_000_000) as i64, tv_nsec: (time % 1_000_000_000) as i64 };
+    match poll(&mut [PollFd::new(from, PollFlags::IN)], Some(&time)) {
+        Ok(_) | Err(rustix::io::Errno::INTR) => Ok(()),
+        Err(error) => Err(error.into()),
     }
 }
 

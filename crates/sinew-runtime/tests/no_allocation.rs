@@ -103,9 +103,13 @@ fn allocates_nothing<B: Plant>(setup: &Setup, bus: B) {
 #[test]
 fn a_cycle_over_can_allocates_nothing() {
     let setup = bare_setup();
-    let nodes = CanDevice::simulated(&setup.machine);
-    let simulated = can::SimulatedMachine::new(setup.plant.clone(), &setup.machine, &nodes, true);
-    allocates_nothing(&setup, CanBus::start(SimulatedLink::new(simulated), &setup.machine, &nodes).unwrap());
+    let canopen = CanDevice::simulated(&setup.machine);
+    let cansimple = canopen.iter().cloned().map(CanDevice::on_cansimple).collect();
+    for nodes in [canopen, cansimple] {
+        let simulated = can::SimulatedMachine::new(setup.plant.clone(), &setup.machine, &nodes, true);
+        let bus = CanBus::start(SimulatedLink::new(simulated), &setup.machine, &nodes).unwrap();
+        allocates_nothing(&setup, bus);
+    }
 }
 
 #[test]

@@ -18,17 +18,18 @@ pub(crate) enum CanVerb {
     Simulate(CanSimulateArguments),
 }
 
-/// List the CANopen nodes that answer behind a serial adapter (slcan): id, name, vendor, product, profile.
+/// List the nodes that answer on a bus: those on CANSimple (ODrive) with their versions, or else those on
+/// CANopen with name, vendor, product, profile.
 ///
 /// Nothing moves and nothing is written. Ends with exit code 3 where none answers.
 ///
 /// Example: sinew can scan /dev/ttyACM0 --bitrate 500000
 #[derive(Debug, Args)]
 pub(crate) struct CanScanArguments {
-    /// Serial port of the adapter
+    /// Serial port of an adapter (slcan), which has a slash, or a CAN interface such as can0
     #[arg(value_name = "PORT")]
     pub(crate) port: PathBuf,
-    /// Rate of the bus, bit/s
+    /// Rate of the bus, bit/s; that of an interface is set by the system
     #[arg(long, value_name = "RATE", default_value = "1000000", value_parser = rates())]
     pub(crate) bitrate: u32,
 }
@@ -42,8 +43,8 @@ fn rates() -> impl TypedValueParser<Value = u32> {
 /// Answer another master with the simulated CAN drives of a machine, whose twin moves behind them.
 ///
 /// The first line is the path of the pseudo-terminal, which speaks slcan. Without devices in the machine's
-/// file, node n drives its muscle n, from 1, at 1 Mbit/s. The machine is held in its start pose until a drive
-/// is enabled. Ctrl-C ends it.
+/// file, node n on CANopen drives its muscle n, from 1, at 1 Mbit/s. The machine is held in its start pose
+/// until a drive is enabled. Ctrl-C ends it.
 ///
 /// Example: sinew can simulate finger --pty
 #[derive(Debug, Args)]

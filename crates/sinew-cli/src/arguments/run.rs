@@ -10,10 +10,10 @@ use sinew_session::BusFault;
 /// Run a machine: its control cycle once a period, on a simulated or a real bus.
 ///
 /// twin is the simulated machine without wires; segment adds an EtherCAT master and simulated EtherCAT
-/// devices in this process, chain a master of serial servos and simulated servos, nodes a CANopen master and
+/// devices in this process, chain a master of serial servos and simulated servos, nodes a CAN master and
 /// simulated drives; ethercat drives the devices on a network interface, servos those on serial ports, can
-/// those behind a serial adapter, which the machine file describes. Everything is planned and checked as by
-/// `sinew track` before the start. At the end the times of the cycle are shown.
+/// those behind a serial adapter or on a CAN interface, which the machine file describes. Everything is
+/// planned and checked as by `sinew track` before the start. At the end the times of the cycle are shown.
 ///
 /// On --virtual-time the cycle does not wait for its deadlines: the results are bit-identical.
 ///
@@ -25,8 +25,8 @@ pub(crate) struct RunArguments {
     /// Drives and sensors
     #[arg(long, value_parser = buses(), default_value = TWIN.0)]
     pub(crate) bus: BusArgument,
-    /// Network interface of the devices, for --bus ethercat; serial port of servos or of a CAN adapter
-    /// whose table names none
+    /// Network interface of the devices, for --bus ethercat; serial port of servos, or of a CAN adapter,
+    /// or CAN interface, whose table names none
     #[arg(long, value_name = "IF", required_if_eq_any(
         BUSES.iter().filter(|bus| bus.needs_interface).map(|bus| ("bus", bus.name))))]
     pub(crate) interface: Option<String>,
@@ -46,7 +46,7 @@ pub(crate) enum BusArgument {
     Segment,
     /// The same behind a master of serial servos and simulated servos.
     Chain,
-    /// The same behind a CANopen master and simulated drives.
+    /// The same behind a CAN master and simulated drives.
     Nodes,
     /// A real machine.
     Real(&'static Bus),
@@ -58,7 +58,8 @@ const SEGMENT: (&str, &str) =
     ("segment", "The same behind an EtherCAT master and simulated EtherCAT devices");
 
 const CHAIN: (&str, &str) = ("chain", "The same behind a master of serial servos and simulated servos");
-const NODES: (&str, &str) = ("nodes", "The same behind a CANopen master and simulated drives on CAN");
+const NODES: (&str, &str) =
+    ("nodes", "The same behind a CAN master and simulated drives (CANopen, CANSimple)");
 
 /// Those that are simulated, and every real one.
 fn buses() -> impl TypedValueParser<Value = BusArgument> {

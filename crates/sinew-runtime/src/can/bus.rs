@@ -1,14 +1,9 @@
-//! Nodes in operation: commands, then SYNC; the answers to it are collected when the next cycle begins.
+//! Nodes in operation: commands and requests; the answers are collected when the next cycle begins.
 
-use super::bring_up::{
-    Configuring, EMERGENCY, HEARTBEAT, HEARTBEAT_MS, INPUTS, OUTPUTS, PRE_OPERATIONAL, START, TO_MASTER,
-    TO_NODE, manage,
-};
-use super::device::{CanDevice, MASTER};
+use super::device::{CanDevice, Protocol};
 use super::error::CanError;
-use super::sdo::SdoClient;
-use super::{Link, SimulatedMachine};
-use crate::cia402::{DriveSlot, DriveState, Mapping};
+use super::slot::{Heard, Slot};
+use super::{Link, SimulatedMachine, canopen, cansimple};
 use crate::rest::{Drives, bring_to_rest};
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
@@ -22,6 +17,8 @@ pub struct CanBus<L: Link> {
     link: L,
     nodes: Vec<Node>,
     out: Vec<Frame>,
+    /// Whether there is a SYNC, and a heartbeat of the master.
+    canopen: bool,
     muscles: usize,
     /// Control period and time between two heartbeats of the master, ns.
     period: u64,
@@ -38,25 +35,19 @@ pub struct CanBus<L: Link> {
 #[derive(Debug)]
 struct Node {
     device: CanDevice,
-    drive: DriveSlot,
-    inputs: [u8; 8],
-    /// SYNCs without an answer.
+    slot: Box<dyn Slot>,
+    /// Cycles without an answer.
     silent: u32,
     /// When it was heard last in its heartbeat, ns.
     alive: u64,
-    /// Whether it has answered a SYNC, and has left operation since: it does not come back by itself.
-    operational: bool,
+    /// Whether it has left operation: it does not come back by itself.
     left: bool,
     /// Whether its drive is to be enabled, and for how many cycles it has not been.
     wanted: bool,
     waiting: u64,
-    /// Code of its emergency; 0 is none.
-    emergency: u16,
-    cable: f64,
-    fault: Option<u16>,
 }
 
-/// A node that answers no SYNC for so many cycles counts as missing.
+/// A node that does not answer for so many cycles counts as missing.
 const SILENT_CYCLES: u32 = 3;
 /// Since the beginning of a cycle, when answers are waited for no longer: a fraction of the period.
 const READ_FRACTION: f64 = 0.5;
@@ -66,10 +57,6 @@ const BUS_FRACTION: f64 = 0.95;
 const SILENT: u16 = 0;
 pub(super) const HEARTBEAT_LOST: u16 = 1;
 pub(super) const RESTARTED: u16 = 2;
-/// Time without a heartbeat of a node after which it is lost, ns.
-const HEARTBEAT_PATIENCE: u64 = 4 * HEARTBEAT_MS as u64 * 1_000_000;
-/// State of an operational node in its heartbeat.
-const OPERATIONAL: u8 = 5;
 /// Time until all nodes answer without a fault, and until a drive is enabled, at most, ns.
 const START_TIME: u64 = 4_000_000_000;
 const ENABLE_TIME: u64 = 500_000_000;
@@ -78,7 +65,7 @@ const MIN_CYCLES: u64 = 8;
 
 impl<L: Link> CanBus<L> {
     /// Finds the nodes of a machine, sets them up and reads everything back. None has power until the first
-    /// command.
+    /// command, but for an axis on CANSimple while its watchdog is tried, at standstill.
     ///
     /// # Errors
     /// The first node that is missing, another one, faulty, or does not take what it is told.
@@ -90,37 +77,22 @@ impl<L: Link> CanBus<L> {
             return Err(CanError::OtherBus);
         }
         check(devices, machine.period)?;
-        let mut client = SdoClient::new(&mut link);
+        let mut nodes = Vec::with_capacity(devices.len());
         for device in devices {
-            Configuring { client: &mut client, device }.configure(machine)?;
+            let slot = match device.protocol {
+                Protocol::Canopen => canopen::start(&mut link, device, machine)?,
+                Protocol::Cansimple => cansimple::start(&mut link, device, machine)?,
+            };
+            let device = device.clone();
+            nodes.push(Node { device, slot, silent: 0, alive: 0, left: false, wanted: false, waiting: 0 });
         }
-        let (mut outputs, mut inputs) = (Mapping::default(), Mapping::default());
-        OUTPUTS.iter().for_each(|entry| outputs.push(*entry));
-        INPUTS.iter().for_each(|entry| inputs.push(*entry));
         let alive = link.now();
-        let node = |device: &CanDevice| {
-            let parameters = machine.muscles[device.drive.muscle].drive;
-            let drive = DriveSlot::new(&device.name, device.drive, parameters, [&outputs, &inputs])
-                .map_err(|error| device.wrong(error.to_string()))?;
-            Ok(Node {
-                device: device.clone(),
-                drive,
-                inputs: [0; 8],
-                silent: 0,
-                alive,
-                operational: false,
-                left: false,
-                wanted: false,
-                waiting: 0,
-                emergency: 0,
-                cable: f64::NAN,
-                fault: None,
-            })
-        };
+        nodes.iter_mut().for_each(|node| node.alive = alive);
         let mut bus = Self {
-            nodes: devices.iter().map(node).collect::<Result<_, CanError>>()?,
+            nodes,
             link,
-            out: Vec::with_capacity(devices.len() + 4),
+            out: Vec::with_capacity(4 * (devices.len() + 1)),
+            canopen: devices.iter().any(|device| device.protocol == Protocol::Canopen),
             muscles: machine.muscles.len(),
             period: machine.period_ns(),
             heartbeat: (0.25e9 * watchdog(machine.period)) as u64,
@@ -137,19 +109,19 @@ impl<L: Link> CanBus<L> {
     /// Starts the nodes and exchanges process data until all answer and no drive has a fault. The master
     /// sends no heartbeat yet, so that none watches for the next before the first command.
     fn probe(&mut self) -> Result<(), CanError> {
-        let start: Vec<Frame> = self.nodes.iter().map(|node| manage(START, node.device.node)).collect();
+        let start: Vec<Frame> = self.nodes.iter().map(|node| node.slot.operate(true)).collect();
         let port = |source| CanError::Port { port: "the adapter".to_owned(), source };
         self.link.send(&start).map_err(port)?;
         let off = vec![DriveCommand::Off; self.muscles];
         let mut feedback = Feedback::new(self.muscles, 0);
-        let ready = |node: &Node| node.silent == 0 && node.drive.state() == DriveState::SwitchOnDisabled;
+        let ready = |node: &Node| node.silent == 0 && node.slot.is_ready();
         for _ in 0..self.cycles_of(START_TIME) {
             self.exchange(&off);
             self.link.rest_until(self.begin.saturating_add(self.period));
             self.read(&mut feedback);
             if self.nodes.iter().all(ready) {
                 // What was reported until here belongs to an earlier run.
-                self.nodes.iter_mut().for_each(|node| node.emergency = 0);
+                self.nodes.iter_mut().for_each(|node| node.slot.forgive());
                 // The first cycle finds its readings as every other.
                 self.exchange(&off);
                 return Ok(());
@@ -159,25 +131,24 @@ impl<L: Link> CanBus<L> {
             }
         }
         let node = self.nodes.iter().find(|node| !ready(node)).ok_or(CanError::OtherBus)?;
-        let (state, code) = (node.drive.state(), node.emergency);
         Err(node.device.wrong(if node.silent > 0 {
-            "does not answer to SYNC".to_owned()
+            "does not answer in operation".to_owned()
         } else {
-            format!("stays in state {state:?}, emergency {code:#06x}")
+            format!("stays in state {}", node.slot.state())
         }))
     }
 
-    /// Sends commands and SYNC.
+    /// Sends commands and what asks for the answers.
     fn exchange(&mut self, commands: &[DriveCommand]) {
-        let h = self.period as f64 * 1e-9;
+        let (h, now) = (self.period as f64 * 1e-9, self.begin);
         for node in &mut self.nodes {
             let command = commands.get(node.device.drive.muscle).copied().unwrap_or(DriveCommand::Brake);
             node.wanted = !matches!(command, DriveCommand::Off | DriveCommand::Brake);
-            let mut octets = [0; 6];
-            node.drive.write(&mut octets, command, h);
-            self.out.push(Frame::new(TO_NODE + u16::from(node.device.node), &octets));
+            node.slot.command(command, h, now, &mut self.out);
         }
-        self.out.push(Frame::new(0x80, &[]));
+        if self.canopen {
+            self.out.push(canopen::sync());
+        }
         self.lost = self.link.send(&self.out).is_err();
         self.out.clear();
     }
@@ -191,14 +162,19 @@ impl<L: Link> CanBus<L> {
     fn gather(&mut self, deadline: u64) -> bool {
         let (mut left, mut any) = (self.nodes.len(), false);
         self.nodes.iter_mut().for_each(|node| node.silent = node.silent.saturating_add(1));
-        while left > 0 {
-            let Ok(Some(frame)) = self.link.receive(deadline) else { break };
-            let of = frame.id() & 0x7f;
-            let Some(node) = self.nodes.iter_mut().find(|node| u16::from(node.device.node) == of) else {
-                continue;
-            };
+        // When all have come, what has come beside them is not left for the next cycle.
+        while let Ok(Some(frame)) = self.link.receive(if left > 0 { deadline } else { 0 }) {
+            let from = self.nodes.iter_mut().find(|node| !frame.is_remote() && node.slot.sends(frame.id()));
+            let Some(node) = from else { continue };
             any = true;
-            left -= usize::from(node.take(&frame, self.begin));
+            match node.slot.take(&frame) {
+                Heard::Readings => {
+                    left -= usize::from(node.silent > 0);
+                    node.silent = 0;
+                }
+                Heard::Alive { left } => (node.alive, node.left) = (self.begin, node.left | left),
+                Heard::Other => {}
+            }
         }
         any
     }
@@ -213,7 +189,7 @@ impl<L: Link> CanBus<L> {
             let (muscle, device) = (node.device.drive.muscle, node.device.device);
             let not_ready = |code, muscle| BusFault::NotReady { device, code, muscle };
             if node.left {
-                node.drive.forget_state();
+                node.slot.forget_state();
                 fault = fault.or(Some(not_ready(RESTARTED, Some(muscle))));
                 continue;
             }
@@ -226,17 +202,14 @@ impl<L: Link> CanBus<L> {
                 }
                 continue;
             }
-            let waits = node.wanted && node.drive.state() != DriveState::OperationEnabled;
-            node.waiting = if waits { node.waiting + 1 } else { 0 };
-            let refuses = node.waiting > patience;
-            if node.emergency != 0 || node.fault.is_some() || refuses {
-                let code = if node.emergency == 0 { node.fault.unwrap_or(0) } else { node.emergency };
+            node.waiting = if node.wanted && !node.slot.is_enabled() { node.waiting + 1 } else { 0 };
+            let refuses = (node.waiting > patience).then_some(0);
+            if let Some(code) = node.slot.fault().or(refuses) {
                 fault = fault.or(Some(BusFault::Drive { muscle, code }));
-            } else if self.begin.saturating_sub(node.alive) > HEARTBEAT_PATIENCE {
+            } else if self.begin.saturating_sub(node.alive) > node.slot.patience() {
                 fault = fault.or(Some(not_ready(HEARTBEAT_LOST, Some(muscle))));
             }
-            feedback.motor[muscle] = node.cable;
-            feedback.current[muscle] = node.drive.current(&node.inputs);
+            [feedback.motor[muscle], feedback.current[muscle]] = node.slot.readings();
         }
         fault.or(silent)
     }
@@ -248,36 +221,8 @@ impl<L: Link> CanBus<L> {
         }
         bring_to_rest(self);
         // Where the adapter is gone, the watchdogs of the nodes have stopped them.
-        let end: Vec<Frame> =
-            self.nodes.iter().map(|node| manage(PRE_OPERATIONAL, node.device.node)).collect();
+        let end: Vec<Frame> = self.nodes.iter().map(|node| node.slot.operate(false)).collect();
         let _ = self.link.send(&end);
-    }
-}
-
-impl Node {
-    /// Takes over a frame of the node that comes in a cycle which began at `now`; whether it is the first
-    /// answer to SYNC.
-    fn take(&mut self, frame: &Frame, now: u64) -> bool {
-        match (frame.id() & !0x7f, frame.octets()) {
-            (TO_MASTER, octets) => {
-                let Some(inputs) = octets.first_chunk() else { return false };
-                let first = self.silent > 0;
-                (self.inputs, self.silent, self.operational) = (*inputs, 0, true);
-                (self.cable, self.fault) = self.drive.read(inputs);
-                return first;
-            }
-            // Code 0 says that an earlier one is over, which does not undo it in this run.
-            (EMERGENCY, [low, high, ..]) => {
-                let code = u16::from_le_bytes([*low, *high]);
-                self.emergency = if code == 0 { self.emergency } else { code };
-            }
-            (HEARTBEAT, [state]) => {
-                self.alive = now;
-                self.left |= self.operational && state & 0x7f != OPERATIONAL;
-            }
-            _ => {}
-        }
-        false
     }
 }
 
@@ -289,6 +234,8 @@ fn check(devices: &[CanDevice], period: f64) -> Result<(), CanError> {
                 "each a node of its own"
             } else if other.bitrate != device.bitrate {
                 "the same bitrate"
+            } else if other.protocol != device.protocol {
+                "the same protocol"
             } else if other.port != device.port {
                 "the same port: a machine has one bus"
             } else {
@@ -298,13 +245,13 @@ fn check(devices: &[CanDevice], period: f64) -> Result<(), CanError> {
             return Err(CanError::Bus { device, other, expected });
         }
     }
-    let Some(CanDevice { bitrate, .. }) = devices.first() else { return Err(CanError::OtherBus) };
-    let bits = |octets: usize| Frame::new(0, &[0; 8][..octets]).bits() as f64;
-    // SYNC and a heartbeat of the master, PDOs both ways, and their share of the nodes' heartbeats.
-    let share = (1e3 * period / f64::from(HEARTBEAT_MS)).min(1.0);
+    let Some(CanDevice { bitrate, protocol, .. }) = devices.first() else { return Err(CanError::OtherBus) };
     let (nodes, bitrate) = (devices.len(), *bitrate);
-    let each = bits(6) + bits(8) + share * bits(1);
-    let needed = (bits(0) + bits(1) + nodes as f64 * each) / f64::from(bitrate);
+    let bits = match protocol {
+        Protocol::Canopen => canopen::bits(nodes, period),
+        Protocol::Cansimple => cansimple::bits(nodes, period),
+    };
+    let needed = bits / f64::from(bitrate);
     if needed > BUS_FRACTION * period {
         return Err(CanError::Slow { nodes, bitrate, needed, period });
     }
@@ -320,18 +267,17 @@ impl<L: Link> Drives for CanBus<L> {
         let h = self.period as f64 * 1e-9;
         let mut standing = true;
         for node in &self.nodes {
-            let speed = node.drive.braked_speed(h);
+            let speed = node.slot.braked_speed(h);
             standing &= speed == 0.0;
             // One that is not enabled does not get power for it.
-            let enabled = node.drive.state() == DriveState::OperationEnabled;
             commands[node.device.drive.muscle] =
-                if enabled { DriveCommand::Velocity(speed) } else { DriveCommand::Off };
+                if node.slot.is_enabled() { DriveCommand::Velocity(speed) } else { DriveCommand::Off };
         }
         standing
     }
 
     fn are_without_power(&self, _last: Exchange) -> bool {
-        self.nodes.iter().all(|node| node.silent == 0 && !node.drive.state().has_torque())
+        self.nodes.iter().all(|node| node.silent == 0 && !node.slot.has_torque())
     }
 
     fn write_and_wait(&mut self, commands: &[DriveCommand]) {
@@ -365,9 +311,9 @@ impl<L: Link> Plant for CanBus<L> {
 
     fn write(&mut self, commands: &[DriveCommand]) {
         let now = self.link.now();
-        if now >= self.next_heartbeat {
+        if self.canopen && now >= self.next_heartbeat {
             self.next_heartbeat = now + self.heartbeat;
-            self.out.push(Frame::new(HEARTBEAT + u16::from(MASTER), &[OPERATIONAL]));
+            self.out.push(canopen::heartbeat());
         }
         self.exchange(commands);
         if !self.lost {

@@ -3,6 +3,15 @@
 use super::error::CanError;
 use sinew::machine::{DeviceRole, DriveDevice, Machine};
 
+/// What a node speaks; all on one bus speak the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Protocol {
+    /// CANopen, with a drive after CiA 402.
+    Canopen,
+    /// CANSimple of ODrive's firmware 0.6.
+    Cansimple,
+}
+
 /// A drive of the machine that is a node on CAN.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CanDevice {
@@ -12,11 +21,15 @@ pub struct CanDevice {
     pub name: String,
     /// What it does for the machine.
     pub drive: DriveDevice,
-    /// Its identifier, 1 to 126.
+    /// What it speaks.
+    pub protocol: Protocol,
+    /// Its identifier: 1 to 126 on CANopen, 0 to 62 on CANSimple.
     pub node: u8,
-    /// Vendor ID and product code that it has to have, where they are said.
+    /// On CANopen vendor ID and product code that it has to have, where they are said.
     pub identity: [Option<u32>; 2],
-    /// Serial port of the adapter; none: the one that the program is given.
+    /// On CANSimple the file with the numbers of its parameters; none: they are not read back.
+    pub endpoints: Option<String>,
+    /// Serial port of an adapter, or CAN interface; none: the one that the program is given.
     pub port: Option<String>,
     /// Rate of the bus, bit/s.
     pub bitrate: u32,
@@ -28,16 +41,35 @@ pub(super) const BITRATE: u32 = 1_000_000;
 pub(super) const MASTER: u8 = 127;
 
 impl CanDevice {
-    /// The nodes of a machine whose file names no devices: node n drives muscle n, from 1, at 1 Mbit/s on the
-    /// adapter that the program is given.
+    /// The nodes of a machine whose file names no devices: node n on CANopen drives muscle n, from 1, at 1
+    /// Mbit/s on the adapter that the program is given.
     #[must_use]
     pub fn simulated(machine: &Machine) -> Vec<Self> {
         let node = |(device, of): (usize, &sinew::machine::Device)| {
             let DeviceRole::Drive(drive) = of.role else { return None };
             let (name, node) = (of.name.clone(), drive.muscle as u8 + 1);
-            Some(Self { device, name, drive, node, identity: [None; 2], port: None, bitrate: BITRATE })
+            let protocol = Protocol::Canopen;
+            Some(Self {
+                device,
+                name,
+                drive,
+                protocol,
+                node,
+                identity: [None; 2],
+                endpoints: None,
+                port: None,
+                bitrate: BITRATE,
+            })
         };
         machine.devices.iter().enumerate().filter_map(node).collect()
+    }
+
+    /// The same node on CANSimple, which shows turns of the motor in the direction that its counts have.
+    #[must_use]
+    pub fn on_cansimple(mut self) -> Self {
+        self.protocol = Protocol::Cansimple;
+        self.drive.counts_per_turn = 1_f64.copysign(self.drive.counts_per_turn);
+        self
     }
 
     /// That something is wrong with it.

@@ -1,11 +1,14 @@
+/// That two nodes have one identifier.
+pub(super) const TWO_ANSWER: &str = "two nodes answer: expected one of each id";
+
 /// Why a machine on CAN does not start.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CanError {
-    /// The adapter cannot be used.
+    /// The adapter or interface cannot be used.
     #[error("{port}: {source}")]
     Port {
-        /// Its path.
+        /// Its path or name.
         port: String,
         /// Of the operating system.
         source: std::io::Error,

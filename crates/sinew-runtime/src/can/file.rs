@@ -1,6 +1,7 @@
-//! What a machine file says of nodes on CAN: `node`, `vendor`, `product`, `port`, `bitrate`.
+//! What a machine file says of nodes on CAN: `node`, `protocol`, `vendor`, `product`, `endpoints`,
+//! `port`, `bitrate`.
 
-use super::device::{BITRATE, CanDevice, MASTER};
+use super::device::{BITRATE, CanDevice, MASTER, Protocol};
 use super::slcan::RATES;
 use crate::bus::{AnyDevices, DeviceReader, Tables};
 use crate::whole::is_whole;
@@ -11,10 +12,17 @@ use std::sync::Arc;
 
 const NODE: Domain =
     Domain::new("a whole number in 1..=126", |x| x >= 1.0 && is_whole(x, f64::from(MASTER - 1)));
+const CANSIMPLE_NODE: Domain = Domain::new("a whole number in 0..=62", |x| is_whole(x, 62.0));
+const TURN: Domain = Domain::new("1 or -1: on CANSimple positions are turns of the motor", |x| {
+    x.abs().to_bits() == 1_f64.to_bits()
+});
 const UNSIGNED_32: Domain = Domain::new("a whole number in 0..=0xffffffff", |x| is_whole(x, 4_294_967_295.0));
 const RATE: Domain = Domain::new("10, 20, 50, 100, 125, 250, 500, 800 thousand or 1 million bit/s", |x| {
     RATES.iter().any(|rate| f64::from(*rate).to_bits() == x.to_bits())
 });
+
+const PROTOCOLS: [Protocol; 2] = [Protocol::Canopen, Protocol::Cansimple];
+const PORT: &str = "the path of a serial port, or the name of a CAN interface";
 
 /// How they are told.
 pub(super) const TABLES: Tables = Tables { mark: "node", reader: || Box::new(DeviceTables::default()) };
@@ -27,8 +35,12 @@ pub struct DeviceTables {
 
 #[derive(Debug, Clone)]
 struct Identified {
+    protocol: Protocol,
     node: u8,
+    /// On CANSimple, turns that are shown in a turn of the motor.
+    turn: f64,
     identity: [Option<u32>; 2],
+    endpoints: Option<String>,
     port: Option<String>,
     bitrate: u32,
 }
@@ -40,9 +52,13 @@ impl DeviceReader for DeviceTables {
         }
         let devices = machine.devices.iter().zip(&self.read).enumerate();
         let node = |(device, (of, identified)): (usize, (&sinew::machine::Device, &Identified))| {
-            let DeviceRole::Drive(drive) = of.role else { return None };
-            let Identified { node, identity, port, bitrate } = identified.clone();
-            Some(CanDevice { device, name: of.name.clone(), drive, node, identity, port, bitrate })
+            let DeviceRole::Drive(mut drive) = of.role else { return None };
+            let Identified { protocol, node, turn, identity, endpoints, port, bitrate } = identified.clone();
+            if protocol == Protocol::Cansimple {
+                drive.counts_per_turn = turn;
+            }
+            let name = of.name.clone();
+            Some(CanDevice { device, name, drive, protocol, node, identity, endpoints, port, bitrate })
         };
         Ok(Arc::new(devices.filter_map(node).collect::<Vec<_>>()))
     }
@@ -50,7 +66,10 @@ impl DeviceReader for DeviceTables {
 
 impl BusReader for DeviceTables {
     fn keys(&self) -> BusKeys {
-        BusKeys { device: vec!["node", "vendor", "product", "port", "bitrate"], ..BusKeys::default() }
+        BusKeys {
+            device: vec!["node", "protocol", "vendor", "product", "endpoints", "port", "bitrate"],
+            ..BusKeys::default()
+        }
     }
 
     fn read(
@@ -67,7 +86,18 @@ impl BusReader for DeviceTables {
         if let Some(mode) = device.entry("mode").filter(|mode| mode.text("velocity") != Ok("velocity")) {
             return Err(mode.refuse("velocity: on CAN, drives close the loop of the torque themselves"));
         }
-        let node = entry.number(NODE)?;
+        let protocol = PROTOCOLS[listing.word(device, "protocol", (&["canopen", "cansimple"], 0))?];
+        let cansimple = protocol == Protocol::Cansimple;
+        let (foreign, kind): (&[&str], _) = match protocol {
+            Protocol::Canopen => (&["endpoints"], "CANopen"),
+            Protocol::Cansimple => (&["vendor", "product", "rated_torque_nm"], "CANSimple"),
+        };
+        if let Some(entry) = foreign.iter().find_map(|key| device.entry(key)) {
+            return Err(entry.refuse(&format!("no such key of a node on {kind}")));
+        }
+        let turn = device.entry("counts_per_turn").filter(|_| cansimple);
+        let turn = turn.map_or(Ok(1.0), |entry| entry.number(TURN))?;
+        let node = entry.number(if cansimple { CANSIMPLE_NODE } else { NODE })?;
         listing.number("node", node, source(&entry));
         let mut number = |key: &str, domain: Domain| -> Result<Option<u32>, DescriptionError> {
             let Some(entry) = device.entry(key) else { return Ok(None) };
@@ -77,9 +107,12 @@ impl BusReader for DeviceTables {
         };
         let identity = [number("vendor", UNSIGNED_32)?, number("product", UNSIGNED_32)?];
         let bitrate = number("bitrate", RATE)?.unwrap_or(BITRATE);
-        let port =
-            device.entry("port").map(|entry| entry.text("the path of a serial port").map(str::to_owned));
-        self.read.push(Identified { node: node as u8, identity, port: port.transpose()?, bitrate });
+        let text = |key, expected| {
+            device.entry(key).map(|entry| entry.text(expected).map(str::to_owned)).transpose()
+        };
+        let (endpoints, port) = (text("endpoints", "the path of a file")?, text("port", PORT)?);
+        let node = node as u8;
+        self.read.push(Identified { protocol, node, turn, identity, endpoints, port, bitrate });
         Ok(())
     }
 }

@@ -38,3 +38,33 @@ pub trait Link {
         None
     }
 }
+
+impl<L: Link + ?Sized> Link for Box<L> {
+    fn now(&mut self) -> u64 {
+        (**self).now()
+    }
+
+    fn send(&mut self, frames: &[Frame]) -> io::Result<()> {
+        (**self).send(frames)
+    }
+
+    fn receive(&mut self, deadline: u64) -> io::Result<Option<Frame>> {
+        (**self).receive(deadline)
+    }
+
+    fn rest_until(&mut self, time: u64) {
+        (**self).rest_until(time);
+    }
+
+    fn begin_cycle(&mut self, period: u64) {
+        (**self).begin_cycle(period);
+    }
+
+    fn injected(&self) -> Option<BusFault> {
+        (**self).injected()
+    }
+
+    fn simulated(&self) -> Option<&SimulatedMachine> {
+        (**self).simulated()
+    }
+}

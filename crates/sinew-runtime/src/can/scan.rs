@@ -1,45 +1,75 @@
 //! What answers on a bus.
 
-use super::Link;
-use super::sdo::{SdoClient, SdoError};
+use super::canopen::{SdoClient, SdoError};
+use super::{Link, cansimple};
 use sinew_segment::CanFrame as Frame;
 use std::io;
+use std::ops::RangeInclusive;
 
 /// A node that answers.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct FoundNode {
-    /// Its identifier.
-    pub node: u8,
-    /// Device profile: 402 is a drive.
-    pub profile: u16,
-    /// Vendor ID and product code.
-    pub identity: [u32; 2],
-    /// Its name, where it says one.
-    pub name: Option<String>,
+pub enum FoundNode {
+    /// On CANopen.
+    Canopen {
+        /// Its identifier.
+        node: u8,
+        /// Device profile: 402 is a drive.
+        profile: u16,
+        /// Vendor ID and product code.
+        identity: [u32; 2],
+        /// Its name, where it says one.
+        name: Option<String>,
+    },
+    /// On CANSimple.
+    Cansimple {
+        /// Its identifier.
+        node: u8,
+        /// Versions of hardware and firmware.
+        hardware: [u8; 3],
+        /// As hardware.
+        firmware: [u8; 3],
+    },
 }
 
 /// Nodes that are asked at once, and the time after which no answer of theirs comes, ns.
 const AT_ONCE: u8 = 16;
 const PATIENCE: u64 = 50_000_000;
 
-/// The nodes that answer on a bus, by their identifiers; nothing is written.
+/// The nodes that answer on a bus, by their identifiers; nothing is written. Those on CANSimple are asked by
+/// remote frames, which mean nothing on CANopen; nodes on CANopen are asked where none of them answers: to an
+/// axis with identifier 48 to 51, their requests would be commands.
 ///
 /// # Errors
 /// Of the operating system.
 pub fn scan<L: Link>(link: &mut L) -> io::Result<Vec<FoundNode>> {
-    let mut nodes = Vec::new();
-    for first in (1..=127_u8).step_by(usize::from(AT_ONCE)) {
-        let asked = first..=first.saturating_add(AT_ONCE - 1).min(127);
-        let ask = |node| Frame::new(0x600 + u16::from(node), &[0x40, 0, 0x10, 0, 0, 0, 0, 0]);
-        link.send(&asked.map(ask).collect::<Vec<_>>())?;
-        let mut deadline = link.now() + PATIENCE;
-        while let Some(frame) = link.receive(deadline)? {
-            if let (0x581..=0x5ff, [0x43, 0, 0x10, 0, low, high, ..]) = (frame.id(), frame.octets()) {
-                nodes.push(((frame.id() & 0x7f) as u8, u16::from_le_bytes([*low, *high])));
-            }
-            deadline = deadline.max(link.now() + PATIENCE / 2);
-        }
+    let (mut axes, mut endangered) = (Vec::new(), false);
+    let ask = |link: &mut L, nodes: RangeInclusive<u8>| {
+        link.send(&nodes.map(cansimple::ask_version).collect::<Vec<_>>())
+    };
+    each(link, 0..=cansimple::MAX_NODE, ask, |frame| {
+        axes.extend(cansimple::version(frame));
+        endangered |= cansimple::would_obey_canopen(frame);
+    })?;
+    axes.sort_unstable();
+    axes.dedup();
+    if endangered || !axes.is_empty() {
+        let found = |(node, [_, h1, h2, h3, f1, f2, f3, _]): (u8, [u8; 8])| FoundNode::Cansimple {
+            node,
+            hardware: [h1, h2, h3],
+            firmware: [f1, f2, f3],
+        };
+        return Ok(axes.into_iter().map(found).collect());
     }
+    let mut nodes = Vec::new();
+    let ask = |link: &mut L, nodes: RangeInclusive<u8>| {
+        let ask = |node| Frame::new(0x600 + u16::from(node), &[0x40, 0, 0x10, 0, 0, 0, 0, 0]);
+        link.send(&nodes.map(ask).collect::<Vec<_>>())
+    };
+    each(link, 1..=127, ask, |frame| {
+        if let (0x581..=0x5ff, [0x43, 0, 0x10, 0, low, high, ..]) = (frame.id(), frame.octets()) {
+            nodes.push(((frame.id() & 0x7f) as u8, u16::from_le_bytes([*low, *high])));
+        }
+    })?;
     nodes.sort_unstable();
     nodes.dedup();
     let mut client = SdoClient::new(link);
@@ -48,9 +78,29 @@ pub fn scan<L: Link>(link: &mut L) -> io::Result<Vec<FoundNode>> {
         let name = client.read(node, (0x1008, 0));
         let [vendor, product] = identity.map(|number| number.or_else(unknown));
         let name = name.map(|name| Some(String::from_utf8_lossy(&name).into_owned())).or_else(unknown)?;
-        Ok(FoundNode { node, profile, identity: [vendor?, product?], name })
+        Ok(FoundNode::Canopen { node, profile, identity: [vendor?, product?], name })
     });
     found.collect()
+}
+
+/// Asks some nodes after the other, and shows every frame that comes.
+fn each<L: Link>(
+    link: &mut L,
+    nodes: RangeInclusive<u8>,
+    ask: impl Fn(&mut L, RangeInclusive<u8>) -> io::Result<()>,
+    mut see: impl FnMut(&Frame),
+) -> io::Result<()> {
+    for first in nodes.clone().step_by(usize::from(AT_ONCE)) {
+        ask(link, first..=first.saturating_add(AT_ONCE - 1).min(*nodes.end()))?;
+        let mut deadline = link.now() + PATIENCE;
+        // Whatever else is on the bus does not keep it.
+        let last = deadline + PATIENCE;
+        while let Some(frame) = link.receive(deadline)? {
+            see(&frame);
+            deadline = deadline.max((link.now() + PATIENCE / 2).min(last));
+        }
+    }
+    Ok(())
 }
 
 /// In place of what a node does not say.

@@ -1,13 +1,13 @@
 //! Simulated nodes on a bus in virtual time, and the machine behind: their set-points move it, its sensors
 //! are what they show.
 
-use super::device::CanDevice;
-use crate::cia402::Axis;
+use super::device::{CanDevice, Protocol};
+use crate::cia402::{Axis, Measured, WinchFault};
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew::twin::arm::ArmTwin;
-use sinew_segment::{CanFrame as Frame, CanNode};
-use sinew_session::BusFault;
+use sinew_segment::{CanDrive, CanFrame as Frame, CanNode};
+use sinew_session::{BusFault, watchdog};
 use std::collections::VecDeque;
 
 /// A machine as built, with its drives on a bus.
@@ -28,6 +28,10 @@ pub struct SimulatedMachine {
     answers: Vec<Frame>,
 }
 
+/// Errors of an axis on CANSimple.
+const MISSING_ESTIMATE: u32 = 1 << 3;
+const MOTOR_OVER_TEMP: u32 = 1 << 13;
+const POSITION_LIMIT_VIOLATION: u32 = 1 << 16;
 /// Frames under way, at most; more are lost.
 const CAPACITY: usize = 4096;
 
@@ -37,7 +41,13 @@ impl SimulatedMachine {
     pub fn new(arm: ArmTwin, machine: &Machine, devices: &[CanDevice], timed: bool) -> Self {
         let node = |device: &CanDevice| {
             let (drive, parameters) = (device.drive, machine.muscles[device.drive.muscle].drive);
-            (CanNode::new(device.node, device.identity), Axis { drive, parameters })
+            let node = match device.protocol {
+                Protocol::Canopen => CanNode::canopen(device.node, device.identity),
+                Protocol::Cansimple => {
+                    CanNode::cansimple(device.node, (1e9 * watchdog(machine.period)) as u64)
+                }
+            };
+            (node, Axis { drive, parameters })
         };
         let bitrate = devices.first().map(|device| device.bitrate).filter(|_| timed);
         let mut machine = Self {
@@ -105,8 +115,14 @@ impl SimulatedMachine {
         let Self { nodes, answers, commands, arm, .. } = self;
         for (node, axis) in nodes.iter_mut() {
             node.advance(now, period, answers);
-            self.started |= node.drive().brake_released();
-            commands[axis.drive.muscle] = axis.command(arm, node.drive());
+            self.started |= node.has_power();
+            commands[axis.drive.muscle] = match node.drive_mut() {
+                CanDrive::Canopen(drive) => axis.command(arm, drive),
+                // A brake holds the winch without power.
+                CanDrive::Cansimple(drive) => {
+                    drive.command().map_or(DriveCommand::Brake, |turns| axis.velocity(arm, f64::from(turns)))
+                }
+            };
         }
         self.free = self.free.max(now);
         self.enqueue();
@@ -139,6 +155,20 @@ impl SimulatedMachine {
 
     fn show(&mut self) {
         let Self { nodes, arm, .. } = self;
-        nodes.iter_mut().for_each(|(node, axis)| axis.show(arm, node.drive_mut()));
+        for (node, axis) in nodes {
+            match node.drive_mut() {
+                CanDrive::Canopen(drive) => axis.show(arm, drive),
+                CanDrive::Cansimple(drive) => {
+                    match axis.fault(arm) {
+                        Some(WinchFault::Encoder) => drive.raise_fault(MISSING_ESTIMATE),
+                        Some(WinchFault::Hot) => drive.raise_fault(MOTOR_OVER_TEMP),
+                        Some(WinchFault::DrumEnd) => drive.raise_fault(POSITION_LIMIT_VIOLATION),
+                        None => {}
+                    }
+                    let Measured { position, velocity, current } = axis.measured(arm);
+                    drive.set_actual(position as f32, velocity as f32, current as f32);
+                }
+            }
+        }
     }
 }

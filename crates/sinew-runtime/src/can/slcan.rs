@@ -1,7 +1,8 @@
 //! Frames as text on a serial line, as Lawicel's adapters and their many followers have it.
 //!
 //! ```text
-//! t1232aabb\r  frame with identifier 0x123 and the octets aa bb    S8\r  1 Mbit/s   O\r  open   C\r  closed
+//! t1232aabb\r  frame with identifier 0x123 and the octets aa bb    r1238\r  asks for 8 octets of 0x123
+//! S8\r  1 Mbit/s   O\r  open   C\r  closed
 //! ```
 
 use sinew_segment::CanFrame as Frame;
@@ -15,9 +16,9 @@ const DIGITS: &[u8; 16] = b"0123456789ABCDEF";
 /// Appends a frame, within the capacity of `out` without an allocation.
 pub fn encode(out: &mut Vec<u8>, frame: &Frame) {
     let digit = |number: u16| DIGITS[usize::from(number & 15)];
-    let (id, octets) = (frame.id(), frame.octets());
-    out.extend([b't', digit(id >> 8), digit(id >> 4), digit(id), digit(octets.len() as u16)]);
-    for octet in octets.iter().map(|octet| u16::from(*octet)) {
+    let (id, kind) = (frame.id(), if frame.is_remote() { b'r' } else { b't' });
+    out.extend([kind, digit(id >> 8), digit(id >> 4), digit(id), digit(frame.length() as u16)]);
+    for octet in frame.octets().iter().map(|octet| u16::from(*octet)) {
         out.extend([digit(octet >> 4), digit(octet)]);
     }
     out.push(b'\r');
@@ -26,14 +27,13 @@ pub fn encode(out: &mut Vec<u8>, frame: &Frame) {
 /// A line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Line {
-    /// A data frame.
+    /// A frame.
     Frame(Frame),
     /// A command with its first argument, 0 for none.
     Command(u8, u8),
 }
 
-/// Finds lines in a stream of octets; what is none is left out, as are frames that are no data frames with 11
-/// bits of identifier.
+/// Finds lines in a stream of octets; what is none is left out, as are frames with 29 bits of identifier.
 #[derive(Debug, Clone, Default)]
 pub struct Decoder {
     line: [u8; LONGEST],
@@ -55,15 +55,15 @@ impl Decoder {
         // The bell says that a command has failed: what stands before it is none.
         let line = self.line.get(..length).filter(|_| octet == b'\r')?;
         match *line {
-            [b't', ref rest @ ..] => frame(rest).map(Line::Frame),
-            [b'T' | b'r' | b'R', ..] | [] => None,
+            [kind @ (b't' | b'r'), ref rest @ ..] => frame(rest, kind == b'r').map(Line::Frame),
+            [b'T' | b'R', ..] | [] => None,
             [command, ref rest @ ..] => Some(Line::Command(command, rest.first().copied().unwrap_or(0))),
         }
     }
 }
 
 /// Identifier, length, octets, and perhaps a time stamp of two octets.
-fn frame(digits: &[u8]) -> Option<Frame> {
+fn frame(digits: &[u8], remote: bool) -> Option<Frame> {
     let number = |digits: &[u8]| {
         digits
             .iter()
@@ -71,10 +71,11 @@ fn frame(digits: &[u8]) -> Option<Frame> {
     };
     let (head, octets) = digits.split_at_checked(4)?;
     let (id, length) = (number(&head[..3])?, usize::from(number(&head[3..])?));
-    let fits = id <= 0x7ff && length <= 8 && [2 * length, 2 * length + 4].contains(&octets.len());
+    let carried = if remote { 0 } else { 2 * length };
+    let fits = id <= 0x7ff && length <= 8 && [carried, carried + 4].contains(&octets.len());
     let mut data = [0; 8];
-    for (octet, digits) in data.iter_mut().zip(octets[..(2 * length).min(octets.len())].chunks_exact(2)) {
+    for (octet, digits) in data.iter_mut().zip(octets[..carried.min(octets.len())].chunks_exact(2)) {
         *octet = number(digits)? as u8;
     }
-    fits.then(|| Frame::new(id, &data[..length.min(8)]))
+    fits.then(|| if remote { Frame::remote(id, length) } else { Frame::new(id, &data[..length.min(8)]) })
 }

@@ -1,9 +1,10 @@
-//! Nodes behind an adapter with slcan, in the list of buses; simulated ones for other masters.
+//! Nodes behind an adapter or an interface, in the list of buses; simulated ones for other masters.
 
 use super::bus::CanBus;
 use super::device::CanDevice;
 use super::error::CanError;
 use super::slcan::{Decoder, Line, RATES, encode};
+use super::socketcan::SocketCan;
 use super::{Link, SimulatedMachine};
 use crate::bus::{BusError, Devices, Wire};
 use crate::tty::{PseudoTerminal, Ttys};
@@ -18,7 +19,7 @@ const LINE_RATE: u32 = 115_200;
 /// Octets that are sent or come at once, at most.
 const OCTETS: usize = 4096;
 
-/// The adapter of nodes whose machine file names none.
+/// The adapter or interface of nodes whose machine file names none.
 struct Adapter(String);
 
 pub(super) fn open(interface: &str) -> Result<Box<dyn Wire>, BusError> {
@@ -43,9 +44,22 @@ impl Wire for Adapter {
         else {
             return Err(CanError::OtherBus.into());
         };
-        let link = Slcan::open(&port, rate).map_err(|source| CanError::Port { port, source })?;
+        let link = connect(&port, rate).map_err(|source| CanError::Port { port, source })?;
         Ok(Box::new(CanBus::start(link, machine, &nodes)?))
     }
+}
+
+/// Opens a bus at a rate, bit/s: a path, which has a slash, is the serial port of an adapter with slcan, any
+/// other name that of a CAN interface.
+///
+/// # Errors
+/// Of the operating system, as [`Slcan::open`] and [`SocketCan::open`].
+pub fn connect(port: &str, bitrate: u32) -> io::Result<Box<dyn Link>> {
+    Ok(if port.contains('/') {
+        Box::new(Slcan::open(port, bitrate)?)
+    } else {
+        Box::new(SocketCan::open(port, bitrate)?)
+    })
 }
 
 impl From<CanError> for BusError {

@@ -1,4 +1,5 @@
 use super::bus::{HEARTBEAT_LOST, RESTARTED};
+use super::cansimple::{ERROR_CODES, error_name};
 use sinew_session::BusFault;
 
 /// The code of a fault in words, which follow the name of the device where there is one.
@@ -10,8 +11,11 @@ pub fn words(fault: BusFault) -> String {
         BusFault::NotReady { code: RESTARTED, .. } => {
             "is no longer operational: it has started anew".to_owned()
         }
-        BusFault::NotReady { .. } => "does not answer to SYNC".to_owned(),
+        BusFault::NotReady { .. } => "does not answer".to_owned(),
         BusFault::Drive { code: 0, .. } => "is not enabled".to_owned(),
+        BusFault::Drive { code, .. } if ERROR_CODES.contains(&code) => {
+            format!("reports {}", error_name(code))
+        }
         BusFault::Drive { code, .. } => format!("reports emergency {code:#06x}"),
         BusFault::Lost | BusFault::Late { .. } | BusFault::Stale { .. } => String::new(),
     }

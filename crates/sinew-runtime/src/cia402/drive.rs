@@ -3,6 +3,7 @@
 
 use super::image::{Field, Mapping, NotMapped, ObjectAddress};
 use super::state::{DriveState, Goal, controlword};
+use crate::rest::braked_speed;
 use sinew::drive::{DriveCommand, DriveParameters, MeasuredShaft, SpeedControl, TensionLoop};
 use sinew::machine::{DriveDevice, DriveMode};
 
@@ -48,9 +49,6 @@ pub(crate) struct DriveSlot {
     /// Speed of the cable that was commanded last, m/s; in a torque command the one that was measured.
     commanded: f64,
 }
-
-/// Fraction of a drive's acceleration with which it brakes before it is disabled, as in a safe stop.
-const BRAKING_FRACTION: f64 = 0.4;
 
 /// Mode of operation of a drive, as in object 0x6060.
 pub(crate) fn mode_of_operation(mode: DriveMode) -> i8 {
@@ -150,11 +148,9 @@ impl DriveSlot {
         self.target.write(outputs, target.round() as i32);
     }
 
-    /// The speed, m/s, that follows the one that was commanded last on the way to rest, `h` s later: never a
-    /// step.
+    /// As [`braked_speed`].
     pub(crate) fn braked_speed(&self, h: f64) -> f64 {
-        let most = BRAKING_FRACTION * self.parameters.acceleration * h;
-        self.commanded - self.commanded.clamp(-most, most)
+        braked_speed(&self.parameters, self.commanded, h)
     }
 
     /// In counts/s or per mille of the rated torque.

@@ -13,4 +13,4 @@ pub(crate) use drive::{
     mode_of_operation,
 };
 pub(crate) use image::{Field, Mapping};
-pub(crate) use simulated::Axis;
+pub(crate) use simulated::{Axis, Measured, WinchFault};

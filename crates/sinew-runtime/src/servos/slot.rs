@@ -3,6 +3,7 @@
 use super::device::{OperatingMode, ServoDevice};
 use super::registers::sts;
 use super::series::Series;
+use crate::rest::braked_speed;
 use sinew::drive::{DriveCommand, DriveParameters, MeasuredShaft, SpeedControl};
 use sinew::machine::DriveDevice;
 
@@ -45,9 +46,6 @@ pub(super) struct Reading {
     /// Position of the cable, m.
     pub(super) cable: f64,
 }
-
-/// Fraction of a drive's acceleration with which it brakes before its torque goes, as in a safe stop.
-const BRAKING_FRACTION: f64 = 0.4;
 
 impl Slot {
     pub(super) fn new(device: ServoDevice, line: usize, parameters: DriveParameters) -> Self {
@@ -178,10 +176,8 @@ impl Slot {
         rounded.clamp(-most, most) as i32
     }
 
-    /// The speed, m/s, that follows the one that was commanded last on the way to rest, `h` s later: never a
-    /// step.
+    /// As [`braked_speed`].
     pub(super) fn braked_speed(&self, h: f64) -> f64 {
-        let most = BRAKING_FRACTION * self.parameters.acceleration * h;
-        self.commanded - self.commanded.clamp(-most, most)
+        braked_speed(&self.parameters, self.commanded, h)
     }
 }

@@ -7,9 +7,10 @@ use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew_runtime::can::slcan::{Decoder, Line, encode};
 use sinew_runtime::can::{
-    CanBus, CanDevice, CanFault, CanNode, Frame, Link, SdoClient, SdoError, SimulatedLink, SimulatedMachine,
-    scan, words,
+    CanBus, CanDevice, CanFault, CanNode, FoundNode, Frame, Link, Protocol, SdoClient, SdoError,
+    SimulatedLink, SimulatedMachine, scan, words,
 };
+use sinew_segment::CanDrive;
 use sinew_session::{BusFault, Exchange, Feedback, Plant};
 use std::cell::RefCell;
 use std::io;
@@ -26,7 +27,7 @@ const NAMES: [&str; 3] = ["bench_joint", "planar_leg", "finger"];
 enum Act {
     Fault(usize, CanFault),
     Restart(usize),
-    Raise(usize, u16),
+    Raise(usize, u32),
     Cut,
     Unplug,
 }
@@ -62,6 +63,16 @@ impl Watched {
         self
     }
 
+    /// Whether a node has power; an axis on CANSimple, which has no brake, may stand with it.
+    fn moves(&self, k: usize) -> bool {
+        let mut inner = self.0.borrow_mut();
+        let node = inner.link.machine_mut().nodes_mut().nth(k).unwrap();
+        match node.drive_mut() {
+            CanDrive::Canopen(drive) => drive.brake_released(),
+            CanDrive::Cansimple(axis) => axis.command().is_some_and(|velocity| velocity != 0.0),
+        }
+    }
+
     fn nodes<T>(&self, see: impl Fn(&CanNode) -> T) -> Vec<T> {
         self.0.borrow_mut().link.machine_mut().nodes().map(see).collect()
     }
@@ -93,7 +104,7 @@ impl Link for Watched {
             match *act {
                 Act::Fault(k, fault) => nodes.nth(k).unwrap().set_fault(Some(fault)),
                 Act::Restart(k) => nodes.nth(k).unwrap().restart(),
-                Act::Raise(k, code) => nodes.nth(k).unwrap().drive_mut().raise_fault(code),
+                Act::Raise(k, code) => nodes.nth(k).unwrap().raise_fault(code),
                 Act::Cut => {
                     drop(nodes);
                     link.cut();
@@ -103,6 +114,17 @@ impl Link for Watched {
         }
         *cycle += 1;
         link.begin_cycle(period);
+    }
+}
+
+/// What a node on CANSimple that heard nothing for the time of its watchdog shows.
+const WATCHDOG_EXPIRED: u32 = 1 << 24;
+
+fn setup_on(name: &str, protocol: Protocol) -> (Setup, Vec<CanDevice>) {
+    let (setup, nodes) = setup(name);
+    match protocol {
+        Protocol::Canopen => (setup, nodes),
+        Protocol::Cansimple => (setup, nodes.into_iter().map(CanDevice::on_cansimple).collect()),
     }
 }
 
@@ -120,13 +142,15 @@ fn bus(setup: &Setup, nodes: &[CanDevice]) -> CanBus<SimulatedLink> {
 
 #[test]
 fn a_machine_tracks_behind_drives_on_can_as_without_wires() {
-    for name in NAMES {
-        let (setup, nodes) = setup(name);
-        let (direct, _) = tracked(&setup, setup.twin_bus());
-        let (wired, digest) = tracked(&setup, bus(&setup, &nodes));
-        println!("{name}: twin {direct:?}, CAN {wired:?}");
-        assert!(wired.mean < 1.5 * direct.mean && wired.max < 1.6 * direct.max, "{name}");
-        assert_eq!(tracked(&setup, bus(&setup, &nodes)).1, digest, "{name}: bits of a second run");
+    for protocol in [Protocol::Canopen, Protocol::Cansimple] {
+        for name in NAMES {
+            let (setup, nodes) = setup_on(name, protocol);
+            let (direct, _) = tracked(&setup, setup.twin_bus());
+            let (wired, digest) = tracked(&setup, bus(&setup, &nodes));
+            println!("{name}: twin {direct:?}, {protocol:?} {wired:?}");
+            assert!(wired.mean < 1.5 * direct.mean && wired.max < 1.6 * direct.max, "{name} {protocol:?}");
+            assert_eq!(tracked(&setup, bus(&setup, &nodes)).1, digest, "{name}: bits of a second run");
+        }
     }
 }
 
@@ -152,86 +176,101 @@ fn stopped(setup: &Setup, watched: &Watched, nodes: &[CanDevice]) -> Option<(u64
     let bus = CanBus::start(watched.clone(), &setup.machine, nodes).unwrap();
     // Cycles of the start are none of the run.
     watched.0.borrow_mut().cycle = 0;
-    let (mut found, mut cycles, mut enabled) = (None, 0, 0);
+    let (mut found, mut cycles, mut moving) = (None, 0, 0);
     setup.run(bus, |record| {
         cycles += 1;
         if let (None, ArmStatus::Stopped(fault)) = (&found, record.command.arm.status) {
             found = Some((cycles, record.exchange, format!("{fault:?}")));
         }
         if found.as_ref().is_some_and(|(at, ..)| cycles > at + 400) {
-            let of_failed = watched.nodes(|node| node.drive().command());
-            enabled += usize::from(of_failed[1] != sinew_segment::AxisCommand::Off);
+            moving += usize::from(watched.moves(1));
         }
     });
     if found.is_some() {
-        assert_eq!(enabled, 0, "the second drive does not move again by itself");
+        assert_eq!(moving, 0, "the second drive does not move again by itself");
     }
     // What hears no heartbeat is stopped by its own watchdog.
-    let left = watched.nodes(|node| node.drive().brake_released());
+    let left = watched.nodes(CanNode::has_power);
     assert!(left.iter().all(|powered| !powered), "no power at the end");
     found
 }
 
 #[test]
 fn what_fails_in_the_middle_of_a_motion_is_found_named_and_leads_to_a_safe_stop() {
-    let (setup, nodes) = setup("planar_leg");
     let not_ready = |code| BusFault::NotReady { device: 1, code, muscle: Some(1) };
-    // The second node, in the middle of the motion.
+    let drive = |code| BusFault::Drive { muscle: 1, code };
+    // The second node, in the middle of the motion; cycles until the stop, at most: a heartbeat is missed
+    // after four of its intervals, and on CANSimple says what is wrong.
     let cases = [
-        (Act::Fault(1, CanFault::Silent), not_ready(0), "Drive(1)"),
-        (Act::Fault(1, CanFault::NoHeartbeat), not_ready(1), "Drive(1)"),
-        (Act::Restart(1), not_ready(2), "Drive(1)"),
-        (Act::Raise(1, 0x2310), BusFault::Drive { muscle: 1, code: 0x2310 }, "Drive(1)"),
-        (Act::Cut, BusFault::Lost, "Bus"),
-        (Act::Unplug, BusFault::Lost, "Bus"),
+        (Act::Fault(1, CanFault::Silent), not_ready(0), "Drive(1)", [5, 5]),
+        (Act::Fault(1, CanFault::NoHeartbeat), not_ready(1), "Drive(1)", [65, 40]),
+        (Act::Restart(1), not_ready(2), "Drive(1)", [5, 9]),
+        (Act::Raise(1, 0x2310), drive(0x2310), "Drive(1)", [5, 0]),
+        (Act::Raise(1, 1 << 13), drive(14), "Drive(1)", [0, 9]),
+        (Act::Cut, BusFault::Lost, "Bus", [5, 5]),
+        (Act::Unplug, BusFault::Lost, "Bus", [5, 5]),
     ];
-    for (act, expected, named) in cases {
-        let watched = Watched::new(&setup, &nodes).with(MIDDLE, act);
-        let (cycle, exchange, fault) = stopped(&setup, &watched, &nodes).unwrap();
-        // Heartbeats are missed after 0.2 s.
-        assert!((MIDDLE..MIDDLE + 65).contains(&cycle), "{act:?}: {cycle}");
-        assert!(fault.starts_with(named), "{act:?}: {fault}");
-        assert_eq!(exchange.fault, Some(expected), "{act:?}");
-        println!("{act:?}: after {} cycles, {}", cycle - MIDDLE, words(expected));
+    for protocol in [Protocol::Canopen, Protocol::Cansimple] {
+        let (setup, nodes) = setup_on("planar_leg", protocol);
+        for (act, expected, named, within) in cases {
+            let within = within[usize::from(protocol == Protocol::Cansimple)];
+            if within == 0 {
+                continue;
+            }
+            let watched = Watched::new(&setup, &nodes).with(MIDDLE, act);
+            let (cycle, exchange, fault) = stopped(&setup, &watched, &nodes).unwrap();
+            println!("{protocol:?} {act:?}: after {} cycles, {fault}, {exchange:?}", cycle - MIDDLE);
+            assert!((MIDDLE..MIDDLE + within).contains(&cycle), "{protocol:?} {act:?}: {cycle}");
+            assert!(fault.starts_with(named), "{protocol:?} {act:?}: {fault}");
+            assert_eq!(exchange.fault, Some(expected), "{protocol:?} {act:?}");
+            println!("    {}", words(expected));
+        }
     }
+    assert_eq!(words(drive(14)), "reports MOTOR_OVER_TEMP (bit 13)");
 }
 
 #[test]
 fn frames_that_are_lost_now_and_then_are_bridged() {
-    let (setup, nodes) = setup("planar_leg");
-    let watched = Watched::new(&setup, &nodes).with(10, Act::Fault(1, CanFault::Loses(50)));
-    assert_eq!(stopped(&setup, &watched, &nodes), None);
+    for protocol in [Protocol::Canopen, Protocol::Cansimple] {
+        let (setup, nodes) = setup_on("planar_leg", protocol);
+        let watched = Watched::new(&setup, &nodes).with(10, Act::Fault(1, CanFault::Loses(50)));
+        assert_eq!(stopped(&setup, &watched, &nodes), None, "{protocol:?}");
+    }
 }
 
 #[test]
 fn a_computer_that_falls_silent_leaves_no_drive_with_power() {
-    let (setup, nodes) = setup("finger");
-    let watched = Watched::new(&setup, &nodes);
-    let mut bus = CanBus::start(watched.clone(), &setup.machine, &nodes).unwrap();
-    let powered = |powered| watched.nodes(|node| node.drive().brake_released()) == vec![powered; nodes.len()];
-    let period = setup.machine.period_ns();
-    // None waits for a master that takes its time before the first command.
-    (0..200).for_each(|_| watched.0.borrow_mut().link.begin_cycle(period));
-    assert!(powered(false), "no power before the first command");
-    let mut feedback = Feedback::new(nodes.len(), 0);
-    for _ in 0..10 {
-        bus.read(&mut feedback);
-        bus.write(&vec![DriveCommand::Velocity(0.0); nodes.len()]);
+    for (protocol, error) in [(Protocol::Canopen, 0x8130), (Protocol::Cansimple, WATCHDOG_EXPIRED)] {
+        let (setup, nodes) = setup_on("finger", protocol);
+        let watched = Watched::new(&setup, &nodes);
+        let mut bus = CanBus::start(watched.clone(), &setup.machine, &nodes).unwrap();
+        let powered = |powered| watched.nodes(CanNode::has_power) == vec![powered; nodes.len()];
+        let period = setup.machine.period_ns();
+        // None waits for a master that takes its time before the first command.
+        (0..200).for_each(|_| watched.0.borrow_mut().link.begin_cycle(period));
+        assert!(powered(false), "{protocol:?}: no power before the first command");
+        let mut feedback = Feedback::new(nodes.len(), 0);
+        for _ in 0..40 {
+            bus.read(&mut feedback);
+            bus.write(&vec![DriveCommand::Velocity(0.0); nodes.len()]);
+        }
+        assert!(powered(true), "{protocol:?}");
+        // As with a process that is killed: nobody brings the machine to rest.
+        std::mem::forget(bus);
+        let mut link = watched.0.borrow_mut();
+        (0..30).for_each(|_| link.link.begin_cycle(period));
+        drop(link);
+        let faults = watched.nodes(|node| (node.has_power(), node.error()));
+        assert_eq!(faults, vec![(false, error); nodes.len()]);
     }
-    assert!(powered(true));
-    // As with a process that is killed: nobody brings the machine to rest.
-    std::mem::forget(bus);
-    let mut link = watched.0.borrow_mut();
-    (0..30).for_each(|_| link.link.begin_cycle(period));
-    drop(link);
-    let faults = watched.nodes(|node| (node.drive().brake_released(), node.drive().error_code()));
-    assert_eq!(faults, vec![(false, 0x8130); nodes.len()]);
 }
 
 #[test]
 fn the_readings_of_the_others_count_while_a_node_is_silent() {
-    let (setup, nodes) = setup("finger");
-    for silent in 0..nodes.len() {
+    for (protocol, silent) in
+        [Protocol::Canopen, Protocol::Cansimple].iter().flat_map(|p| (0..5).map(move |k| (*p, k)))
+    {
+        let (setup, nodes) = setup_on("finger", protocol);
         let watched = Watched::new(&setup, &nodes);
         let mut bus = CanBus::start(watched.clone(), &setup.machine, &nodes).unwrap();
         let mut feedback = Feedback::new(nodes.len(), setup.machine.encoders.len());
@@ -288,9 +327,120 @@ fn what_is_wrong_is_refused_before_anything_moves_with_device_and_value() {
     for (watched, nodes, parts) in cases {
         let message = start(&nodes, &watched);
         assert!(parts.iter().all(|part| message.contains(part)), "{message}: {parts:?}");
-        assert!(watched.nodes(|node| node.drive().brake_released()).iter().all(|powered| !powered));
+        assert!(watched.nodes(CanNode::has_power).iter().all(|powered| !powered));
     }
     assert_eq!(start(&with(&|node| node.identity = known), &fine()), "");
+}
+
+#[test]
+fn what_is_wrong_with_an_axis_on_cansimple_is_refused_before_anything_moves() {
+    let (setup, nodes) = setup_on("finger", Protocol::Cansimple);
+    let name = nodes[2].name.as_str();
+    let with = |change: &dyn Fn(&mut CanDevice)| {
+        let mut changed = nodes.clone();
+        change(&mut changed[2]);
+        changed
+    };
+    let fine = || Watched::new(&setup, &nodes);
+    let on_wire = |change: &dyn Fn(&mut CanNode)| {
+        let watched = fine();
+        change(watched.0.borrow_mut().link.machine_mut().nodes_mut().nth(2).unwrap());
+        watched
+    };
+    let configured = |watchdog, heartbeat| {
+        on_wire(&move |node| match node.drive_mut() {
+            CanDrive::Cansimple(axis) => axis.configure(watchdog, heartbeat),
+            CanDrive::Canopen(_) => unreachable!(),
+        })
+    };
+    let heartbeat = 20_000_000;
+    let damaged = |damage| {
+        let watched = fine();
+        watched.0.borrow_mut().damage = Some(damage);
+        watched
+    };
+    let old = |frame: &Frame| match (frame.id() & 0x1f, frame.octets()) {
+        (0, [head @ .., _, _, _]) => Frame::new(frame.id(), &[head, &[5, 6, 0]].concat()),
+        _ => *frame,
+    };
+    let short = |frame: &Frame| Frame::new(frame.id(), &frame.octets()[..frame.octets().len().min(3)]);
+    let nowhere = |frame: &Frame| match frame.id() & 0x1f {
+        9 => Frame::new(frame.id(), &[0, 0, 0xc0, 0x7f, 0, 0, 0, 0]),
+        _ => *frame,
+    };
+    let mixed = with(&|node| node.protocol = Protocol::Canopen);
+    let twice = Watched::new(&setup, &with(&|node| node.node = 1));
+    let slow: Vec<_> = nodes.iter().map(|node| CanDevice { bitrate: 500_000, ..node.clone() }).collect();
+    let mute = on_wire(&|node| node.set_fault(Some(CanFault::NoHeartbeat)));
+    let cases: [(Watched, Vec<CanDevice>, &[&str]); 12] = [
+        (fine(), with(&|node| node.node = 62), &[name, "id 62", "1000000", "no node answers"]),
+        (fine(), with(&|node| node.node = 1), &[name, "a node of its own"]),
+        (fine(), mixed, &[name, "the same protocol"]),
+        (twice, nodes.clone(), &["id 1", "two nodes answer"]),
+        (damaged(short), nodes.clone(), &["no node answers"]),
+        (damaged(old), nodes.clone(), &["firmware 0.5.6", "0.6 or later"]),
+        (damaged(nowhere), nodes.clone(), &["no position"]),
+        (configured(0, heartbeat), nodes.clone(), &[name, "keeps its power for 0.030 s", "at most 0.02 s"]),
+        (configured(40_000_000, heartbeat), nodes.clone(), &[name, "keeps its power", "watchdog_timeout"]),
+        (configured(heartbeat, 5 * heartbeat), nodes.clone(), &[name, "heartbeats in 0.2 s", "at most 20"]),
+        (mute, nodes.clone(), &[name, "0 heartbeats"]),
+        (fine(), slow, &["500000 bit/s", "4.000 ms"]),
+    ];
+    for (watched, nodes, parts) in cases {
+        let before = watched.0.borrow_mut().link.machine_mut().arm().reading().motor.clone();
+        let refused = CanBus::start(watched.clone(), &setup.machine, &nodes);
+        let message = refused.err().map(|error| error.to_string()).unwrap_or_default();
+        println!("{message}");
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}: {parts:?}");
+        assert!(watched.nodes(CanNode::has_power).iter().all(|powered| !powered), "{message}");
+        let after = watched.0.borrow_mut().link.machine_mut().arm().reading().motor.clone();
+        assert!(before.iter().zip(&after).all(|(before, after)| (before - after).abs() < 1e-4), "{message}");
+    }
+    assert!(CanBus::start(fine(), &setup.machine, &nodes).is_ok());
+}
+
+/// A file of parameters as ODrive offers it, with those of the simulated axes, of a firmware.
+fn endpoints(name: &str, firmware: &str, change: impl Fn(&mut String)) -> String {
+    let rows = sinew_segment::Cansimple::endpoints().map(|(name, id, kind)| {
+        format!("\"{name}\": {{\"id\": {id}, \"type\": \"{kind}\", \"access\": \"rw\"}}")
+    });
+    let mut text = format!("{{\"fw_version\": \"{firmware}\", \"endpoints\": {{{}}}}}", rows.join(",\n"));
+    change(&mut text);
+    let path = std::env::temp_dir().join(format!("sinew-{}-{name}.json", std::process::id()));
+    std::fs::write(&path, text).unwrap();
+    path.display().to_string()
+}
+
+#[test]
+fn parameters_of_an_axis_are_set_and_read_back_by_the_numbers_of_its_firmware() {
+    let (setup, nodes) = setup_on("finger", Protocol::Cansimple);
+    let start = |path: &str| {
+        let nodes: Vec<_> =
+            nodes.iter().map(|node| CanDevice { endpoints: Some(path.to_owned()), ..node.clone() }).collect();
+        let watched = Watched::new(&setup, &nodes);
+        for node in watched.0.borrow_mut().link.machine_mut().nodes_mut() {
+            // As from the factory: no watchdog, rare heartbeats.
+            let CanDrive::Cansimple(axis) = node.drive_mut() else { unreachable!() };
+            axis.configure(0, 100_000_000);
+        }
+        let refused = CanBus::start(watched, &setup.machine, &nodes);
+        std::fs::remove_file(path).unwrap_or_default();
+        refused.err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    assert_eq!(start(&endpoints("fine", "0.6.10", |_| {})), "");
+    let without = |text: &mut String| *text = text.replace("enable_watchdog", "enable_dog");
+    let strange = |text: &mut String| *text = text.replace("259", "2590");
+    for (path, parts) in [
+        ("/nowhere/flat_endpoints.json".to_owned(), ["/nowhere/flat_endpoints.json", "No such file"]),
+        (endpoints("other", "0.6.11", |_| {}), ["firmware 0.6.10", "expected 0.6.11"]),
+        (endpoints("without", "0.6.10", without), ["axis0.config.enable_watchdog", "is missing"]),
+        (endpoints("strange", "0.6.10", strange), [&nodes[0].name, "parameter 0xa1e"]),
+        (endpoints("cut", "0.6.10", |text| text.truncate(60)), ["cut.json", "EOF"]),
+        (endpoints("list", "0.6.10", |text| *text = "[1]".to_owned()), ["list.json", "fw_version"]),
+    ] {
+        let message = start(&path);
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}: {parts:?}");
+    }
 }
 
 #[test]
@@ -307,8 +457,11 @@ fn nodes_are_listed_and_their_objects_read_written_and_refused() {
     let (setup, nodes) = setup("planar_leg");
     let mut watched = Watched::new(&setup, &nodes);
     let found = scan(&mut watched).unwrap();
-    assert_eq!(found.iter().map(|node| node.node).collect::<Vec<_>>(), [1, 2, 3, 4]);
-    assert!(found.iter().all(|node| node.profile == 402 && node.name.as_deref() == Some("SIM-DRV1")));
+    let drive = |node| {
+        let (identity, name) = ([0x0005_1e37, 0x0001_0402], Some("SIM-DRV1".to_owned()));
+        FoundNode::Canopen { node, profile: 402, identity, name }
+    };
+    assert_eq!(found, [1, 2, 3, 4].map(drive));
     let mut client = SdoClient::new(&mut watched);
     assert_eq!(client.read(2, (0x100a, 0)).unwrap(), env!("CARGO_PKG_VERSION").as_bytes(), "in segments");
     client.write(2, (0x6060, 0), &[9]).unwrap();
@@ -323,9 +476,23 @@ fn nodes_are_listed_and_their_objects_read_written_and_refused() {
     assert!(matches!(client.number(9, (0x1000, 0)), Err(SdoError::Silent)));
 }
 
+#[test]
+fn axes_on_cansimple_are_listed_and_are_not_asked_as_nodes_on_canopen() {
+    let (setup, mut nodes) = setup_on("planar_leg", Protocol::Cansimple);
+    // To these identifiers a request of CANopen would be a command.
+    nodes.iter_mut().zip([0, 48, 51, 62]).for_each(|(node, id)| node.node = id);
+    let mut watched = Watched::new(&setup, &nodes);
+    let found = scan(&mut watched).unwrap();
+    let axis = |node| FoundNode::Cansimple { node, hardware: [4, 4, 58], firmware: [0, 6, 10] };
+    assert_eq!(found, [0, 48, 51, 62].map(axis));
+    assert_eq!(watched.nodes(CanNode::error), [0; 4], "none was told to stop");
+}
+
 fn frames() -> impl Strategy<Value = Frame> {
     let id = prop_oneof![Just(0_u16), Just(0x80), 0x581_u16..0x585, 0x601_u16..0x605, 0_u16..0x800];
-    (id, proptest::collection::vec(any::<u8>(), 0..=8)).prop_map(|(id, octets)| Frame::new(id, &octets))
+    (id, proptest::collection::vec(any::<u8>(), 0..=8), any::<bool>()).prop_map(|(id, octets, remote)| {
+        if remote { Frame::remote(id, octets.len()) } else { Frame::new(id, &octets) }
+    })
 }
 
 /// Octets in which lines of slcan are frequent.
@@ -333,6 +500,7 @@ fn text() -> impl Strategy<Value = u8> {
     prop_oneof![
         Just(b'\r'),
         Just(b't'),
+        Just(b'r'),
         Just(b'T'),
         Just(7),
         proptest::char::range('0', '9').prop_map(|c| c as u8),
@@ -373,7 +541,8 @@ fn play(count: u32, mut seed: u64) -> u32 {
         (seed >> 33) % most
     };
     let ids = [0, 0x80, 0x81, 0x101, 0x181, 0x201, 0x301, 0x581, 0x601, 0x602, 0x701, 0x77f];
-    let mut node = CanNode::new(1, [None; 2]);
+    let mut node = CanNode::canopen(1, [None; 2]);
+    let mut axis = CanNode::cansimple(1, 20_000_000);
     let (mut answers, mut decoder, mut played) = (Vec::new(), Decoder::default(), 0);
     for now in 0..u64::from(count) {
         let octets: [u8; 8] = std::array::from_fn(|_| number(256) as u8);
@@ -386,6 +555,17 @@ fn play(count: u32, mut seed: u64) -> u32 {
         }
         node.process(&frame, now * 100_000, &mut answers);
         node.advance(now * 100_000, 100_000, &mut answers);
+        let message = 0x20 | number(0x20) as u16;
+        let frame = if number(4) == 0 {
+            Frame::remote(message, number(9) as usize)
+        } else {
+            Frame::new(message, &octets[..number(9) as usize])
+        };
+        axis.process(&frame, now * 100_000, &mut answers);
+        axis.advance(now * 100_000, 100_000, &mut answers);
+        if let CanDrive::Cansimple(axis) = axis.drive_mut() {
+            assert!(axis.command().is_none_or(f32::is_finite));
+        }
         answers.clear();
         let _ = decoder.feed(octets[0]);
         played += 1;
@@ -407,7 +587,41 @@ fn long_nodes_take_ten_million_frames() {
 
 #[test]
 fn a_master_takes_any_frame() {
-    let (setup, nodes) = setup("planar_leg");
+    [Protocol::Canopen, Protocol::Cansimple]
+        .into_iter()
+        .for_each(|protocol| takes_any_frame(protocol, 20_000));
+}
+
+/// Of four nodes on CANopen a cycle has four frames, of four axes on CANSimple eight.
+#[test]
+fn long_a_master_takes_a_million_frames() {
+    if std::env::var_os("SINEW_LONG").is_some() {
+        takes_any_frame(Protocol::Canopen, 250_000);
+        takes_any_frame(Protocol::Cansimple, 125_000);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_is_no_can_interface_is_refused_with_what_to_do() {
+    let refused = |port: &str| match sinew_runtime::can::connect(port, 500_000) {
+        Err(error) => error.to_string(),
+        Ok(_) => panic!("{port} was opened"),
+    };
+    let missing = refused("nocan0");
+    assert!(missing.contains("no such network interface"), "{missing}");
+    assert!(missing.contains("`ip link set nocan0 up txqueuelen 1000 type can bitrate 500000`"), "{missing}");
+    // There, but of another kind: refused by the kernel, whether it has CAN or not.
+    if std::path::Path::new("/sys/class/net/lo").exists() {
+        let other = refused("lo");
+        assert!(other.contains("expected a CAN interface") && !other.contains('\n'), "{other}");
+    }
+    // A slash makes it a serial port.
+    assert!(refused("/dev/nowhere").contains("No such file"));
+}
+
+fn takes_any_frame(protocol: Protocol, cycles: u32) {
+    let (setup, nodes) = setup_on("planar_leg", protocol);
     thread_local!(static SEED: std::cell::Cell<u64> = const { std::cell::Cell::new(1) });
     // One in fifty is another one.
     fn noise(frame: &Frame) -> Frame {
@@ -424,7 +638,7 @@ fn a_master_takes_any_frame() {
     let mut bus = CanBus::start(watched.clone(), &setup.machine, &nodes).unwrap();
     watched.0.borrow_mut().damage = Some(noise);
     let (mut feedback, mut faults) = (Feedback::new(nodes.len(), 0), 0);
-    for _ in 0..20_000 {
+    for _ in 0..cycles {
         faults += usize::from(bus.read(&mut feedback).fault.is_some());
         bus.write(&vec![DriveCommand::Velocity(0.0); nodes.len()]);
     }

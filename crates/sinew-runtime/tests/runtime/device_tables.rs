@@ -3,7 +3,7 @@
 use sinew::description::machine::machine_on_bus;
 use sinew::description::{DescriptionError, MachineDescription};
 use sinew::machine::Machine;
-use sinew_runtime::can::CanDevice;
+use sinew_runtime::can::{CanDevice, Protocol};
 use sinew_runtime::cia402::ObjectAddress;
 use sinew_runtime::ethercat::{ChannelObjects, DeviceIdentity, EthercatDevice, RevisionRule};
 use sinew_runtime::servos::{Series, ServoDevice};
@@ -196,10 +196,26 @@ fn nodes_on_can_are_read_and_what_is_none_of_theirs_is_refused() {
     assert_eq!((flexor.node, flexor.identity, flexor.bitrate), (3, [Some(0x1d), None], 500_000));
     assert_eq!(flexor.port.as_deref(), Some("/dev/ttyACM0"));
     assert_eq!((extensor.node, extensor.identity, extensor.bitrate), (4, [None; 2], 1_000_000));
+    let axes = drives(
+        "node = 0\nprotocol = \"cansimple\"",
+        "node = 62\nprotocol = \"cansimple\"\ncounts_per_turn = -1",
+    );
+    let (_, devices) = read_all(&axes).unwrap();
+    let [flexor, extensor] = devices.of::<CanDevice>() else { panic!("{devices:?}") };
+    let of = |axis: &CanDevice| (axis.protocol, axis.node, axis.drive.counts_per_turn);
+    assert_eq!(of(flexor), (Protocol::Cansimple, 0, 1.0));
+    assert_eq!(of(extensor), (Protocol::Cansimple, 62, -1.0));
     for (more, parts) in [
         ("node = 127", ["node", "1..=126"]),
         ("node = 4\nbitrate = 9600", ["bitrate", "500"]),
         ("node = 4\nproduct = -1", ["product", "0..=0xffffffff"]),
+        ("node = 0", ["node", "1..=126"]),
+        ("node = 4\nendpoints = \"a\"", ["endpoints", "CANopen"]),
+        ("node = 63\nprotocol = \"cansimple\"", ["node", "0..=62"]),
+        ("node = 4\nprotocol = \"moteus\"", ["protocol", "cansimple"]),
+        ("node = 4\nprotocol = \"cansimple\"\nvendor = 1", ["vendor", "CANSimple"]),
+        ("node = 4\nprotocol = \"cansimple\"\nrated_torque_nm = 1", ["rated_torque_nm", "CANSimple"]),
+        ("node = 4\nprotocol = \"cansimple\"\ncounts_per_turn = 8192", ["counts_per_turn", "1 or -1"]),
         ("node = 4\nmode = \"torque\"", ["mode", "velocity"]),
         ("node = 4\nbaud = 1000000", ["baud", "a device of can"]),
         ("node = 4\nsynchronization = \"frame\"", ["synchronization", "a device of can"]),

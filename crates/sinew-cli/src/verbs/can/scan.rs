@@ -4,12 +4,12 @@ use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{CanScanArguments, General};
 use crate::error::Error;
 use crate::table::table;
-use sinew_runtime::can::{CanError, FoundNode, Slcan, scan};
+use sinew_runtime::can::{CanError, FoundNode, connect, scan};
 
 pub(super) fn run(arguments: &CanScanArguments, general: &General) -> Result<Answer, Error> {
     let port = arguments.port.display().to_string();
     let refused = |source| CanError::Port { port: port.clone(), source };
-    let mut link = Slcan::open(&port, arguments.bitrate).map_err(refused)?;
+    let mut link = connect(&port, arguments.bitrate).map_err(refused)?;
     let found = scan(&mut link).map_err(refused)?;
     let content = if general.json { Content::json(&json(&found))? } else { Content::Text(text(&found)) };
     Ok(Answer { outcome: Outcome::new(!found.is_empty()), content, written: Vec::new() })
@@ -18,30 +18,46 @@ pub(super) fn run(arguments: &CanScanArguments, general: &General) -> Result<Ans
 fn json(found: &[FoundNode]) -> serde_json::Value {
     let nodes: Vec<_> = found
         .iter()
-        .map(|node| {
-            serde_json::json!({
-                "node": node.node, "name": node.name, "vendor": node.identity[0], "product": node.identity[1],
-                "profile": node.profile,
-            })
+        .map(|node| match node {
+            FoundNode::Canopen { node, profile, identity: [vendor, product], name } => serde_json::json!({
+                "node": node, "protocol": "canopen", "name": name, "vendor": vendor, "product": product,
+                "profile": profile,
+            }),
+            FoundNode::Cansimple { node, hardware, firmware } => serde_json::json!({
+                "node": node, "protocol": "cansimple", "hardware": version(hardware),
+                "firmware": version(firmware),
+            }),
         })
         .collect();
     serde_json::json!({ "found": nodes })
+}
+
+fn version([major, minor, revision]: &[u8; 3]) -> String {
+    format!("{major}.{minor}.{revision}")
 }
 
 fn text(found: &[FoundNode]) -> String {
     if found.is_empty() {
         return "no node answers; check power, wiring, termination and --bitrate\n".to_owned();
     }
-    let row = |node: &FoundNode| {
-        let [vendor, product] = node.identity.map(|number| format!("{number:#x}"));
-        vec![
-            node.node.to_string(),
-            node.name.clone().unwrap_or_default(),
-            vendor,
-            product,
-            node.profile.to_string(),
-        ]
+    let row = |node: &FoundNode| match node {
+        FoundNode::Canopen { node, profile, identity: [vendor, product], name } => vec![
+            node.to_string(),
+            "canopen".to_owned(),
+            name.clone().unwrap_or_default(),
+            format!("{vendor:#x}"),
+            format!("{product:#x}"),
+            profile.to_string(),
+        ],
+        FoundNode::Cansimple { node, hardware, firmware } => vec![
+            node.to_string(),
+            "cansimple".to_owned(),
+            format!("hardware {}, firmware {}", version(hardware), version(firmware)),
+            String::new(),
+            String::new(),
+            String::new(),
+        ],
     };
     let rows: Vec<Vec<String>> = found.iter().map(row).collect();
-    table(&["id", "name", "vendor", "product", "profile"], &rows, 5)
+    table(&["id", "protocol", "name", "vendor", "product", "profile"], &rows, 6)
 }

@@ -30,7 +30,7 @@ pub(super) fn run(arguments: &CanSimulateArguments, general: &General) -> Result
     end_after(arguments.simulated.duration, stop);
     let times = (first.bitrate, step_ns(&machine));
     let frames = serve(&mut terminal, &mut simulated, times, stop).map_err(refused)?;
-    let powered = simulated.nodes().filter(|node| node.drive().brake_released()).count();
+    let powered = simulated.nodes().filter(|node| node.has_power()).count();
     let content = if general.json {
         Content::json(&serde_json::json!({
             "simulated": true, "frames_received": frames, "drives_with_power": powered,

@@ -1,27 +1,21 @@
 //! A node before it takes commands: found, compared, configured, and everything read back.
 
-use super::Link;
-use super::device::{CanDevice, MASTER};
-use super::error::CanError;
 use super::sdo::{SdoClient, SdoError};
-use crate::cia402::{CONTROLWORD, MODE, POSITION, STATUSWORD, TARGET_VELOCITY, TORQUE, mode_of_operation};
+use super::slot::CanopenSlot;
+use super::{HEARTBEAT_MS, PRE_OPERATIONAL, TO_MASTER, TO_NODE, manage};
+use crate::can::Link;
+use crate::can::device::{CanDevice, MASTER};
+use crate::can::error::{CanError, TWO_ANSWER};
+use crate::can::slot::Slot;
+use crate::cia402::{
+    CONTROLWORD, DriveSlot, MODE, Mapping, POSITION, STATUSWORD, TARGET_VELOCITY, TORQUE, mode_of_operation,
+};
 use sinew::machine::{DriveMode, Machine};
-use sinew_segment::CanFrame as Frame;
 use sinew_session::watchdog;
 
 /// What a PDO of a node carries: 6 octets to it, 8 from it, both with SYNC.
-pub(super) const OUTPUTS: [u32; 2] = [entry(CONTROLWORD, 16), entry(TARGET_VELOCITY, 32)];
-pub(super) const INPUTS: [u32; 3] = [entry(STATUSWORD, 16), entry(POSITION, 32), entry(TORQUE, 16)];
-/// Functions in an identifier, beside that of the node.
-pub(super) const EMERGENCY: u16 = 0x80;
-pub(super) const TO_MASTER: u16 = 0x180;
-pub(super) const TO_NODE: u16 = 0x200;
-pub(super) const HEARTBEAT: u16 = 0x700;
-/// Network management.
-pub(super) const START: u8 = 1;
-pub(super) const PRE_OPERATIONAL: u8 = 128;
-/// Time between two heartbeats of a node, ms.
-pub(super) const HEARTBEAT_MS: u32 = 50;
+const OUTPUTS: [u32; 2] = [entry(CONTROLWORD, 16), entry(TARGET_VELOCITY, 32)];
+const INPUTS: [u32; 3] = [entry(STATUSWORD, 16), entry(POSITION, 32), entry(TORQUE, 16)];
 /// Profile of a drive, in the device type.
 const PROFILE: u32 = 402;
 /// Bit of a PDO's COB-ID: it does not exist.
@@ -33,26 +27,36 @@ const fn entry(index: u16, bits: u32) -> u32 {
     (index as u32) << 16 | bits
 }
 
-/// A command of network management to a node.
-pub(super) fn manage(command: u8, node: u8) -> Frame {
-    Frame::new(0, &[command, node])
+/// Finds a node, compares it and sets it up for a machine. Nothing moves.
+pub(in crate::can) fn start<L: Link>(
+    link: &mut L,
+    device: &CanDevice,
+    machine: &Machine,
+) -> Result<Box<dyn Slot>, CanError> {
+    Configuring { client: &mut SdoClient::new(link), device }.configure(machine)?;
+    let (mut outputs, mut inputs) = (Mapping::default(), Mapping::default());
+    OUTPUTS.iter().for_each(|entry| outputs.push(*entry));
+    INPUTS.iter().for_each(|entry| inputs.push(*entry));
+    let parameters = machine.muscles[device.drive.muscle].drive;
+    let drive = DriveSlot::new(&device.name, device.drive, parameters, [&outputs, &inputs]);
+    let drive = drive.map_err(|error| device.wrong(error.to_string()))?;
+    Ok(Box::new(CanopenSlot::new(device.node, drive)))
 }
 
 /// A node that is being configured.
-pub(super) struct Configuring<'a, 'b, L> {
-    pub(super) client: &'b mut SdoClient<'a, L>,
-    pub(super) device: &'b CanDevice,
+struct Configuring<'a, 'b, L> {
+    client: &'b mut SdoClient<'a, L>,
+    device: &'b CanDevice,
 }
 
 impl<L: Link> Configuring<'_, '_, L> {
-    /// Finds the node, compares it and sets it up for a machine. Nothing moves.
-    pub(super) fn configure(&mut self, machine: &Machine) -> Result<(), CanError> {
+    fn configure(&mut self, machine: &Machine) -> Result<(), CanError> {
         let node = self.device.node;
         let port = |source| CanError::Port { port: self.device.port.clone().unwrap_or_default(), source };
         self.client.link.send(&[manage(PRE_OPERATIONAL, node)]).map_err(port)?;
         let profile = self.read(0x1000, 0)? & 0xffff;
         if self.client.answers_twice(node, TWICE).map_err(port)? {
-            return Err(self.device.wrong("two nodes answer: expected one of each id"));
+            return Err(self.device.wrong(TWO_ANSWER));
         }
         if profile != PROFILE {
             return Err(self

@@ -2,7 +2,7 @@
 //!
 //! Source: CiA 301.
 
-use super::Link;
+use crate::can::Link;
 use sinew_segment::CanFrame as Frame;
 use std::io;
 

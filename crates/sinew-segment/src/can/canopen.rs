@@ -1,62 +1,13 @@
-//! A simulated servo drive on CAN: CANopen after CiA 301, CiA 402.
-//!
-//! It has the objects of the built-in drive, and those of CANopen: SDO server, NMT, two PDOs each way, SYNC,
-//! heartbeat both ways, emergencies. Whoever drives it lets time pass and carries its frames.
+//! A drive on CANopen, CiA 301 and 402: the objects of the built-in drive, and those of CANopen: SDO server,
+//! NMT, two PDOs each way, SYNC, heartbeat both ways, emergencies.
 
+use super::CanFrame;
 use crate::al::AlState;
 use crate::coe::{SDO_REQUEST, SdoServer};
 use crate::description::{Access, DataType, ObjectCode, PdoDescription, PdoEntry, builtin};
 use crate::dictionary::{Dictionary, entry, record, variable};
 use crate::drive::Drive;
 use crate::pdo::ProcessData;
-
-/// A data frame of classical CAN with an identifier of 11 bits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct CanFrame {
-    id: u16,
-    length: u8,
-    data: [u8; 8],
-}
-
-impl CanFrame {
-    /// A frame; of the identifier 11 bits count, of the octets the first 8.
-    #[must_use]
-    pub fn new(id: u16, octets: &[u8]) -> Self {
-        let (mut data, length) = ([0; 8], octets.len().min(8));
-        data[..length].copy_from_slice(&octets[..length]);
-        Self { id: id & 0x7ff, length: length as u8, data }
-    }
-
-    /// Identifier.
-    #[must_use]
-    pub fn id(&self) -> u16 {
-        self.id
-    }
-
-    /// Its octets.
-    #[must_use]
-    pub fn octets(&self) -> &[u8] {
-        &self.data[..usize::from(self.length)]
-    }
-
-    /// Bits that it takes on the wire, at most: with stuffed bits and the pause behind it.
-    #[must_use]
-    pub fn bits(&self) -> u64 {
-        let octets = u64::from(self.length);
-        47 + 8 * octets + (33 + 8 * octets) / 4
-    }
-}
-
-/// How a simulated node fails.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CanFault {
-    /// It hears and says nothing, as with its plug pulled.
-    Silent,
-    /// Of this many of its frames one does not arrive.
-    Loses(u32),
-    /// It sends no heartbeat.
-    NoHeartbeat,
-}
 
 /// State of a node after CiA 301, as in its heartbeat.
 const PRE_OPERATIONAL: u8 = 127;
@@ -81,9 +32,9 @@ struct Pdo {
     last: Option<CanFrame>,
 }
 
-/// A simulated drive with its place on the bus.
+/// A drive with its objects.
 #[derive(Debug, Clone)]
-pub struct CanNode {
+pub(super) struct Canopen {
     id: u8,
     identity: [u32; 2],
     dictionary: Dictionary,
@@ -96,15 +47,10 @@ pub struct CanNode {
     /// When the heartbeat of the master was heard last, once it has been.
     heard: Option<u64>,
     next_heartbeat: u64,
-    sent: u32,
-    fault: Option<CanFault>,
 }
 
-impl CanNode {
-    /// A node that has started, with this identifier of 1 to 127 and the vendor ID and product code that its
-    /// master expects, or those of the built-in drive.
-    #[must_use]
-    pub fn new(id: u8, identity: [Option<u32>; 2]) -> Self {
+impl Canopen {
+    pub(super) fn new(id: u8, identity: [Option<u32>; 2]) -> Self {
         let of = builtin::drive().identity;
         let identity = [identity[0].unwrap_or(of.vendor), identity[1].unwrap_or(of.product)];
         let dictionary = dictionary(id, identity);
@@ -120,52 +66,31 @@ impl CanNode {
             inputs: Default::default(),
             heard: None,
             next_heartbeat: 0,
-            sent: 0,
-            fault: None,
         }
     }
 
-    /// Its identifier.
-    #[must_use]
-    pub fn id(&self) -> u8 {
-        self.id
-    }
-
-    /// The drive in it.
-    #[must_use]
-    pub fn drive(&self) -> &Drive {
+    pub(super) fn drive(&self) -> &Drive {
         &self.drive
     }
 
-    /// The drive in it.
-    pub fn drive_mut(&mut self) -> &mut Drive {
+    pub(super) fn drive_mut(&mut self) -> &mut Drive {
         &mut self.drive
     }
 
-    /// Whether it exchanges PDOs.
-    #[must_use]
-    pub fn is_operational(&self) -> bool {
+    fn is_operational(&self) -> bool {
         self.state == OPERATIONAL
     }
 
-    /// Lets it fail, or ends that.
-    pub fn set_fault(&mut self, fault: Option<CanFault>) {
-        self.fault = fault;
-    }
-
-    /// Starts anew, as when its power was gone for a moment.
-    pub fn restart(&mut self) {
-        let fault = self.fault;
+    pub(super) fn restart(&mut self) {
         *self = Self::new(self.id, [Some(self.identity[0]), Some(self.identity[1])]);
-        (self.fault, self.booted) = (fault, false);
+        self.booted = false;
     }
 
-    /// A frame of another node comes at a time, ns; what it answers is appended to `out`.
-    pub fn process(&mut self, frame: &CanFrame, now: u64, out: &mut Vec<CanFrame>) {
-        if self.fault == Some(CanFault::Silent) {
+    pub(super) fn process(&mut self, frame: &CanFrame, now: u64, out: &mut Vec<CanFrame>) {
+        if frame.is_remote() {
             return;
         }
-        let (start, node, octets) = (out.len(), u16::from(self.id), frame.octets());
+        let (node, octets) = (u16::from(self.id), frame.octets());
         match frame.id() {
             0 => {
                 if let [command, of] = *octets
@@ -184,12 +109,10 @@ impl CanNode {
             }
             id => self.receive(id, frame),
         }
-        self.lose(start, out);
     }
 
-    /// Time passes: `elapsed` ns that end at `now`; what the node sends by itself is appended to `out`.
-    pub fn advance(&mut self, now: u64, elapsed: u64, out: &mut Vec<CanFrame>) {
-        let start = out.len();
+    /// `beats` says whether it sends its heartbeat.
+    pub(super) fn advance(&mut self, now: u64, elapsed: u64, beats: bool, out: &mut Vec<CanFrame>) {
         self.drive.step(&mut self.dictionary, elapsed);
         let consumed = self.dictionary.number(0x1016, 1);
         let patience = (consumed & 0xffff) * 1_000_000;
@@ -210,7 +133,7 @@ impl CanNode {
         let interval = self.dictionary.number(0x1017, 0) * 1_000_000;
         if interval > 0 && now >= self.next_heartbeat {
             self.next_heartbeat = now + interval;
-            if self.fault != Some(CanFault::NoHeartbeat) {
+            if beats {
                 out.push(CanFrame::new(0x700 + u16::from(self.id), &[self.state]));
             }
         }
@@ -218,21 +141,6 @@ impl CanNode {
             for pdo in self.inputs.iter_mut().filter(|pdo| !pdo.synchronous) {
                 pdo.send(&self.dictionary, true, out);
             }
-        }
-        self.lose(start, out);
-    }
-
-    /// What its fault takes away of what it sends.
-    fn lose(&mut self, start: usize, out: &mut Vec<CanFrame>) {
-        match self.fault {
-            Some(CanFault::Silent) => out.truncate(start),
-            Some(CanFault::Loses(of)) if out.len() > start => {
-                self.sent = self.sent.wrapping_add(1);
-                if self.sent.is_multiple_of(of.max(1)) {
-                    out.pop();
-                }
-            }
-            _ => {}
         }
     }
 

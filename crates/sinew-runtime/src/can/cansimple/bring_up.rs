@@ -1,0 +1,253 @@
+//! An axis before it takes commands: found, compared, set up, its watchdog seen at work.
+
+use super::parameters::{Endpoints, Parameter};
+use super::slot::CansimpleSlot;
+use super::{
+    CLEAR_ERRORS, CLOSED_LOOP, GET_ENCODER_ESTIMATES, GET_ERROR, GET_VERSION, HEARTBEAT, HEARTBEAT_MS, IDLE,
+    RX_SDO, SET_CONTROLLER_MODE, SET_LIMITS, TX_SDO, WATCHDOG_EXPIRED, ask, command, error_names, floats,
+    pair, set_axis_state, set_input_vel, state_name, tell, words,
+};
+use crate::can::Link;
+use crate::can::device::CanDevice;
+use crate::can::error::{CanError, TWO_ANSWER};
+use crate::can::slot::Slot;
+use sinew::machine::Machine;
+use sinew_segment::CanFrame as Frame;
+use sinew_session::watchdog;
+use std::io;
+
+/// Time for an answer, and in which a second node of the same identifier has answered, ns.
+const PATIENCE: u64 = 100_000_000;
+const TWICE: u64 = 5_000_000;
+/// Times that something is asked for.
+const TRIES: usize = 3;
+/// Time in which an axis takes a state and says so in its heartbeat, ns.
+const STATE_TIME: u64 = 1_000_000_000;
+/// Time for which heartbeats are counted, ns, and the part of those expected that come.
+const COUNT_TIME: u64 = 200_000_000;
+const COUNTED: f64 = 0.7;
+/// Control mode and input mode: velocity, as it comes.
+const VELOCITY: [u32; 2] = [2, 1];
+/// Limit of the velocity over the motor's highest.
+const HEADROOM: f64 = 1.1;
+/// Silence after which a watchdog has to have taken the power, of the time that it may have.
+const SILENCE: f64 = 1.5;
+
+/// Finds an axis, sets it up for a machine and sees its watchdog take its power. Nothing moves: it has power
+/// for that time, at a velocity of 0.
+pub(in crate::can) fn start<L: Link>(
+    link: &mut L,
+    device: &CanDevice,
+    machine: &Machine,
+) -> Result<Box<dyn Slot>, CanError> {
+    let mut axis = Axis { link, device, period: machine.period_ns() };
+    let version = axis.identify()?;
+    let parameters = machine.muscles[device.drive.muscle].drive;
+    let (node, motor) = (device.node, parameters.motor);
+    let limits = [HEADROOM * motor.top_speed / core::f64::consts::TAU, motor.peak_current];
+    if let Some(path) = &device.endpoints {
+        let endpoints = Endpoints::read(path).map_err(|problem| device.wrong(problem))?;
+        if endpoints.firmware != version {
+            let of = &endpoints.firmware;
+            return Err(device.wrong(format!("firmware {version}: expected {of}, that of {path}")));
+        }
+        axis.set(&endpoints, "axis0.config.can.heartbeat_msg_rate_ms", f64::from(HEARTBEAT_MS))?;
+        axis.set(&endpoints, "axis0.config.watchdog_timeout", watchdog(machine.period))?;
+        axis.set(&endpoints, "axis0.config.enable_watchdog", 1.0)?;
+        axis.set(&endpoints, "axis0.controller.config.control_mode", f64::from(VELOCITY[0]))?;
+        axis.set(&endpoints, "axis0.controller.config.input_mode", f64::from(VELOCITY[1]))?;
+        axis.set(&endpoints, "axis0.controller.config.vel_limit", limits[0])?;
+        axis.set(&endpoints, "axis0.config.motor.current_soft_max", limits[1])?;
+    }
+    axis.count_heartbeats()?;
+    let limits = limits.map(|limit| (limit as f32).to_bits());
+    axis.send(&[
+        set_axis_state(node, IDLE),
+        tell(node, CLEAR_ERRORS, &[0]),
+        tell(node, SET_CONTROLLER_MODE, &pair(VELOCITY[0], VELOCITY[1])),
+        tell(node, SET_LIMITS, &pair(limits[0], limits[1])),
+        set_input_vel(node, 0.0),
+    ])?;
+    axis.takes(IDLE)?;
+    let errors = axis.errors()?;
+    if errors != 0 {
+        return Err(device.wrong(format!("{}: expected an axis without errors", error_names(errors))));
+    }
+    if !floats(axis.get(GET_ENCODER_ESTIMATES)?)[0].is_finite() {
+        return Err(device.wrong("its encoder gives no position"));
+    }
+    axis.prove_watchdog((1e9 * watchdog(machine.period)) as u64)?;
+    Ok(Box::new(CansimpleSlot::new(node, device.drive, parameters)))
+}
+
+/// An axis that is being set up.
+struct Axis<'a, L> {
+    link: &'a mut L,
+    device: &'a CanDevice,
+    period: u64,
+}
+
+impl<L: Link> Axis<'_, L> {
+    fn port(&self, source: io::Error) -> CanError {
+        CanError::Port { port: self.device.port.clone().unwrap_or_default(), source }
+    }
+
+    fn send(&mut self, frames: &[Frame]) -> Result<(), CanError> {
+        self.link.send(frames).map_err(|source| self.port(source))
+    }
+
+    /// The next message of the axis until a deadline, ns.
+    fn next(&mut self, deadline: u64) -> Result<Option<(u16, [u8; 8])>, CanError> {
+        while let Some(frame) = self.link.receive(deadline).map_err(|source| self.port(source))? {
+            if let Some(message) = command(self.device.node, &frame) {
+                return Ok(Some(message));
+            }
+        }
+        Ok(None)
+    }
+
+    /// What a message carries that is asked for.
+    fn get(&mut self, asked: u16) -> Result<[u8; 8], CanError> {
+        for _ in 0..TRIES {
+            self.send(&[ask(self.device.node, asked)])?;
+            let deadline = self.link.now() + PATIENCE;
+            while let Some((command, octets)) = self.next(deadline)? {
+                if command == asked {
+                    return Ok(octets);
+                }
+            }
+        }
+        let CanDevice { name, node, bitrate, .. } = self.device;
+        Err(CanError::Silent { device: name.clone(), node: *node, bitrate: *bitrate })
+    }
+
+    /// Sets a parameter where it has another value, and reads it back.
+    fn set(&mut self, endpoints: &Endpoints, name: &str, value: f64) -> Result<(), CanError> {
+        let parameter = endpoints.parameter(name, value).map_err(|problem| self.device.wrong(problem))?;
+        if !self.has(&parameter)? {
+            let (octets, length) = parameter.request(true);
+            self.send(&[tell(self.device.node, RX_SDO, &octets[..length])])?;
+            if !self.has(&parameter)? {
+                return Err(self.device.wrong(format!("{name} does not take {value}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a parameter has its value.
+    fn has(&mut self, parameter: &Parameter) -> Result<bool, CanError> {
+        let (octets, length) = parameter.request(false);
+        for _ in 0..TRIES {
+            self.send(&[tell(self.device.node, RX_SDO, &octets[..length])])?;
+            let deadline = self.link.now() + PATIENCE;
+            while let Some((command, octets)) = self.next(deadline)? {
+                if let (TX_SDO, Some(has)) = (command, parameter.is_in(&octets)) {
+                    return Ok(has);
+                }
+            }
+        }
+        Err(self.device.wrong(format!("does not say its parameter {:#x}", parameter.number)))
+    }
+
+    /// Its firmware, which is supported.
+    fn identify(&mut self) -> Result<String, CanError> {
+        let [_, _, _, _, major, minor, revision, _] = self.get(GET_VERSION)?;
+        let deadline = self.link.now() + TWICE;
+        while let Some((command, _)) = self.next(deadline)? {
+            if command == GET_VERSION {
+                return Err(self.device.wrong(TWO_ANSWER));
+            }
+        }
+        let version = format!("{major}.{minor}.{revision}");
+        if (major, minor) < (0, 6) {
+            return Err(self.device.wrong(format!("firmware {version}: expected 0.6 or later")));
+        }
+        Ok(version)
+    }
+
+    /// Counts its heartbeats behind the first: a rate that has just been set holds from then on.
+    fn count_heartbeats(&mut self) -> Result<(), CanError> {
+        let mut now = self.link.now();
+        while self.next(now)?.is_some() {}
+        let (mut end, mut count) = (now + STATE_TIME, None);
+        while now < end {
+            self.pass(self.period);
+            now = self.link.now();
+            while let Some((command, _)) = self.next(now)? {
+                match &mut count {
+                    Some(count) => *count += u32::from(command == HEARTBEAT),
+                    None if command == HEARTBEAT => (count, end) = (Some(0), now + COUNT_TIME),
+                    None => {}
+                }
+            }
+        }
+        let (count, most) = (count.unwrap_or(0), COUNT_TIME / (u64::from(HEARTBEAT_MS) * 1_000_000));
+        if f64::from(count) < COUNTED * most as f64 {
+            let time = 1e-9 * COUNT_TIME as f64;
+            let expected = format!("expected a heartbeat_msg_rate_ms of at most {HEARTBEAT_MS}");
+            return Err(self.device.wrong(format!("{count} heartbeats in {time} s: {expected}")));
+        }
+        Ok(())
+    }
+
+    fn errors(&mut self) -> Result<u32, CanError> {
+        let [active, of_disarming] = words(self.get(GET_ERROR)?);
+        Ok(active | of_disarming)
+    }
+
+    /// Waits until its heartbeat shows a state, and feeds its watchdog once a period.
+    fn takes(&mut self, state: u8) -> Result<(), CanError> {
+        let end = self.link.now() + STATE_TIME;
+        let mut shown = "no heartbeat".to_owned();
+        while self.link.now() < end {
+            self.send(&[set_input_vel(self.device.node, 0.0)])?;
+            self.pass(self.period);
+            let now = self.link.now();
+            while let Some((command, octets)) = self.next(now)? {
+                let [errors, is] = words(octets);
+                let is = is as u8;
+                if command == HEARTBEAT && is == state {
+                    return Ok(());
+                }
+                if command == HEARTBEAT {
+                    shown = format!("{} with {}", state_name(is), error_names(errors));
+                }
+            }
+        }
+        Err(self.device.wrong(format!("{shown}: expected {} after it was asked for", state_name(state))))
+    }
+
+    /// Time passes, ns.
+    fn pass(&mut self, time: u64) {
+        let end = self.link.now() + time;
+        while self.link.now() < end {
+            let next = (self.link.now() + self.period).min(end);
+            self.link.rest_until(next);
+            self.link.begin_cycle(self.period);
+        }
+    }
+
+    /// Power at velocity 0, then silence: a watchdog of at most this time, ns, takes the power.
+    fn prove_watchdog(&mut self, most: u64) -> Result<(), CanError> {
+        let node = self.device.node;
+        self.send(&[set_axis_state(node, CLOSED_LOOP)])?;
+        let enabled = self.takes(CLOSED_LOOP);
+        self.pass((SILENCE * most as f64) as u64);
+        // This one feeds it no more: the power is gone, or it stays.
+        let errors = self.errors();
+        self.send(&[set_axis_state(node, IDLE), tell(node, CLEAR_ERRORS, &[0])])?;
+        enabled?;
+        match errors? {
+            errors if errors & WATCHDOG_EXPIRED != 0 => self.takes(IDLE),
+            0 => {
+                let most = 1e-9 * most as f64;
+                Err(self.device.wrong(format!(
+                    "keeps its power for {:.3} s without commands: expected enable_watchdog and a \
+                    watchdog_timeout of at most {most} s",
+                    SILENCE * most
+                )))
+            }
+            errors => Err(self.device.wrong(format!("{} at standstill", error_names(errors)))),
+        }
+    }
+}
