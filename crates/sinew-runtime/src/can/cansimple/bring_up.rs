@@ -89,7 +89,7 @@ struct Axis<'a, L> {
 
 impl<L: Link> Axis<'_, L> {
     fn port(&self, source: io::Error) -> CanError {
-        CanError::Port { port: self.device.port.clone().unwrap_or_default(), source }
+        CanError::Port { port: self.device.port.clone().unwrap_or_else(|| "the adapter".to_owned()), source }
     }
 
     fn send(&mut self, frames: &[Frame]) -> Result<(), CanError> {
