@@ -72,6 +72,11 @@ impl CanDevice {
         self
     }
 
+    /// That its port cannot be used.
+    pub(super) fn unusable(&self, source: std::io::Error) -> CanError {
+        CanError::Port { port: self.port.clone().unwrap_or_else(|| "the adapter".to_owned()), source }
+    }
+
     /// That something is wrong with it.
     pub(super) fn wrong(&self, problem: impl Into<String>) -> CanError {
         CanError::Node { device: self.name.clone(), node: self.node, problem: problem.into() }

@@ -52,7 +52,7 @@ struct Configuring<'a, 'b, L> {
 impl<L: Link> Configuring<'_, '_, L> {
     fn configure(&mut self, machine: &Machine) -> Result<(), CanError> {
         let node = self.device.node;
-        let port = |source| CanError::Port { port: self.device.port.clone().unwrap_or_default(), source };
+        let port = |source| self.device.unusable(source);
         self.client.link.send(&[manage(PRE_OPERATIONAL, node)]).map_err(port)?;
         let profile = self.read(0x1000, 0)? & 0xffff;
         if self.client.answers_twice(node, TWICE).map_err(port)? {
@@ -136,9 +136,9 @@ impl<L: Link> Configuring<'_, '_, L> {
     }
 
     fn refused(&self, (index, subindex): (u16, u8), value: u32, error: SdoError) -> CanError {
-        let CanDevice { name, node, bitrate, port, .. } = self.device;
+        let CanDevice { name, node, bitrate, .. } = self.device;
         match error {
-            SdoError::Port(source) => CanError::Port { port: port.clone().unwrap_or_default(), source },
+            SdoError::Port(source) => self.device.unusable(source),
             SdoError::Silent => CanError::Silent { device: name.clone(), node: *node, bitrate: *bitrate },
             SdoError::Abort(_) | SdoError::Damaged => {
                 CanError::Refused { device: name.clone(), index, subindex, value, reason: error.to_string() }

@@ -14,7 +14,6 @@ use crate::can::slot::Slot;
 use sinew::machine::Machine;
 use sinew_segment::CanFrame as Frame;
 use sinew_session::watchdog;
-use std::io;
 
 /// Time for an answer, and in which a second node of the same identifier has answered, ns.
 const PATIENCE: u64 = 100_000_000;
@@ -88,17 +87,13 @@ struct Axis<'a, L> {
 }
 
 impl<L: Link> Axis<'_, L> {
-    fn port(&self, source: io::Error) -> CanError {
-        CanError::Port { port: self.device.port.clone().unwrap_or_else(|| "the adapter".to_owned()), source }
-    }
-
     fn send(&mut self, frames: &[Frame]) -> Result<(), CanError> {
-        self.link.send(frames).map_err(|source| self.port(source))
+        self.link.send(frames).map_err(|source| self.device.unusable(source))
     }
 
     /// The next message of the axis until a deadline, ns.
     fn next(&mut self, deadline: u64) -> Result<Option<(u16, [u8; 8])>, CanError> {
-        while let Some(frame) = self.link.receive(deadline).map_err(|source| self.port(source))? {
+        while let Some(frame) = self.link.receive(deadline).map_err(|source| self.device.unusable(source))? {
             if let Some(message) = command(self.device.node, &frame) {
                 return Ok(Some(message));
             }
