@@ -31,7 +31,11 @@ const STEPS: [Step; 16] = [
     step("book", "links and chapters of the texts hold; the book where mdbook is installed", book::check),
     step("clippy", "no warning with all features, tests, examples and benches", clippy),
     step("test", "unit and integration tests (nextest where installed)", test),
-    step("readme", "commands of README and tutorials run, the list of verbs is the program's", readme::check),
+    step(
+        "readme",
+        "commands of README, tutorials and exports run, the list of verbs is the program's",
+        readme::check,
+    ),
     step("doctest", "the examples in the documentation", doctest),
     step("features", "no warning without optional features", features),
     step("targets", "the core has no dependency that a microcontroller refuses", targets::check),

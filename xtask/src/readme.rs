@@ -1,5 +1,5 @@
-//! The README and the tutorials cannot go stale: their `sh` blocks run, and the pictures are what the program
-//! draws; the list of commands names the program's verbs and flags.
+//! The README, the tutorials and the pages on exported models cannot go stale: their commands run, and the
+//! pictures are what the program draws; the list of commands names the program's verbs and flags.
 
 use crate::commands::{cargo, succeed, target};
 use crate::{pictures, tree};
@@ -16,6 +16,18 @@ const COMMANDS: &str = "docs/commands.md";
 /// Verbs that `--help` mentions in a sentence.
 const HIDDEN: [&str; 2] = ["completions", "man"];
 
+/// Pages whose commands go on with files of those before: each from where below `target/readme`, and its name.
+const FURTHER: [(&str, &[(&str, &str)]); 2] = [
+    (
+        "docs/export.md",
+        &[("bench/bench/model/model.json", "model.json"), ("bench/bench/simulated_day_5.csv", "LOG.csv")],
+    ),
+    (
+        "docs/compensate.md",
+        &[("README/out/cable/model.json", "out/cable/model.json"), ("README/bench.csv", "desired.csv")],
+    ),
+];
+
 /// What stands before the blocks. `cargo run` of the program becomes the program that was just built, because
 /// a release build would double the time; the test command is not started from inside itself; any other cargo
 /// command fails, so that nothing is skipped unnoticed.
@@ -30,7 +42,7 @@ cargo() {
 "#;
 
 /// A fenced block of a Markdown text.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 struct Block<'a> {
     /// Line of its first line of content, counted from 1.
     line: usize,
@@ -48,7 +60,12 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
     pictures::check(root, &program)?;
     let mut pages = tree::files(root)?;
     pages.retain(|page| page == Path::new(README) || page.starts_with(TUTORIALS));
-    pages.iter().try_for_each(|page| run(root, page, &blocks(&read(page)?), &program))
+    pages.iter().try_for_each(|page| run(root, page, &blocks(&read(page)?), &[], &program))?;
+    FURTHER.iter().try_for_each(|(page, given)| {
+        let text = read(Path::new(page))?;
+        let commands = [blocks(&text), commands_in_tables(&text)].concat();
+        run(root, Path::new(page), &commands, given, &program)
+    })
 }
 
 /// Builds the program as the tests did, so that nothing is compiled a second time, and says where it is.
@@ -57,13 +74,26 @@ pub(crate) fn program(root: &Path) -> Result<PathBuf, String> {
     Ok(target(root).join(format!("debug/sinew{}", std::env::consts::EXE_SUFFIX)))
 }
 
-/// Runs the `sh` blocks of a page one after another in one empty folder.
-fn run(root: &Path, page: &Path, blocks: &[Block<'_>], program: &Path) -> Result<(), String> {
-    let folder = root.join("target/readme").join(page.file_stem().unwrap_or_default());
+/// Runs the `sh` blocks of a page one after another in a folder that holds the given files alone.
+fn run(
+    root: &Path,
+    page: &Path,
+    blocks: &[Block<'_>],
+    given: &[(&str, &str)],
+    program: &Path,
+) -> Result<(), String> {
+    let pages = root.join("target/readme");
+    let folder = pages.join(page.file_stem().unwrap_or_default());
+    let named = |path: &Path, e: std::io::Error| format!("{}: {e}", path.display());
     if folder.exists() {
-        std::fs::remove_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        std::fs::remove_dir_all(&folder).map_err(|e| named(&folder, e))?;
     }
-    std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    std::fs::create_dir_all(&folder).map_err(|e| named(&folder, e))?;
+    for (from, to) in given {
+        let (from, to) = (pages.join(from), folder.join(to));
+        std::fs::create_dir_all(to.parent().unwrap_or(&folder)).map_err(|e| named(&to, e))?;
+        std::fs::copy(&from, to).map_err(|e| named(&from, e))?;
+    }
     let mut places = vec![program.parent().unwrap_or(root).to_path_buf()];
     places.extend(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()));
     let path = std::env::join_paths(places).map_err(|e| format!("PATH: {e}"))?;
@@ -134,6 +164,16 @@ fn blocks(text: &str) -> Vec<Block<'_>> {
     found
 }
 
+/// The program's commands that stand as code in the tables of a page, as blocks.
+fn commands_in_tables(text: &str) -> Vec<Block<'_>> {
+    let rows = text.lines().enumerate().filter(|(_, line)| line.starts_with('|'));
+    let spans = rows.flat_map(|(i, line)| line.split('`').skip(1).step_by(2).map(move |code| (i, code)));
+    // A verb alone is spoken of.
+    let commands =
+        spans.filter(|(_, code)| code.starts_with("sinew ") && code.split_whitespace().count() > 2);
+    commands.map(|(i, code)| Block { line: i + 1, language: "sh", content: format!("{code}\n") }).collect()
+}
+
 /// Verb, or verb and verb below it, and flags of every `sinew verb ...` of a usage text; an indented line
 /// goes on with the one before.
 fn usages(text: &str) -> Vec<(String, BTreeSet<String>)> {
@@ -178,6 +218,14 @@ mod tests {
         let expected = [(3, "sh", "x --y\n"), (7, "text", "z\n")];
         let shown: Vec<_> = found.iter().map(|b| (b.line, b.language, b.content.as_str())).collect();
         assert_eq!(shown, expected);
+    }
+
+    #[test]
+    fn commands_in_tables_carry_their_line() {
+        let found =
+            commands_in_tables("`sinew a --c`\n| C | `sinew b --c`<br>`make` | `sinew d` | `sinew e f` |\n");
+        let shown: Vec<_> = found.iter().map(|b| (b.line, b.content.as_str())).collect();
+        assert_eq!(shown, [(2, "sinew b --c\n"), (2, "sinew e f\n")]);
     }
 
     #[test]
