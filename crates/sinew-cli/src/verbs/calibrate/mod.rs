@@ -1,5 +1,6 @@
 //! `sinew calibrate`: poses, a flight before a camera, the estimate and its judgement.
 
+mod observations;
 mod report;
 mod scenario;
 mod tables;
@@ -120,17 +121,15 @@ fn fit(arguments: &CalibrateFitArguments, general: &General) -> Result<Answer, E
         .chain(&arguments.observations)
         .collect();
     let out = Out::new(&arguments.out, &inputs, false, general)?;
-    let scenario = Scenario::new(&arguments.scenario)?;
-    let (readings, simulated) = tables::read_readings(&scenario.machine, &arguments.recording)?;
-    let mut frames = Vec::new();
-    for file in &arguments.observations {
-        frames.extend(tables::read_observations(&scenario.markers, file, arguments.unit)?);
-    }
-    frames.sort_by(|a, b| a.time.total_cmp(&b.time));
-    let seen = (&readings, frames.as_slice());
+    let mut scenario = Scenario::new(&arguments.scenario)?;
+    let recorded = tables::read_readings(&scenario.machine, &arguments.recording)?;
+    let beside = observations::Beside { recorded: &recorded, unit: arguments.unit, clock: arguments.clock };
+    let named_base = !arguments.scenario.base_tag.is_empty();
+    let frames = observations::read(&mut scenario.markers, named_base, &arguments.observations, &beside)?;
+    let seen = (&recorded.readings, frames.as_slice());
     let judges = |k: usize, _, _: &[f64]| k % EVERY == EVERY / 2;
     let judgement = judge(&scenario.machine.loaded()?, &scenario.markers, seen, judges)?;
-    Out { simulated, ..out }.answer(&scenario, &judgement, None, Vec::new(), general)
+    Out { simulated: recorded.simulated, ..out }.answer(&scenario, &judgement, None, Vec::new(), general)
 }
 
 /// The folder of the results.

@@ -63,8 +63,15 @@ pub(super) fn observations(markers: &[Marker], frames: &[Frame]) -> Result<Strin
     Ok(format!("# SIMULATED by sinew calibrate\n{}", table.text()?))
 }
 
-/// Readings of a recording or of a table, and whether they are simulated.
-pub(super) fn read_readings(machine: &Machine, file: &Path) -> Result<(Readings, bool), Error> {
+/// Readings of a recording or of a table.
+pub(super) struct Recorded {
+    pub(super) readings: Readings,
+    pub(super) simulated: bool,
+    /// Where their clock is 0, ns since 1970; 0 where it is not known.
+    pub(super) start_ns: i64,
+}
+
+pub(super) fn read_readings(machine: &Machine, file: &Path) -> Result<Recorded, Error> {
     if is_recording(file) {
         return recorded(machine, file);
     }
@@ -92,10 +99,11 @@ pub(super) fn read_readings(machine: &Machine, file: &Path) -> Result<(Readings,
         }
         Ok(readings)
     };
-    Ok((parse().map_err(Error::table(file))?, text.starts_with("# SIMULATED")))
+    let readings = parse().map_err(Error::table(file))?;
+    Ok(Recorded { readings, simulated: text.starts_with("# SIMULATED"), start_ns: 0 })
 }
 
-fn recorded(machine: &Machine, file: &Path) -> Result<(Readings, bool), Error> {
+fn recorded(machine: &Machine, file: &Path) -> Result<Recorded, Error> {
     let bytes = read_bytes(file)?;
     let recording = recording(file, &bytes)?;
     let head = &recording.head;
@@ -133,31 +141,11 @@ fn recorded(machine: &Machine, file: &Path) -> Result<(Readings, bool), Error> {
             expected: "one with readings of all joints",
         });
     }
-    Ok((readings, head.simulated))
-}
-
-/// What a camera saw, lengths times `unit`.
-pub(super) fn read_observations(markers: &[Marker], file: &Path, unit: f64) -> Result<Vec<Frame>, Error> {
-    let text = read_text(file)?;
-    let parse = || -> Result<Vec<Frame>, TableError> {
-        let names = ["time_s", "marker", "x_m", "y_m", "z_m"];
-        let frame = |(line, cells): (usize, Vec<String>)| {
-            let known = || markers.iter().map(|marker| marker.name.as_str()).collect::<Vec<_>>().join(", ");
-            let marker = markers.iter().position(|marker| marker.name == cells[1]);
-            let marker = marker.ok_or_else(|| {
-                TableError::in_column(line, "marker", format!("one of {}", known()), &cells[1])
-            })?;
-            let number = |k: usize| parse_number(line, names[k], &cells[k]);
-            let position = [unit * number(2)?, unit * number(3)?, unit * number(4)?];
-            Ok(Frame { time: number(0)?, marker, position })
-        };
-        rows(&text, &names)?.into_iter().map(frame).collect()
-    };
-    parse().map_err(Error::table(file))
+    Ok(Recorded { readings, simulated: head.simulated, start_ns: head.start_ns as i64 })
 }
 
 /// The cells of the named columns of every row, with its line.
-fn rows(text: &str, names: &[&str]) -> Result<Vec<(usize, Vec<String>)>, TableError> {
+pub(super) fn rows(text: &str, names: &[&str]) -> Result<Vec<(usize, Vec<String>)>, TableError> {
     let mut lines = data_lines(text);
     let expected = || format!("the columns {}", names.join(", "));
     let Some((line, header)) = lines.next() else {
