@@ -23,7 +23,7 @@ fn trc(seen: &Seen) -> String {
     let (frames, markers) = (seen.len(), seen[0].len());
     let mut text = format!(
         "PathFileType\t4\t(X/Y/Z)\tseen.trc\r\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\t\
-         OrigDataStartFrame\tOrigNumFrames\r\n100\t100\t{frames}\t{markers}\tmm\t100\t1\t{frames}\r\nFrame#\tTime"
+         OrigDataStartFrame\tOrigNumFrames\r\n  100.0\t\t100\t{frames}\t{markers}\tmm\t100\t1\t{frames}\r\nFrame#\tTime"
     );
     text += &(0..markers).map(|m| format!("\t{}\t\t", name(m))).collect::<String>();
     text += "\r\n\t";

@@ -26,8 +26,15 @@ pub(super) fn read(text: &str) -> Result<Observed, TableError> {
     next("PathFileType")?;
     let (_, keys) = next("a line with NumFrames, NumMarkers and Units")?;
     let (line, values) = next("a line with their values")?;
+    // Writers differ in the number of tabs between cells that are never empty.
+    let full = |cell: &&String| !cell.is_empty();
     let value = |key: &str| {
-        let found = keys.iter().zip(&values).find(|(name, _)| *name == key).map(|(_, value)| value.as_str());
+        let found = keys
+            .iter()
+            .filter(full)
+            .zip(values.iter().filter(full))
+            .find(|(name, _)| name.as_str() == key)
+            .map(|(_, value)| value.as_str());
         found.ok_or_else(|| TableError::in_column(line, key, "a value", "none"))
     };
     let count = |key: &str| {
@@ -45,15 +52,14 @@ pub(super) fn read(text: &str) -> Result<Observed, TableError> {
     if frame != "Frame#" || time != "Time" {
         return Err(TableError::in_line(line, "Frame# and Time", format!("{frame} and {time}")));
     }
-    // Writers differ in the number of tabs between the names.
-    let names: Vec<&String> = names.iter().filter(|name| !name.is_empty()).collect();
+    let names: Vec<&String> = names.iter().filter(full).collect();
     if names.len() != markers {
         let expected = format!("{markers} markers by NumMarkers");
         return Err(TableError::in_line(line, expected, names.len().to_string()));
     }
     let (line, axes) = next("a line with X1, Y1, Z1 and so on")?;
     let expected = (1..=markers).flat_map(|k| ['X', 'Y', 'Z'].map(|axis| format!("{axis}{k}")));
-    let mut got = axes.iter().filter(|axis| !axis.is_empty());
+    let mut got = axes.iter().filter(full);
     for expected in expected.chain(std::iter::once("the end".to_owned())) {
         let got = got.next().map_or("the end", String::as_str);
         if expected != got {
