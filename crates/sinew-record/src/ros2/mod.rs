@@ -1,4 +1,5 @@
-//! Bags of ROS 2, MCAP with messages in CDR and their definitions: a recording as one, and positions from one.
+//! Bags of ROS 2, MCAP with messages in CDR and their definitions: a recording as one, and positions from
+//! one.
 
 mod cdr;
 mod definitions;

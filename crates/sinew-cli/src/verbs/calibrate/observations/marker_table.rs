@@ -1,6 +1,6 @@
 //! A row for every time and three columns for every marker, as TRC and Motive have them.
 
-use super::Track;
+use super::observed::Track;
 use crate::table_error::TableError;
 use crate::verbs::numeric_table::{parse_number, split_cells};
 

@@ -2,6 +2,7 @@
 
 mod marker_table;
 mod motive;
+mod observed;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -12,6 +13,7 @@ use crate::error::Error;
 use crate::table_error::TableError;
 use crate::verbs::read_text;
 use crate::verbs::recording::{is_recording, read_bytes};
+use observed::{Observed, Track};
 use sinew::machine::Marker;
 use sinew_identify::geometry::Frame;
 use std::collections::BTreeSet;
@@ -23,23 +25,6 @@ const LARGEST_DELAY_S: f64 = 2.0;
 const SINCE_1970_S: f64 = 1e9;
 const SINCE_1970_NS: i64 = 1_000_000_000_000_000_000;
 
-/// Where one marker was, in the unit of its file.
-#[derive(Debug, Clone, PartialEq)]
-struct Track {
-    name: String,
-    /// In which it was seen; empty in formats with one frame.
-    frame: String,
-    points: Vec<(f64, [f64; 3])>,
-}
-
-/// A file as read.
-#[derive(Debug, Clone, PartialEq)]
-struct Observed {
-    /// What the file calls its unit of length, m; none where it does not tell.
-    unit: Option<(f64, String)>,
-    tracks: Vec<Track>,
-}
-
 /// What is known beside the files.
 pub(super) struct Beside<'a> {
     pub(super) recorded: &'a Recorded,
@@ -49,8 +34,10 @@ pub(super) struct Beside<'a> {
     pub(super) clock: Option<f64>,
 }
 
-/// The frames of the wanted markers in all files, in m and near the clock of the readings. Markers of the base
-/// are not wanted where they are those that a user did not name, and the files have none of them.
+/// The frames of the wanted markers in all files, in m and near the clock of the readings.
+///
+/// Markers of the base are not wanted where they are those that a user did not name, and the files have none
+/// of them.
 pub(super) fn read(
     markers: &mut Vec<Marker>,
     named_base: bool,
@@ -141,7 +128,7 @@ fn in_metres(file: &Path, beside: &Beside<'_>) -> Result<Vec<Track>, Error> {
         observed
     };
     let metres = match (unit, beside.unit) {
-        (Some((own, name)), Some(given)) if own != given => {
+        (Some((own, name)), Some(given)) if (own - given).abs() > 1e-9 * own => {
             return Err(Error::Shown(format!(
                 "--unit {given}: expected {own}, which {} has: {name}",
                 file.display()
@@ -180,15 +167,4 @@ fn of_bag(file: &Path, bytes: &[u8], beside: &Beside<'_>) -> Result<Observed, Er
     };
     let tracks = tracks.into_iter().map(track).collect();
     Ok(Observed { unit: Some((1.0, "m, as ROS has them".to_owned())), tracks })
-}
-
-/// The unit of a header, m.
-fn unit(line: usize, column: &str, name: &str) -> Result<(f64, String), TableError> {
-    let metres = match name.to_lowercase().as_str() {
-        "m" | "meters" | "metres" => 1.0,
-        "cm" | "centimeters" | "centimetres" => 0.01,
-        "mm" | "millimeters" | "millimetres" => 0.001,
-        _ => return Err(TableError::in_column(line, column, "m, cm or mm", &format!("`{name}`"))),
-    };
-    Ok((metres, name.to_owned()))
 }

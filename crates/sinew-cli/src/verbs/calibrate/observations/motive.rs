@@ -13,7 +13,7 @@
 //! Columns of type `Rigid Body Marker` are where a marker should be, not where it was seen.
 
 use super::marker_table::MarkerTable;
-use super::{Observed, unit};
+use super::observed::{Observed, unit};
 use crate::table_error::TableError;
 use crate::verbs::numeric_table::split_cells;
 

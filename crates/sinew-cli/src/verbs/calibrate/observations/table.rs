@@ -1,7 +1,7 @@
 //! Tables of our own: `time_s,marker,x_m,y_m,z_m`, a row for every sighting.
 
 use super::super::tables::rows;
-use super::{Observed, Track};
+use super::observed::{Observed, Track};
 use crate::table_error::TableError;
 use crate::verbs::numeric_table::parse_number;
 use std::collections::BTreeMap;

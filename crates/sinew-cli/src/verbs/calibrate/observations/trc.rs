@@ -10,7 +10,7 @@
 //! ```
 
 use super::marker_table::MarkerTable;
-use super::{Observed, unit};
+use super::observed::{Observed, unit};
 use crate::table_error::TableError;
 use crate::verbs::numeric_table::split_cells;
 
