@@ -18,6 +18,9 @@ use std::path::PathBuf;
 /// What a calibration may change, and by how much, are the tolerances of the machine: of its file, or
 /// --tolerances.
 ///
+/// With --no-camera the readings of the same motion give equivalent routes of the muscles and masses, judged
+/// by lengths and torques at places that the estimate has not seen.
+///
 /// Example: sinew calibrate lm_arm --tolerances rough --out out
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -75,6 +78,9 @@ pub(crate) struct CalibrateFlyArguments {
     /// The camera
     #[arg(long, value_name = "SOURCE", default_value = "simulated", value_parser = ["simulated"])]
     pub(crate) camera: String,
+    /// Find equivalent routes of the muscles and masses from encoders, winches and load cells alone
+    #[arg(long, conflicts_with_all = ["camera", "camera_fault", "marker", "base_tag"])]
+    pub(crate) no_camera: bool,
     /// A fault of the simulated camera, may be given again: noise_m, delay_s, jitter_s, scale,
     /// distortion_m,
     /// outliers, dropouts, swapped (fractions), mirrored=1, moved_m=M (halfway)
@@ -117,8 +123,11 @@ pub(crate) struct CalibrateFitArguments {
     #[arg(value_name = "RECORDING.mcap|READINGS.csv", default_value = "readings.csv")]
     pub(crate) recording: PathBuf,
     /// What a camera saw; may be given again
-    #[arg(long, value_name = "FILE", required = true)]
+    #[arg(long, value_name = "FILE", required_unless_present = "no_camera")]
     pub(crate) observations: Vec<PathBuf>,
+    /// Find equivalent routes of the muscles and masses from encoders, winches and load cells alone
+    #[arg(long, conflicts_with_all = ["observations", "unit", "clock", "marker", "base_tag"])]
+    pub(crate) no_camera: bool,
     /// Folder for the results; created if missing
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,

@@ -13,19 +13,26 @@
 //! parameters, [`plan`](fn@plan) chooses poses, [`GeometryModel`] is the model.
 
 mod estimate;
+mod loads;
 mod model;
 mod place;
 mod places;
 mod plan;
+mod prior_fit;
+mod rests;
+mod routes;
 mod start;
 #[cfg(test)]
 mod tests;
 
 pub use estimate::{Estimate, Finding, PointError, estimate};
+pub use loads::{LoadEstimate, LoadModel, LoadPart};
 pub use model::{GeometryModel, Parameter, ParameterKind, Sensitivity};
 pub use place::{Place, Seen};
 pub use places::{Frame, Readings, places, speed_delay};
 pub use plan::{Plan, plan};
+pub use rests::{CableReadings, Rest, rests};
+pub use routes::{RouteEstimate, RouteModel, RoutePart};
 
 /// Why a geometry could not be estimated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
