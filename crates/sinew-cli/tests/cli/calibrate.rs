@@ -141,3 +141,56 @@ fn files_of_other_programs_give_the_calibration_of_the_table_with_their_numbers(
         outcome.stderr
     );
 }
+
+#[test]
+fn without_a_camera_lengths_and_torques_judge_and_the_file_is_used() {
+    let bench = Bench::new();
+    let given = "shoulder --no-camera --tolerances rough";
+    let run = bench.run(&format!("calibrate {given} --poses 10 --check 3 --out out --json"));
+    assert_eq!(run.code, Some(0), "{} {}", run.stdout, run.stderr);
+    let flown: Value = serde_json::from_str(&run.stdout).unwrap();
+    assert!(flown.get("held_out_error_m").is_none());
+    let mean =
+        |document: &Value, of: &str, when: &str| document["held_out"][of][when]["mean"].as_f64().unwrap();
+    for of in ["length_m", "torque_nm"] {
+        assert!(mean(&flown, of, "after") < mean(&flown, of, "before"), "{}", flown["held_out"]);
+    }
+    let run = bench
+        .run("calibrate fit shoulder out/readings.csv --no-camera --tolerances rough --out again --json");
+    assert!(matches!(run.code, Some(0 | 3)), "{}", run.stderr);
+    let fitted: Value = serde_json::from_str(&run.stdout).unwrap();
+    assert!(mean(&fitted, "length_m", "after") <= mean(&fitted, "length_m", "before"));
+    assert_eq!(fitted["places"], flown["places"]);
+
+    let track =
+        "track shoulder --tolerances rough --unverified --duration 10 --calibration out/calibration.toml";
+    let run = bench.run(&format!("{track} --record run.mcap"));
+    assert!(matches!(run.code, Some(0 | 3)), "{}", run.stderr);
+    let run = bench.run("log replay run.mcap --json");
+    assert_eq!(run.code, Some(0), "{} {}", run.stdout, run.stderr);
+    // A motion without rests tells nothing, and is refused by that reason.
+    bench.refuses(
+        "calibrate fit shoulder run.mcap --no-camera --tolerances rough --out none",
+        &["places", "at rest"],
+    );
+    bench.write("few.csv", "time_s,abduction\n0,0\n1,0\n");
+    bench.refuses(
+        "calibrate fit shoulder few.csv --no-camera --tolerances rough --out none",
+        &["few.csv", "column"],
+    );
+}
+
+#[test]
+fn where_lengths_or_torques_are_not_better_the_exit_code_says_so() {
+    let bench = Bench::new();
+    let given = "bench_joint --no-camera --tolerances careful --poses 10 --check 3 --out out --json";
+    let run = bench.run(&format!("calibrate {given}"));
+    let document: Value = serde_json::from_str(&run.stdout).unwrap();
+    let missed = |of: &str| {
+        let mean = |when: &str| document["held_out"][of][when]["mean"].as_f64().unwrap();
+        mean("after") < mean("before")
+    };
+    let better = missed("length_m") && missed("torque_nm");
+    assert_eq!(run.code, Some(if better { 0 } else { 3 }));
+    assert_eq!(document["verdict"] == "do not use", !better);
+}

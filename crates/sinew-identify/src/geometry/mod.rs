@@ -8,10 +8,15 @@
 //! min  sum rho(|y - y(theta)| / s) + sum (theta / tolerance)^2
 //! ```
 //!
+//! Without a camera, readings at rest ([`rests`](fn@rests)) give equivalent routes ([`RouteModel`]) and loads
+//! ([`LoadModel`]).
+//!
 //! [`places`] makes places at rest from readings and sightings, [`estimate`](fn@estimate) finds the most
 //! probable
 //! parameters, [`plan`](fn@plan) chooses poses, [`GeometryModel`] is the model.
 
+#[cfg(test)]
+mod cable_tests;
 mod estimate;
 mod loads;
 mod model;
