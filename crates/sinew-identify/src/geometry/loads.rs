@@ -32,8 +32,8 @@ pub struct LoadEstimate {
 /// ```
 ///
 /// # Assumes
-/// Tensions at the anchors as the controller estimates them; what friction holds is noise, which is found with
-/// the parameters.
+/// Tensions at the anchors as the controller estimates them; what friction holds is noise, which is found
+/// with the parameters.
 #[derive(Debug, Clone)]
 pub struct LoadModel {
     /// With the routes by which tensions become torques.

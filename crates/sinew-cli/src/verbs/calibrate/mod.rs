@@ -212,6 +212,7 @@ impl Out {
 }
 
 /// With a camera and without.
+#[derive(Clone, Copy)]
 enum Judged<'a> {
     Camera(&'a Judgement, Option<&'a CalibrationPoses>),
     Cables(&'a CableJudgement),
