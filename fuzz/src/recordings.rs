@@ -1,10 +1,13 @@
 //! Any bytes as a recording: alone, and as blocks and attachments of a file whose container is in order.
 //!
 //! Checksums stop nearly every change of a file, so the second way computes them anew.
-use sinew_record::Recording;
+use sinew_record::{Recording, ros2_tracks};
 
-/// Reads `bytes` as a recording in both ways.
+/// Reads `bytes` as a recording in both ways, and as a bag of ROS 2.
 pub fn read_recording(bytes: &[u8]) {
+    if let Err(error) = ros2_tracks(bytes) {
+        assert!(!error.to_string().is_empty());
+    }
     check(bytes);
     check(&enveloped(bytes, 1, &[b"/sinew/cycles"]));
     check(&enveloped(bytes, 2, &[b"/sinew/block", b"/sinew/cycle", b"/sinew/slow"]));

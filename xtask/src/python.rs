@@ -9,7 +9,7 @@ const PACKAGES: [&str; 6] = ["hypothesis", "jsonschema", "maturin>=1.9,<2", "myp
 
 /// What parts of the package work with; tests of those that cannot be installed are skipped with a message.
 /// Not among them: stable-baselines3, which brings gigabytes of PyTorch; where it is installed, it is tested.
-const OPTIONAL: [&str; 25] = [
+const OPTIONAL: [&str; 26] = [
     "gymnasium>=1.1",
     "canopen",
     "cantools",
@@ -19,6 +19,7 @@ const OPTIONAL: [&str; 25] = [
     "ipykernel",
     "jax",
     "matplotlib",
+    "mcap-ros2-support",
     "mujoco",
     "mujoco-mjx",
     "mujoco-warp>=3.6",

@@ -27,6 +27,15 @@ pub enum Error {
         /// Name of the attachment.
         name: &'static str,
     },
+    /// A bag without positions.
+    #[error(
+        "expected topics of tf2_msgs/TFMessage or geometry_msgs/PoseStamped, got {}",
+        if topics.is_empty() { "none" } else { topics.as_str() }
+    )]
+    NoPoses {
+        /// Its topics with their types.
+        topics: String,
+    },
     /// A file that ends before its attachments do.
     #[error(
         "byte {at}: expected the rest of a recording, got the end of the file: it was cut short before \

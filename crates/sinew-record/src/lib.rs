@@ -19,6 +19,7 @@ mod head;
 mod messages;
 mod read;
 mod recorder;
+mod records;
 mod replay;
 mod ros2;
 mod sink;
@@ -32,6 +33,6 @@ pub use head::{BLOCK, COMMAND, Circumstances, Coding, ColumnSpec, FORMAT, Head, 
 pub use read::{BlockPlace, Blocks, Recording};
 pub use recorder::{Recorded, Recorder};
 pub use replay::{BlockChecks, Replay, ReplayedCycle};
-pub use ros2::{Bag, ros2_bag};
+pub use ros2::{Bag, Track, ros2_bag, ros2_tracks};
 pub use sinew_session::signals::{Signal, bus_fault_of, command_code, fault_of, status_of};
 pub use sink::Storage;

@@ -5,63 +5,9 @@ use crate::channels::{BLOCKS_1, File, HEAD, READ};
 use crate::error::Error;
 use crate::head::{FORMAT, Head};
 use crate::messages::BlockMessage;
+use crate::records::{Bytes, Chunk};
 use mcap::records::op;
 use prost::Message;
-use std::borrow::Cow;
-
-/// Bytes of a file that are read one after the other; no access is out of bounds.
-#[derive(Debug, Clone, Copy)]
-struct Bytes<'a> {
-    rest: &'a [u8],
-    /// Place of the rest in the file.
-    at: u64,
-}
-
-impl<'a> Bytes<'a> {
-    fn take(&mut self, count: u64) -> Option<&'a [u8]> {
-        let count = usize::try_from(count).ok()?;
-        let (taken, rest) = self.rest.split_at_checked(count)?;
-        self.rest = rest;
-        self.at += count as u64;
-        Some(taken)
-    }
-
-    fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
-        self.take(N as u64)?.try_into().ok()
-    }
-
-    fn u16(&mut self) -> Option<u16> {
-        self.array().map(u16::from_le_bytes)
-    }
-
-    fn u32(&mut self) -> Option<u32> {
-        self.array().map(u32::from_le_bytes)
-    }
-
-    fn u64(&mut self) -> Option<u64> {
-        self.array().map(u64::from_le_bytes)
-    }
-
-    fn text(&mut self) -> Option<&'a str> {
-        let length = self.u32()?;
-        std::str::from_utf8(self.take(u64::from(length))?).ok()
-    }
-
-    /// Opcode and body of the next record; none at the end and where it is cut off.
-    fn record(&mut self) -> Option<(u8, Bytes<'a>)> {
-        let mut ahead = *self;
-        let [opcode] = ahead.array()?;
-        let length = ahead.u64()?;
-        let at = ahead.at;
-        let body = ahead.take(length)?;
-        *self = ahead;
-        Some((opcode, Bytes { rest: body, at }))
-    }
-
-    fn damaged(&self, expected: &'static str) -> Error {
-        Error::Damaged { at: self.at, expected, got: "other bytes".to_owned() }
-    }
-}
 
 /// A recording in memory.
 #[derive(Debug)]
@@ -102,7 +48,7 @@ impl<'a> Recording<'a> {
                         files.push(file);
                     }
                 }
-                op::CHUNK => chunks.push(chunk(&mut body)?),
+                op::CHUNK => chunks.push(BlockPlace { chunk: Chunk::read(&mut body)?, channels: [None; 3] }),
                 op::FOOTER => {
                     complete = rest.rest == mcap::MAGIC;
                     rest.rest = &[];
@@ -151,37 +97,14 @@ fn missing(name: &'static str, complete: bool, end: u64) -> Error {
     if complete { Error::Missing { name } } else { Error::CutShort { at: end, name } }
 }
 
-/// A chunk, as its beginning says.
-fn chunk(body: &mut Bytes<'_>) -> Result<BlockPlace, Error> {
-    let short = |body: &Bytes<'_>| body.damaged("a chunk");
-    let head = (|| {
-        let _times = (body.u64()?, body.u64()?);
-        let size = body.u64()?;
-        Some((size, body.u32()?, body.text()?, body.u64()?))
-    })();
-    let (size, check, compression, length) = head.ok_or_else(|| short(body))?;
-    let at = body.at;
-    if !["", "zstd"].contains(&compression) || size > MAX_CHUNK {
-        let got = format!("compression {compression}, {size} bytes");
-        return Err(Error::Damaged { at, expected: "a chunk with zstd or none, 64 MB at most", got });
-    }
-    let compressed = !compression.is_empty();
-    body.take(length).filter(|_| compressed || size == length).ok_or_else(|| short(body))?;
-    let bytes = at as usize..(at + length) as usize;
-    Ok(BlockPlace { bytes, size: size as usize, check, compressed, channels: [None; 3] })
-}
-
-/// Longest chunk that is read, bytes: a hundred times that of a large machine.
-const MAX_CHUNK: u64 = 64 << 20;
-
 /// The chunks with the channels of their cycles; those before the first cycle, which name the channels, are
 /// left out.
 fn with_cycles(file: &[u8], mut chunks: Vec<BlockPlace>, head: &Head) -> Result<Vec<BlockPlace>, Error> {
     let names = if head.format == 1 { [BLOCKS_1, "", ""] } else { READ };
     let (mut channels, mut before) = ([None; 3], 0);
     for place in &chunks {
-        let records = place.records(file)?;
-        let (mut records, mut found) = (Bytes { rest: &records, at: place.bytes.start as u64 }, false);
+        let records = place.chunk.records(file)?;
+        let (mut records, mut found) = (Bytes { rest: &records, at: place.chunk.at() }, false);
         while let Some((opcode, mut body)) = records.record() {
             if opcode == op::CHANNEL {
                 let (id, _schema) = (body.u16(), body.u16());
@@ -243,11 +166,7 @@ fn read_head(file: &File) -> Result<Head, Error> {
 /// Where a block stands in the bytes of a file, to decode it apart from the others: a chunk.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BlockPlace {
-    bytes: std::ops::Range<usize>,
-    /// Uncompressed, bytes.
-    size: usize,
-    check: u32,
-    compressed: bool,
+    chunk: Chunk,
     /// Those of blocks, of cycles and of slow signals.
     channels: [Option<u16>; 3],
 }
@@ -258,8 +177,8 @@ impl BlockPlace {
     /// # Errors
     /// [`Error::Damaged`] where these are others than those that the place was found in.
     pub fn decode(&self, file: &[u8], head: &Head) -> Result<Block, Error> {
-        let at = self.bytes.start as u64;
-        let records = self.records(file)?;
+        let at = self.chunk.at();
+        let records = self.chunk.records(file)?;
         let mut records = Bytes { rest: &records, at };
         let (mut block, mut rows) = (None, [Vec::new(), Vec::new()]);
         while !records.rest.is_empty() {
@@ -279,24 +198,6 @@ impl BlockPlace {
         let bytes = block.ok_or_else(|| damaged("a chunk without, perhaps of another program".to_owned()))?;
         let message = BlockMessage::decode(bytes).map_err(|error| damaged(error.to_string()))?;
         Block::decode(&message, rows.each_ref().map(|rows| &rows[..]), head, at)
-    }
-
-    /// The checked records of the chunk.
-    fn records<'a>(&self, file: &'a [u8]) -> Result<Cow<'a, [u8]>, Error> {
-        let damaged =
-            |got| Error::Damaged { at: self.bytes.start as u64, expected: "an undamaged chunk", got };
-        let bytes = file.get(self.bytes.clone()).unwrap_or_default();
-        let records = if self.compressed {
-            let records = zstd::bulk::decompress(bytes, self.size);
-            Cow::Owned(records.map_err(|error| damaged(error.to_string()))?)
-        } else {
-            Cow::Borrowed(bytes)
-        };
-        let found = crc32fast::hash(&records);
-        if self.check != 0 && self.check != found {
-            return Err(damaged(format!("a checksum of {found:#010x} instead of {:#010x}", self.check)));
-        }
-        Ok(records)
     }
 }
 

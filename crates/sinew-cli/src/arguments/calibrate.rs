@@ -18,6 +18,9 @@ use std::path::PathBuf;
 /// What a calibration may change, and by how much, are the tolerances of the machine: of its file, or
 /// --tolerances.
 ///
+/// With --no-camera the readings of the same motion give equivalent routes of the muscles and masses, judged
+/// by lengths and torques at places that the estimate has not seen.
+///
 /// Example: sinew calibrate lm_arm --tolerances rough --out out
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -75,6 +78,9 @@ pub(crate) struct CalibrateFlyArguments {
     /// The camera
     #[arg(long, value_name = "SOURCE", default_value = "simulated", value_parser = ["simulated"])]
     pub(crate) camera: String,
+    /// Find equivalent routes of the muscles and masses from encoders, winches and load cells alone
+    #[arg(long, conflicts_with_all = ["camera", "camera_fault", "marker", "base_tag"])]
+    pub(crate) no_camera: bool,
     /// A fault of the simulated camera, may be given again: noise_m, delay_s, jitter_s, scale,
     /// distortion_m,
     /// outliers, dropouts, swapped (fractions), mirrored=1, moved_m=M (halfway)
@@ -103,10 +109,10 @@ pub(crate) struct CalibratePlanArguments {
 /// Estimate from a recording and what a camera saw meanwhile.
 ///
 /// RECORDING is a recording of `sinew run` or `sinew track`, or a table with the columns time_s and the
-/// names of
-/// the joints, readings in rad or m. Observations are tables with the columns time_s, marker, x_m, y_m
-/// and z_m in
-/// the camera's frame; their clock may differ by up to two seconds. Every fifth place at rest judges.
+/// names of the joints, readings in rad or m. Observations are tables with the columns time_s, marker, x_m,
+/// y_m and z_m in the camera's frame, TRC files, tables that OptiTrack's Motive exports, or MCAP files with
+/// /tf or PoseStamped of ROS 2; which, their content tells. Their clock may differ by up to two seconds from
+/// that of the readings. Every fifth place at rest judges.
 ///
 /// Example: sinew calibrate fit lm_arm run.mcap --observations seen.csv --tolerances rough --out out
 #[derive(Debug, Args)]
@@ -117,13 +123,19 @@ pub(crate) struct CalibrateFitArguments {
     #[arg(value_name = "RECORDING.mcap|READINGS.csv", default_value = "readings.csv")]
     pub(crate) recording: PathBuf,
     /// What a camera saw; may be given again
-    #[arg(long, value_name = "FILE.csv", required = true)]
+    #[arg(long, value_name = "FILE", required_unless_present = "no_camera")]
     pub(crate) observations: Vec<PathBuf>,
+    /// Find equivalent routes of the muscles and masses from encoders, winches and load cells alone
+    #[arg(long, conflicts_with_all = ["observations", "unit", "clock", "marker", "base_tag"])]
+    pub(crate) no_camera: bool,
     /// Folder for the results; created if missing
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// Unit of the observations' coordinates, m: 0.001 for millimetres
-    #[arg(long, value_name = "M", default_value_t = 1.0,
-        value_parser = number("a number > 0", |x| x > 0.0))]
-    pub(crate) unit: f64,
+    /// Unit of the observations' coordinates, m: 0.001 for millimetres [default: that of the file, else 1]
+    #[arg(long, value_name = "M", value_parser = number("a number > 0", |x| x > 0.0))]
+    pub(crate) unit: Option<f64>,
+    /// What the observations' clock shows where that of the readings is 0, s [default: 0; for stamps since
+    /// 1970 the start of the recording]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = number("a number", |_| true))]
+    pub(crate) clock: Option<f64>,
 }

@@ -50,3 +50,147 @@ fn what_cannot_be_calibrated_is_refused_by_its_reason() {
     let run = bench.run("calibrate planar_leg --marker nose=face:0,0,0 --tolerances rough --out out");
     assert!(run.code == Some(2) && run.stderr.contains("body of the machine"), "{}", run.stderr);
 }
+
+/// Stamp, marker and coordinates in mm of the rows of a table of observations.
+fn sightings(table: &str) -> Vec<(String, String, [String; 3])> {
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let millimetres = |cell: &str| format!("{:.3}", 1e3 * cell.parse::<f64>().unwrap());
+        (cells[0].to_owned(), cells[1].to_owned(), [2, 3, 4].map(|k| millimetres(cells[k])))
+    };
+    table.lines().skip(2).map(row).collect()
+}
+
+#[test]
+fn files_of_other_programs_give_the_calibration_of_the_table_with_their_numbers() {
+    let bench = Bench::new();
+    bench.succeeds("calibrate bench_joint --tolerances rough --poses 6 --check 2 --out out");
+    let seen = sightings(&bench.read("out/observations.csv"));
+    let names = ["tip", "base_1", "base_2", "base_3", "nose"];
+    let mut table = "time_s,marker,x_m,y_m,z_m\n".to_owned();
+    let mut rows: Vec<(&str, [String; 5])> = Vec::new();
+    for (time, marker, place) in &seen {
+        let place = place.join(",");
+        table += &format!("{time},{marker},{place}\n");
+        if rows.last().is_none_or(|row| row.0 != time.as_str()) {
+            rows.push((time.as_str(), [const { String::new() }; 5]));
+        }
+        let column = names.iter().position(|name| name == marker).unwrap();
+        rows.last_mut().unwrap().1[column] = place;
+    }
+    let columns = |row: &[String; 5], separator: &str| {
+        let gap = ",,".to_owned();
+        let cells = row.iter().map(|place| if place.is_empty() { &gap } else { place });
+        cells.map(|place| place.replace(',', separator)).collect::<Vec<_>>().join(separator)
+    };
+    let frames = rows.len();
+    let mut trc = format!(
+        "PathFileType\t4\t(X/Y/Z)\tseen.trc\nNumFrames\tNumMarkers\tUnits\n{frames}\t5\tmm\nFrame#\tTime\t{}\n\t\t{}\n",
+        names.join("\t\t\t"),
+        (1..=5).map(|k| format!("X{k}\tY{k}\tZ{k}")).collect::<Vec<_>>().join("\t"),
+    );
+    let mut motive = format!(
+        "Format Version,1.23,Total Exported Frames,{frames},Length Units,Millimeters,Coordinate Space,Global\n\n\
+         ,Type{}\n,Name{}\n,,{}\nFrame,Time (Seconds){}\n",
+        ",Marker".repeat(15),
+        names.map(|name| format!(",{name}").repeat(3)).concat(),
+        ["Position"; 15].join(","),
+        ",X,Y,Z".repeat(5),
+    );
+    for (k, (time, row)) in rows.iter().enumerate() {
+        trc += &format!("{}\t{time}\t{}\n", k + 1, columns(row, "\t"));
+        motive += &format!("{k},{time},{}\n", columns(row, ","));
+    }
+    bench.write("table", table);
+    // Their names tell nothing.
+    bench.write("trc.csv", &trc);
+    bench.write("motive.txt", motive);
+    let fit = |observations: &str| {
+        let outcome = bench.run(&format!(
+            "calibrate fit bench_joint out/readings.csv --tolerances rough --out fitted --json --observations {observations}"
+        ));
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        let document: Value = serde_json::from_str(&outcome.stdout).unwrap();
+        (document["held_out_error_m"].clone(), document["parameters"].clone(), outcome.stderr)
+    };
+    let (held, parameters, stderr) = fit("table --unit 0.001");
+    assert!(stderr.is_empty(), "{stderr}");
+    for file in ["trc.csv", "motive.txt", "motive.txt --unit 0.001"] {
+        let (again, found, stderr) = fit(file);
+        assert_eq!((&again, &found), (&held, &parameters), "{file}");
+        assert!(stderr.contains("are ignored: nose"), "{stderr}");
+    }
+
+    let fit = "calibrate fit bench_joint out/readings.csv --tolerances rough --out no --observations";
+    bench.refuses(&format!("{fit} trc.csv --unit 1"), &["--unit 1", "0.001", "trc.csv", "mm"]);
+    bench.refuses(
+        &format!("{fit} table --unit 0.001 --marker hand=lever:0,0,0"),
+        &["the markers hand", "base_1", "tip"],
+    );
+    bench.refuses(&format!("{fit} table --unit 0.001 --clock 1000"), &["--clock", "-999.9"]);
+    bench.write("cut.trc", &trc[..trc.len() / 2]);
+    bench.refuses(&format!("{fit} cut.trc"), &["cut.trc: line"]);
+
+    let tips = |line: &&str| !line.contains("base_");
+    let table: String = bench.read("table").lines().filter(tips).map(|line| format!("{line}\n")).collect();
+    bench.write("tips", table);
+    let outcome = bench.run(&format!("{fit} tips --unit 0.001 --json"));
+    assert!(
+        matches!(outcome.code, Some(0 | 3)) && outcome.stdout.contains("no marker on the base"),
+        "{}",
+        outcome.stderr
+    );
+}
+
+#[test]
+fn without_a_camera_lengths_and_torques_judge_and_the_file_is_used() {
+    let bench = Bench::new();
+    let given = "shoulder --no-camera --tolerances rough";
+    let run = bench.run(&format!("calibrate {given} --poses 10 --check 3 --out out --json"));
+    assert_eq!(run.code, Some(0), "{} {}", run.stdout, run.stderr);
+    let flown: Value = serde_json::from_str(&run.stdout).unwrap();
+    assert!(flown.get("held_out_error_m").is_none());
+    let mean =
+        |document: &Value, of: &str, when: &str| document["held_out"][of][when]["mean"].as_f64().unwrap();
+    for of in ["length_m", "torque_nm"] {
+        assert!(mean(&flown, of, "after") < mean(&flown, of, "before"), "{}", flown["held_out"]);
+    }
+    let run = bench
+        .run("calibrate fit shoulder out/readings.csv --no-camera --tolerances rough --out again --json");
+    assert!(matches!(run.code, Some(0 | 3)), "{}", run.stderr);
+    let fitted: Value = serde_json::from_str(&run.stdout).unwrap();
+    assert!(mean(&fitted, "length_m", "after") <= mean(&fitted, "length_m", "before"));
+    assert_eq!(fitted["places"], flown["places"]);
+
+    let track =
+        "track shoulder --tolerances rough --unverified --duration 10 --calibration out/calibration.toml";
+    let run = bench.run(&format!("{track} --record run.mcap"));
+    assert!(matches!(run.code, Some(0 | 3)), "{}", run.stderr);
+    let run = bench.run("log replay run.mcap --json");
+    assert_eq!(run.code, Some(0), "{} {}", run.stdout, run.stderr);
+    // A motion without rests tells nothing, and is refused by that reason.
+    bench.refuses(
+        "calibrate fit shoulder run.mcap --no-camera --tolerances rough --out none",
+        &["places", "at rest"],
+    );
+    bench.write("few.csv", "time_s,abduction\n0,0\n1,0\n");
+    bench.refuses(
+        "calibrate fit shoulder few.csv --no-camera --tolerances rough --out none",
+        &["few.csv", "column"],
+    );
+}
+
+#[test]
+fn where_lengths_or_torques_are_not_better_the_exit_code_says_so() {
+    let bench = Bench::new();
+    let given = "bench_joint --no-camera --tolerances careful --poses 10 --check 3 --out out --json";
+    let run = bench.run(&format!("calibrate {given}"));
+    let document: Value = serde_json::from_str(&run.stdout).unwrap();
+    let missed = |of: &str| {
+        let mean = |when: &str| document["held_out"][of][when]["mean"].as_f64().unwrap();
+        mean("after") < mean("before")
+    };
+    let better = missed("length_m") && missed("torque_nm");
+    assert_eq!(run.code, Some(if better { 0 } else { 3 }));
+    assert_eq!(document["verdict"] == "do not use", !better);
+}

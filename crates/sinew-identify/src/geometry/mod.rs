@@ -8,24 +8,36 @@
 //! min  sum rho(|y - y(theta)| / s) + sum (theta / tolerance)^2
 //! ```
 //!
+//! Without a camera, readings at rest ([`rests`](fn@rests)) give equivalent routes ([`RouteModel`]) and loads
+//! ([`LoadModel`]).
+//!
 //! [`places`] makes places at rest from readings and sightings, [`estimate`](fn@estimate) finds the most
 //! probable
 //! parameters, [`plan`](fn@plan) chooses poses, [`GeometryModel`] is the model.
 
+#[cfg(test)]
+mod cable_tests;
 mod estimate;
+mod loads;
 mod model;
 mod place;
 mod places;
 mod plan;
+mod prior_fit;
+mod rests;
+mod routes;
 mod start;
 #[cfg(test)]
 mod tests;
 
 pub use estimate::{Estimate, Finding, PointError, estimate};
+pub use loads::{LoadEstimate, LoadModel, LoadPart};
 pub use model::{GeometryModel, Parameter, ParameterKind, Sensitivity};
 pub use place::{Place, Seen};
 pub use places::{Frame, Readings, places, speed_delay};
 pub use plan::{Plan, plan};
+pub use rests::{CableReadings, Rest, rests};
+pub use routes::{RouteEstimate, RouteModel, RoutePart};
 
 /// Why a geometry could not be estimated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

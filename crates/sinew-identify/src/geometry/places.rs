@@ -126,6 +126,30 @@ pub fn places(
     frames: &[Frame],
     delay: f64,
 ) -> Result<Vec<Place>, GeometryError> {
+    let mut found = Vec::new();
+    for time in rest_times(model, readings)? {
+        let mut place = place(frames, time, delay, model.markers.len());
+        if !place.seen.is_empty() {
+            place.reading = mean_reading(readings, time);
+            found.push(place);
+        }
+    }
+    if found.len() < 4 {
+        let text = format!(
+            "expected at least 4 places in which the machine rests for {REST_S} s and a marker is seen, found {}",
+            found.len()
+        );
+        return Err(GeometryError::Observations(text));
+    }
+    mark_epochs(model, &mut found);
+    Ok(found)
+}
+
+/// When the machine rests, without what is left to its settling, s.
+///
+/// # Errors
+/// As [`GeometryModel::sensitivity`].
+pub(super) fn rest_times(model: &GeometryModel, readings: &Readings) -> Result<Vec<[f64; 2]>, GeometryError> {
     let zero = vec![0.0; model.parameters().len()];
     let wanted = readings
         .joint
@@ -145,24 +169,12 @@ pub fn places(
         }
         let time = [readings.time[from] + SETTLING_S, readings.time[to]];
         if time[1] - readings.time[from] >= REST_S {
-            let mut place = place(readings, frames, time, delay, markers);
-            if !place.seen.is_empty() {
-                place.reading = mean_reading(readings, time);
-                found.push(place);
-            }
+            found.push(time);
             from = to + 1;
         } else {
             from += 1;
         }
     }
-    if found.len() < 4 {
-        let text = format!(
-            "expected at least 4 places in which the machine rests for {REST_S} s and a marker is seen, found {}",
-            found.len()
-        );
-        return Err(GeometryError::Observations(text));
-    }
-    mark_epochs(model, &mut found);
     Ok(found)
 }
 
@@ -176,7 +188,7 @@ fn mean_reading(readings: &Readings, [from, to]: [f64; 2]) -> Vec<f64> {
     (0..rows[0].len()).map(|j| rows.iter().map(|q| q[j]).sum::<f64>() / rows.len() as f64).collect()
 }
 
-fn place(_: &Readings, frames: &[Frame], time: [f64; 2], delay: f64, markers: usize) -> Place {
+fn place(frames: &[Frame], time: [f64; 2], delay: f64, markers: usize) -> Place {
     let inside = |frame: &&Frame| (time[0]..=time[1]).contains(&(frame.time - delay));
     let here: Vec<&Frame> = frames.iter().filter(inside).collect();
     let seen = (0..markers).filter_map(|marker| {

@@ -3,7 +3,8 @@ use serde::{Deserialize, Serialize};
 use sinew::body::{Displacement, JointCorrection, Robot};
 use sinew::machine::Machine;
 
-/// How far the end point, or another marker, is from where it is expected, m.
+/// How far the end point, or another marker, is from where it is expected, m; or what is missed of lengths,
+/// m, or torques, Nm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ErrorRange {
     /// Mean over the poses.
@@ -28,6 +29,24 @@ pub struct HeldOut {
     pub after: ErrorRange,
     /// By the uncertainty of parameters and camera.
     pub reported: Reported,
+}
+
+/// What is missed in places that an estimate has not seen.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Missed {
+    /// As designed.
+    pub before: ErrorRange,
+    /// Calibrated.
+    pub after: ErrorRange,
+}
+
+/// The same of what a machine reads by itself, without a camera.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct HeldOutCables {
+    /// Of the lengths of muscles, m.
+    pub length_m: Missed,
+    /// Of the torques of all joints at once, Nm (N of slides).
+    pub torque_nm: Missed,
 }
 
 /// A parameter as found.
@@ -62,6 +81,44 @@ pub struct CalibratedJoint {
     pub flex_rad_per_nm: f64,
 }
 
+/// Where a site of an equivalent route is on its body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CalibratedSite {
+    /// Its index in the robot.
+    pub index: usize,
+    /// Its name.
+    pub name: String,
+    /// m.
+    pub position_m: [f64; 3],
+}
+
+/// Surface of an equivalent route.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CalibratedWrap {
+    /// Its index in the robot.
+    pub index: usize,
+    /// Its name.
+    pub name: String,
+    /// m.
+    pub radius_m: f64,
+}
+
+/// Load of a body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CalibratedBody {
+    /// Its index in the robot.
+    pub index: usize,
+    /// Its name.
+    pub name: String,
+    /// kg.
+    pub mass_kg: f64,
+    /// In its frame, m.
+    pub center_of_mass_m: [f64; 3],
+}
+
 /// A calibration of a machine, as in `calibration.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -74,10 +131,24 @@ pub struct Calibration {
     pub machine_hash: String,
     /// Whether the machine was simulated.
     pub simulated: bool,
-    /// Errors in poses that the estimate has not seen.
-    pub held_out_error_m: HeldOut,
-    /// All joints in the order of the machine.
+    /// Errors in poses that the estimate has not seen, by a camera.
+    #[serde(default)]
+    pub held_out_error_m: Option<HeldOut>,
+    /// The same without a camera.
+    #[serde(default)]
+    pub held_out: Option<HeldOutCables>,
+    /// All joints in the order of the machine; empty without a camera.
+    #[serde(default)]
     pub joint: Vec<CalibratedJoint>,
+    /// Sites that are elsewhere.
+    #[serde(default)]
+    pub site: Vec<CalibratedSite>,
+    /// Surfaces of another radius.
+    #[serde(default)]
+    pub wrap: Vec<CalibratedWrap>,
+    /// Bodies of another mass or centre of mass.
+    #[serde(default)]
+    pub body: Vec<CalibratedBody>,
     /// All parameters, those of camera and markers included.
     pub parameter: Vec<CalibratedParameter>,
 }
@@ -101,9 +172,9 @@ impl Calibration {
             let got = format!("{} of `{}`; this machine has {hash}", self.machine_hash, self.machine);
             return refuse("machine_hash of the calibration", "that of this machine's files", &got);
         }
-        let parts = machine.robot.parts();
-        let names = parts.joints.iter().map(|joint| joint.name.as_str());
-        if !names.eq(self.joint.iter().map(|joint| joint.name.as_str())) {
+        let joints = machine.robot.parts().joints.iter().map(|joint| joint.name.as_str());
+        let camera = !self.joint.is_empty();
+        if camera && !joints.eq(self.joint.iter().map(|joint| joint.name.as_str())) {
             let got: Vec<&str> = self.joint.iter().map(|joint| joint.name.as_str()).collect();
             return refuse(
                 "joints of the calibration",
@@ -111,17 +182,39 @@ impl Calibration {
                 &got.join(", "),
             );
         }
+        let mut parts = machine.robot.parts().clone();
+        for CalibratedSite { index, name, position_m } in &self.site {
+            let Some(site) = parts.sites.get_mut(*index).filter(|site| site.name == *name) else {
+                return refuse("site of the calibration", "one of the machine", name);
+            };
+            site.position = *position_m;
+        }
+        for CalibratedWrap { index, name, radius_m } in &self.wrap {
+            let Some(wrap) = parts.wraps.get_mut(*index).filter(|wrap| wrap.name == *name) else {
+                return refuse("wrap of the calibration", "one of the machine", name);
+            };
+            wrap.radius = *radius_m;
+        }
+        for CalibratedBody { index, name, mass_kg, center_of_mass_m } in &self.body {
+            let Some(body) = parts.bodies.get_mut(*index).filter(|body| body.name == *name) else {
+                return refuse("body of the calibration", "one of the machine", name);
+            };
+            (body.mass, body.center_of_mass) = (*mass_kg, *center_of_mass_m);
+        }
         let correction = |joint: &CalibratedJoint| JointCorrection {
             displacement: Displacement { offset: joint.offset_m, tilt: joint.tilt_rad },
             zero: joint.zero,
             flex: joint.flex_rad_per_nm,
         };
         let corrections: Vec<JointCorrection> = self.joint.iter().map(correction).collect();
-        let robot = Robot::new(parts.corrected(&corrections)).map_err(sinew::Error::from)?;
+        let parts = if camera { parts.corrected(&corrections) } else { parts };
+        let robot = Robot::new(parts).map_err(sinew::Error::from)?;
         let mut calibrated = Machine { robot, ..machine.clone() };
-        for (k, joint) in machine.robot.independent_joints().into_iter().enumerate() {
-            calibrated.start[k] += corrections[joint].zero;
-            calibrated.redundancy.rest[k] += corrections[joint].zero;
+        if camera {
+            for (k, joint) in machine.robot.independent_joints().into_iter().enumerate() {
+                calibrated.start[k] += corrections[joint].zero;
+                calibrated.redundancy.rest[k] += corrections[joint].zero;
+            }
         }
         calibrated.validate()?;
         Ok(calibrated)
@@ -153,8 +246,16 @@ mod tests {
             machine: "finger".to_owned(),
             machine_hash: "1".to_owned(),
             simulated: true,
-            held_out_error_m: HeldOut { before: range, after: range, reported: Reported { mean: 1e-3 } },
+            held_out_error_m: Some(HeldOut {
+                before: range,
+                after: range,
+                reported: Reported { mean: 1e-3 },
+            }),
+            held_out: None,
             joint: joints.collect(),
+            site: Vec::new(),
+            wrap: Vec::new(),
+            body: Vec::new(),
             parameter: Vec::new(),
         }
     }

@@ -6,13 +6,15 @@ use sinew::body::Poses;
 use sinew::machine::Marker;
 use sinew::trajectory::Trajectory;
 use sinew::twin::camera::{Camera, CameraParameters};
-use sinew_identify::geometry::{Frame, Readings};
+use sinew_identify::geometry::{CableReadings, Frame, Readings};
 
 /// What was read and seen on a motion of the twin.
 #[derive(Debug, Clone)]
 pub struct Flight {
     /// By the encoders, every 10 ms.
     pub readings: Readings,
+    /// Of the cables at the same times.
+    pub cables: CableReadings,
     /// By the camera.
     pub frames: Vec<Frame>,
     /// What stopped the motion before its end.
@@ -47,11 +49,14 @@ pub fn fly(
     let mut camera = Camera::new(camera, markers, seed)?;
     let robot = &arm.specimen.robot;
     let (mut poses, mut seen, mut readings) = (Poses::new(robot), Vec::new(), Readings::default());
-    let mut failed = None;
+    let (mut failed, mut cables) = (None, CableReadings::default());
     let mut see = |row: &TrackRow<'_>| {
         if row.time >= readings.time.len() as f64 * INTERVAL_S {
             readings.time.push(row.time);
             readings.joint.push(row.reading.joint.clone());
+            cables.position.push(row.reading.motor.clone());
+            cables.tension_in.push(row.reading.tension.clone());
+            cables.tension_out.push(row.command.estimated_tension.to_vec());
         }
         if camera.is_due(row.time) {
             let q = robot.pose_from_independent(row.truth.q);
@@ -72,5 +77,5 @@ pub fn fly(
     let fault = summary.stopped.map(|(_, fault)| stop_reason(fault, summary.threshold, &arm.machine.robot));
     let lost = || summary.plant_failed.map(|_| "motion faster than the cables allow".to_owned());
     let stopped = fault.or_else(lost);
-    Ok(Flight { readings, frames: seen.into_iter().map(frame).collect(), stopped })
+    Ok(Flight { readings, cables, frames: seen.into_iter().map(frame).collect(), stopped })
 }

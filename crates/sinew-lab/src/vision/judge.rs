@@ -162,8 +162,12 @@ impl Judgement {
             machine: machine.robot.parts().name.clone(),
             machine_hash: hash,
             simulated,
-            held_out_error_m: self.held_out,
+            held_out_error_m: Some(self.held_out),
+            held_out: None,
             joint: self.joints.clone(),
+            site: Vec::new(),
+            wrap: Vec::new(),
+            body: Vec::new(),
             parameter: self.parameters(),
         }
     }

@@ -59,9 +59,94 @@ impl Cdr {
     }
 }
 
+/// A message that is read field by field, in either order of bytes; none where it ends early.
+#[derive(Debug)]
+pub(super) struct CdrReader<'a> {
+    /// From behind the encapsulation on.
+    message: &'a [u8],
+    at: usize,
+    little_endian: bool,
+}
+
+impl<'a> CdrReader<'a> {
+    /// Of plain CDR, which ROS 2 writes; none of others.
+    pub(super) fn new(bytes: &'a [u8]) -> Option<Self> {
+        let (head, message) = bytes.split_at_checked(ENCAPSULATION.len())?;
+        match head {
+            [0, order @ (0 | 1), ..] => Some(Self { message, at: 0, little_endian: *order == 1 }),
+            _ => None,
+        }
+    }
+
+    fn take(&mut self, count: usize) -> Option<&'a [u8]> {
+        let taken = self.message.get(self.at..self.at.checked_add(count)?)?;
+        self.at += count;
+        Some(taken)
+    }
+
+    fn get<const N: usize>(&mut self) -> Option<[u8; N]> {
+        self.at = self.at.next_multiple_of(N);
+        let mut octets: [u8; N] = self.take(N)?.try_into().ok()?;
+        if !self.little_endian {
+            octets.reverse();
+        }
+        Some(octets)
+    }
+
+    pub(super) fn length(&mut self) -> Option<usize> {
+        self.get().map(|octets| u32::from_le_bytes(octets) as usize)
+    }
+
+    pub(super) fn f64(&mut self) -> Option<f64> {
+        self.get().map(f64::from_le_bytes)
+    }
+
+    pub(super) fn text(&mut self) -> Option<&'a str> {
+        let count = self.length()?;
+        let (end, text) = self.take(count)?.split_last()?;
+        std::str::from_utf8(text).ok().filter(|_| *end == 0)
+    }
+
+    /// `std_msgs/Header`: ns since 1970, and the frame.
+    pub(super) fn header(&mut self) -> Option<(i64, &'a str)> {
+        let seconds = i64::from(i32::from_le_bytes(self.get()?));
+        let ns = i64::from(u32::from_le_bytes(self.get()?));
+        Some((1_000_000_000 * seconds + ns, self.text()?))
+    }
+
+    /// Whether all is read, but for octets that fill up the last four.
+    pub(super) fn is_read(&self) -> bool {
+        self.message.len() - self.at < 4
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_message_is_read_as_it_was_written_in_both_orders_and_not_where_it_ends_early() {
+        let mut message = Cdr::new();
+        message.header(3_000_000_004, "b");
+        message.f64(0.5);
+        let read = |bytes: &[u8]| {
+            let mut reader = CdrReader::new(bytes)?;
+            let (ns, frame) = reader.header()?;
+            let found = (ns, frame.to_owned(), reader.f64()?);
+            reader.is_read().then_some(found)
+        };
+        let expected = Some((3_000_000_004, "b".to_owned(), 0.5));
+        assert_eq!(read(message.bytes()), expected);
+        let mut other = message.bytes().to_vec();
+        other[1] = 0;
+        for number in [4..8, 8..12, 12..16, 20..28] {
+            other[number].reverse();
+        }
+        assert_eq!(read(&other), expected);
+        for end in 0..message.bytes().len() {
+            assert_eq!(read(&message.bytes()[..end]), None, "{end}");
+        }
+    }
 
     /// `rosbags` 0.11.9, `serialize_cdr` of `JointState` with names, positions, no velocities, an effort.
     #[test]

@@ -1,7 +1,12 @@
-//! A recording as a bag of ROS 2: MCAP with messages in CDR and their definitions.
+//! Bags of ROS 2, MCAP with messages in CDR and their definitions: a recording as one, and positions from
+//! one.
 
 mod cdr;
 mod definitions;
+mod placed;
+mod tracks;
+
+pub use tracks::{Track, ros2_tracks};
 
 use crate::block::Block;
 use crate::channels::metadata;
@@ -14,6 +19,7 @@ use cdr::Cdr;
 use mcap::records::MessageHeader;
 use mcap::write::Metadata;
 use mcap::{Compression, WriteOptions, Writer};
+use placed::Placed;
 use sinew::machine::Machine;
 use sinew_session::signals::{Axis, Kind, Signal, status_of};
 use std::collections::BTreeMap;
@@ -234,13 +240,16 @@ impl<'a> Writing<'a> {
         let mut message = Cdr::new();
         message.length(transforms.len());
         for transform in &transforms {
-            message.header(self.head.start_ns + since, &transform.parent_frame_id);
-            message.text(&transform.child_frame_id);
             let (place, turn) =
                 (transform.translation.unwrap_or_default(), transform.rotation.unwrap_or_default());
-            for x in [place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w] {
-                message.f64(x);
-            }
+            let placed = Placed {
+                ns: (self.head.start_ns + since) as i64,
+                frame: &transform.parent_frame_id,
+                child: &transform.child_frame_id,
+                position: [place.x, place.y, place.z],
+                quaternion: [turn.x, turn.y, turn.z, turn.w],
+            };
+            placed.write(&mut message);
         }
         self.put(Topic::Transforms, since, &message)
     }

@@ -1,5 +1,6 @@
 //! `sinew calibrate`: poses, a flight before a camera, the estimate and its judgement.
 
+mod observations;
 mod report;
 mod scenario;
 mod tables;
@@ -17,7 +18,9 @@ use scenario::Scenario;
 use serde_json::json;
 use sinew::machine::{Machine, Task};
 use sinew_lab::arm::{CalibratedArm, Verified, verify};
-use sinew_lab::vision::{CalibrationPoses, Judgement, fly, judge, motion_through};
+use sinew_lab::vision::{
+    CableJudgement, CalibrationPoses, Judgement, fly, judge, judge_cables, motion_through,
+};
 use std::path::PathBuf;
 
 /// Names of the files in the folder.
@@ -104,14 +107,20 @@ fn flown(arguments: &CalibrateFlyArguments, general: &General) -> Result<Answer,
         let close = |pose: &Vec<f64>| pose.iter().zip(reading).all(|(a, b)| (a - b).abs() < SAME_POSE);
         checks.iter().any(|pose| close(pose))
     };
+    if arguments.no_camera {
+        let (readings, cables) = (&flight.readings, &flight.cables);
+        let judgement = judge_cables(&scenario.machine, readings, cables, |_, reading| near(reading))?;
+        let table = tables::readings(&scenario.machine, readings, Some(cables))?;
+        return out.answer(&scenario, Judged::Cables(&judgement), vec![(READINGS, table)], general);
+    }
     let seen = (&flight.readings, flight.frames.as_slice());
     let judgement =
         judge(&scenario.machine.loaded()?, &scenario.markers, seen, |_, _, reading| near(reading))?;
     let files = vec![
-        (READINGS, tables::readings(&scenario.machine, &flight.readings)?),
+        (READINGS, tables::readings(&scenario.machine, &flight.readings, None)?),
         (OBSERVATIONS, tables::observations(&scenario.markers, &flight.frames)?),
     ];
-    out.answer(&scenario, &judgement, Some(&poses), files, general)
+    out.answer(&scenario, Judged::Camera(&judgement, Some(&poses)), files, general)
 }
 
 fn fit(arguments: &CalibrateFitArguments, general: &General) -> Result<Answer, Error> {
@@ -120,17 +129,21 @@ fn fit(arguments: &CalibrateFitArguments, general: &General) -> Result<Answer, E
         .chain(&arguments.observations)
         .collect();
     let out = Out::new(&arguments.out, &inputs, false, general)?;
-    let scenario = Scenario::new(&arguments.scenario)?;
-    let (readings, simulated) = tables::read_readings(&scenario.machine, &arguments.recording)?;
-    let mut frames = Vec::new();
-    for file in &arguments.observations {
-        frames.extend(tables::read_observations(&scenario.markers, file, arguments.unit)?);
+    let mut scenario = Scenario::new(&arguments.scenario)?;
+    let recorded = tables::read_readings(&scenario.machine, &arguments.recording, arguments.no_camera)?;
+    let out = Out { simulated: recorded.simulated, ..out };
+    if arguments.no_camera {
+        let judges = |k: usize, _: &[f64]| k % EVERY == EVERY / 2;
+        let judgement = judge_cables(&scenario.machine, &recorded.readings, &recorded.cables, judges)?;
+        return out.answer(&scenario, Judged::Cables(&judgement), Vec::new(), general);
     }
-    frames.sort_by(|a, b| a.time.total_cmp(&b.time));
-    let seen = (&readings, frames.as_slice());
+    let beside = observations::Beside { recorded: &recorded, unit: arguments.unit, clock: arguments.clock };
+    let named_base = !arguments.scenario.base_tag.is_empty();
+    let frames = observations::read(&mut scenario.markers, named_base, &arguments.observations, &beside)?;
+    let seen = (&recorded.readings, frames.as_slice());
     let judges = |k: usize, _, _: &[f64]| k % EVERY == EVERY / 2;
     let judgement = judge(&scenario.machine.loaded()?, &scenario.markers, seen, judges)?;
-    Out { simulated, ..out }.answer(&scenario, &judgement, None, Vec::new(), general)
+    out.answer(&scenario, Judged::Camera(&judgement, None), Vec::new(), general)
 }
 
 /// The folder of the results.
@@ -157,30 +170,52 @@ impl Out {
     fn answer(
         self,
         scenario: &Scenario,
-        judgement: &Judgement,
-        poses: Option<&CalibrationPoses>,
+        judged: Judged<'_>,
         others: Vec<(&str, String)>,
         general: &General,
     ) -> Result<Answer, Error> {
-        let calibration = judgement.calibration(&scenario.machine, scenario.hash.clone(), self.simulated);
-        let text = report::text(&calibration, judgement, poses);
+        let (machine, hash) = (&scenario.machine, scenario.hash.clone());
+        let (calibration, text, is_better, held_out, (verdict, findings, places)) = match judged {
+            Judged::Camera(judgement, poses) => {
+                let calibration = judgement.calibration(machine, hash, self.simulated);
+                let text = report::text(&calibration, judgement, poses);
+                let held_out = ("held_out_error_m", json!(calibration.held_out_error_m));
+                let about = (judgement.verdict(), &judgement.findings, judgement.places.len());
+                (calibration, text, judgement.is_better(), held_out, about)
+            }
+            Judged::Cables(judgement) => {
+                let calibration = judgement.calibration(machine, hash, self.simulated);
+                let text = report::of_cables(&calibration, judgement);
+                let held_out = ("held_out", json!(calibration.held_out));
+                let about = (judgement.verdict(), &judgement.findings, judgement.places.iter().sum());
+                (calibration, text, judgement.is_better(), held_out, about)
+            }
+        };
         let toml = report::toml(&calibration);
         let mut files = vec![(CALIBRATION, toml), (REPORT, text.clone())];
         files.extend(others);
-        let places: Vec<(PathBuf, &[u8])> =
+        let places_of: Vec<(PathBuf, &[u8])> =
             files.iter().map(|(name, text)| (self.folder.file(name), text.as_bytes())).collect();
-        let written = write_all(&places)?;
+        let written = write_all(&places_of)?;
         let content = if general.json {
-            Content::json(&json!({
-                "held_out_error_m": calibration.held_out_error_m, "parameters": calibration.parameter,
-                "simulated": self.simulated, "verdict": judgement.verdict(), "findings": judgement.findings,
-                "places": judgement.places.len(),
-            }))?
+            let mut document = json!({
+                "parameters": calibration.parameter, "simulated": self.simulated, "verdict": verdict,
+                "findings": findings, "places": places,
+            });
+            document[held_out.0] = held_out.1;
+            Content::json(&document)?
         } else {
             Content::Text(text)
         };
-        Ok(Answer { outcome: Outcome::new(judgement.is_better()), content, written })
+        Ok(Answer { outcome: Outcome::new(is_better), content, written })
     }
+}
+
+/// With a camera and without.
+#[derive(Clone, Copy)]
+enum Judged<'a> {
+    Camera(&'a Judgement, Option<&'a CalibrationPoses>),
+    Cables(&'a CableJudgement),
 }
 
 /// A machine as a calibration knows it.

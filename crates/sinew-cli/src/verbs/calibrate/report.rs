@@ -2,7 +2,8 @@
 
 use crate::table::{number, table};
 use sinew_lab::vision::{
-    CalibratedJoint, CalibratedParameter, Calibration, CalibrationPoses, HeldOut, Judgement,
+    CableJudgement, CalibratedBody, CalibratedJoint, CalibratedParameter, CalibratedSite, CalibratedWrap,
+    Calibration, CalibrationPoses, ErrorRange, HeldOut, HeldOutCables, Judgement,
 };
 
 fn milli(x: f64) -> String {
@@ -25,21 +26,44 @@ pub(super) fn plan(poses: &CalibrationPoses, duration: f64) -> String {
 
 /// The calibration as a file. Written by hand: the crate that reads TOML here does not write it.
 pub(super) fn toml(calibration: &Calibration) -> String {
-    let Calibration { version, machine, machine_hash, simulated, held_out_error_m, joint, parameter } =
-        calibration;
-    let HeldOut { before, after, reported } = held_out_error_m;
+    let Calibration { version, machine, machine_hash, simulated, parameter, .. } = calibration;
     let mut text = format!(
         "# Geometry of a machine as `sinew calibrate` found it; `sinew track --calibration` uses it.\n\
          version = {version}\nmachine = {machine:?}\nmachine_hash = {machine_hash:?}\n\
-         simulated = {simulated}\n\n[held_out_error_m]\n\
-         before = {{ mean = {:?}, max = {:?} }}\nafter = {{ mean = {:?}, max = {:?} }}\n\
-         reported = {{ mean = {:?} }}\n",
-        before.mean, before.max, after.mean, after.max, reported.mean
+         simulated = {simulated}\n"
     );
-    for CalibratedJoint { name, offset_m, tilt_rad, zero, flex_rad_per_nm } in joint {
+    let range =
+        |name: &str, x: ErrorRange| format!("{name} = {{ mean = {:?}, max = {:?} }}\n", x.mean, x.max);
+    if let Some(HeldOut { before, after, reported }) = calibration.held_out_error_m {
+        text += &format!(
+            "\n[held_out_error_m]\n{}{}reported = {{ mean = {:?} }}\n",
+            range("before", before),
+            range("after", after),
+            reported.mean
+        );
+    }
+    if let Some(HeldOutCables { length_m, torque_nm }) = calibration.held_out {
+        for (name, missed) in [("length_m", length_m), ("torque_nm", torque_nm)] {
+            let (before, after) = (range("before", missed.before), range("after", missed.after));
+            text += &format!("\n[held_out.{name}]\n{before}{after}");
+        }
+    }
+    for CalibratedJoint { name, offset_m, tilt_rad, zero, flex_rad_per_nm } in &calibration.joint {
         text += &format!(
             "\n[[joint]]\nname = {name:?}\noffset_m = {offset_m:?}\ntilt_rad = {tilt_rad:?}\nzero = {zero:?}\n\
              flex_rad_per_nm = {flex_rad_per_nm:?}\n"
+        );
+    }
+    for CalibratedSite { index, name, position_m } in &calibration.site {
+        text += &format!("\n[[site]]\nindex = {index}\nname = {name:?}\nposition_m = {position_m:?}\n");
+    }
+    for CalibratedWrap { index, name, radius_m } in &calibration.wrap {
+        text += &format!("\n[[wrap]]\nindex = {index}\nname = {name:?}\nradius_m = {radius_m:?}\n");
+    }
+    for CalibratedBody { index, name, mass_kg, center_of_mass_m } in &calibration.body {
+        text += &format!(
+            "\n[[body]]\nindex = {index}\nname = {name:?}\nmass_kg = {mass_kg:?}\n\
+             center_of_mass_m = {center_of_mass_m:?}\n"
         );
     }
     for CalibratedParameter { name, value, sd, tolerance, determined } in parameter {
@@ -56,7 +80,7 @@ pub(super) fn text(
     judgement: &Judgement,
     poses: Option<&CalibrationPoses>,
 ) -> String {
-    let held = calibration.held_out_error_m;
+    let held = judgement.held_out;
     let judged = judgement.held.iter().filter(|held| **held).count();
     let mut text = if calibration.simulated { "SIMULATED. ".to_owned() } else { String::new() };
     text += &format!(
@@ -90,10 +114,43 @@ pub(super) fn text(
         let most = finding.confounder.as_ref().filter(|_| !finding.determined);
         most.map_or_else(String::new, |(name, correlation)| format!("{name} ({correlation:.2})"))
     });
+    text + &parameters(calibration, confounders.chain([String::new()]))
+}
+
+/// Without a camera: what is missed of lengths and torques, then what is known of each parameter.
+pub(super) fn of_cables(calibration: &Calibration, judgement: &CableJudgement) -> String {
+    let mut text = if calibration.simulated { "SIMULATED. ".to_owned() } else { String::new() };
+    let HeldOutCables { length_m, torque_nm } = judgement.held_out;
+    let [fitted, judged] = judgement.places;
+    text += &format!(
+        "{}: missed in {judged} places that the estimate from {fitted} has not seen, mean (max): of the lengths of \
+         muscles {} ({}) mm before, {} ({}) mm after; of the torques of the joints {} ({}) Nm before, {} ({}) Nm \
+         after. Recommendation: {}.\n",
+        calibration.machine,
+        milli(length_m.before.mean),
+        milli(length_m.before.max),
+        milli(length_m.after.mean),
+        milli(length_m.after.max),
+        number(Some(torque_nm.before.mean)),
+        number(Some(torque_nm.before.max)),
+        number(Some(torque_nm.after.mean)),
+        number(Some(torque_nm.after.max)),
+        judgement.verdict(),
+    );
+    text += "Routes are equivalent, not true: they take what zeros and frames of joints do to lengths. Where the end \
+             point is they do not tell.\n";
+    for finding in &judgement.findings {
+        text += &format!("Warning: {finding}.\n");
+    }
+    text + &parameters(calibration, std::iter::repeat(String::new()))
+}
+
+/// What is known of each parameter, and what it is confounded with.
+fn parameters(calibration: &Calibration, confounders: impl Iterator<Item = String>) -> String {
     let rows: Vec<Vec<String>> = calibration
         .parameter
         .iter()
-        .zip(confounders.chain([String::new()]))
+        .zip(confounders)
         .map(|(parameter, confounder)| {
             let known = if parameter.determined { "determined" } else { "not determined" };
             let tolerance = parameter.tolerance.map_or_else(String::new, |x| format!("{x:.2e}"));
@@ -101,5 +158,5 @@ pub(super) fn text(
             vec![parameter.name.clone(), value, sd, tolerance, known.to_owned(), confounder]
         })
         .collect();
-    text + &table(&["parameter", "value", "sd", "sd before", "", "confounded with"], &rows, 1)
+    table(&["parameter", "value", "sd", "sd before", "", "confounded with"], &rows, 1)
 }

@@ -7,7 +7,7 @@ use crate::verbs::numeric_table::{data_lines, parse_header, parse_number, split_
 use crate::verbs::read_text;
 use crate::verbs::recording::{is_recording, read_bytes, recording};
 use sinew::machine::{Machine, Marker};
-use sinew_identify::geometry::{Frame, Readings};
+use sinew_identify::geometry::{CableReadings, Frame, Readings};
 use sinew_lab::vision::CalibrationPoses;
 use std::path::Path;
 
@@ -42,12 +42,28 @@ pub(super) fn poses(
     Ok(format!("{head}\n{}", table.text()?))
 }
 
-/// Readings of the encoders.
-pub(super) fn readings(machine: &Machine, readings: &Readings) -> Result<String, Error> {
+/// Columns of the cables, as in tables of a run.
+const CABLES: [&str; 3] = ["position_in_m", "tension_in_n", "tension_out_estimated_n"];
+
+fn cable_columns(machine: &Machine) -> Vec<String> {
+    let names = || machine.robot.parts().tendons.iter().map(|tendon| tendon.name.as_str());
+    CABLES.iter().flat_map(|signal| names().map(move |name| format!("{signal}:{name}"))).collect()
+}
+
+/// Readings of the encoders, and those of the cables where they are asked for.
+pub(super) fn readings(
+    machine: &Machine,
+    readings: &Readings,
+    cables: Option<&CableReadings>,
+) -> Result<String, Error> {
     let mut table = Csv::new();
-    table.row(std::iter::once("time_s".to_owned()).chain(joints(machine)))?;
-    for (time, joint) in readings.time.iter().zip(&readings.joint) {
-        table.row(std::iter::once(format!("{time:.4}")).chain(joint.iter().map(|x| format!("{x:.7}"))))?;
+    let beside = cables.map(|_| cable_columns(machine)).unwrap_or_default();
+    table.row(std::iter::once("time_s".to_owned()).chain(joints(machine)).chain(beside))?;
+    for (k, (time, joint)) in readings.time.iter().zip(&readings.joint).enumerate() {
+        let beside = cables.into_iter().flat_map(|all| [&all.position, &all.tension_in, &all.tension_out]);
+        let beside = beside.filter_map(|rows| rows.get(k)).flatten();
+        let numbers = joint.iter().chain(beside).map(|x| format!("{x:.7}"));
+        table.row(std::iter::once(format!("{time:.4}")).chain(numbers))?;
     }
     Ok(format!("# SIMULATED by sinew calibrate\n{}", table.text()?))
 }
@@ -63,16 +79,42 @@ pub(super) fn observations(markers: &[Marker], frames: &[Frame]) -> Result<Strin
     Ok(format!("# SIMULATED by sinew calibrate\n{}", table.text()?))
 }
 
-/// Readings of a recording or of a table, and whether they are simulated.
-pub(super) fn read_readings(machine: &Machine, file: &Path) -> Result<(Readings, bool), Error> {
+/// Readings of a recording or of a table.
+pub(super) struct Recorded {
+    pub(super) readings: Readings,
+    /// Empty where they were not asked for.
+    pub(super) cables: CableReadings,
+    pub(super) simulated: bool,
+    /// Where their clock is 0, ns since 1970; 0 where it is not known.
+    pub(super) start_ns: i64,
+}
+
+/// Splits a row into joints and cables, which are there or not.
+fn add(readings: &mut Readings, cables: &mut CableReadings, time: f64, mut row: Vec<f64>, joints: usize) {
+    let beside = row.split_off(joints);
+    readings.time.push(time);
+    readings.joint.push(row);
+    let muscles = beside.len() / CABLES.len();
+    if muscles > 0 {
+        let mut of = beside.chunks_exact(muscles).map(<[f64]>::to_vec);
+        for rows in [&mut cables.position, &mut cables.tension_in, &mut cables.tension_out] {
+            rows.extend(of.next());
+        }
+    }
+}
+
+pub(super) fn read_readings(machine: &Machine, file: &Path, cables: bool) -> Result<Recorded, Error> {
+    let names = joints(machine);
+    let count = names.len();
+    let beside = if cables { cable_columns(machine) } else { Vec::new() };
     if is_recording(file) {
-        return recorded(machine, file);
+        return recorded(&names, &beside, file);
     }
     let text = read_text(file)?;
-    let parse = || -> Result<Readings, TableError> {
-        let names = joints(machine);
-        let wanted: Vec<&str> = std::iter::once("time_s").chain(names.iter().map(String::as_str)).collect();
-        let mut readings = Readings::default();
+    let parse = || -> Result<(Readings, CableReadings), TableError> {
+        let names = names.iter().chain(&beside).map(String::as_str);
+        let wanted: Vec<&str> = std::iter::once("time_s").chain(names).collect();
+        let (mut readings, mut cables) = (Readings::default(), CableReadings::default());
         for (line, cells) in rows(&text, &wanted)? {
             let numbers = cells.iter().zip(&wanted).map(|(cell, name)| parse_number(line, name, cell));
             let numbers: Vec<f64> = numbers.collect::<Result<_, _>>()?;
@@ -84,44 +126,61 @@ pub(super) fn read_readings(machine: &Machine, file: &Path) -> Result<(Readings,
                     &numbers[0].to_string(),
                 ));
             }
-            readings.time.push(numbers[0]);
-            readings.joint.push(numbers[1..].to_vec());
+            add(&mut readings, &mut cables, numbers[0], numbers[1..].to_vec(), count);
         }
         if readings.time.len() < 2 {
             return Err(TableError::in_line(1, "at least 2 rows", readings.time.len().to_string()));
         }
-        Ok(readings)
+        Ok((readings, cables))
     };
-    Ok((parse().map_err(Error::table(file))?, text.starts_with("# SIMULATED")))
+    let (readings, cables) = parse().map_err(Error::table(file))?;
+    Ok(Recorded { readings, cables, simulated: text.starts_with("# SIMULATED"), start_ns: 0 })
 }
 
-fn recorded(machine: &Machine, file: &Path) -> Result<(Readings, bool), Error> {
+/// The columns of joints and cables of a recording.
+fn recorded(joints: &[String], cables: &[String], file: &Path) -> Result<Recorded, Error> {
     let bytes = read_bytes(file)?;
     let recording = recording(file, &bytes)?;
     let head = &recording.head;
-    let column = |name: &String| {
+    // Slow columns behind the fast ones.
+    let place = |name: &str| {
+        let all = head.fast.iter().chain(&head.slow);
+        all.clone().position(|column| column.name == name)
+    };
+    let joint = |name: &String| {
         let of = |joint: &&sinew_record::JointColumn| joint.name == *name;
         let unit = head.joints.iter().find(of).map_or("rad", |joint| joint.unit.as_str());
-        head.fast.iter().position(|column| column.name == format!("joint_{unit}:{name}"))
+        place(&format!("joint_{unit}:{name}"))
     };
-    let names = joints(machine);
-    let columns: Option<Vec<usize>> = names.iter().map(column).collect();
+    let columns: Option<Vec<usize>> =
+        joints.iter().map(joint).chain(cables.iter().map(|name| place(name))).collect();
     let columns = columns.ok_or_else(|| Error::Argument {
         flag: "RECORDING",
         value: file.display().to_string(),
-        expected: "a recording of this machine, with its joints",
+        expected: "a recording of this machine, with its joints and cables",
     })?;
     let every = (INTERVAL_S / head.period_s()).round().max(1.0) as u64;
-    let mut readings = Readings::default();
+    // What is kept less often tells when.
+    let every = if cables.is_empty() { every } else { head.stride };
+    let (mut readings, mut read) = (Readings::default(), CableReadings::default());
     for block in recording.blocks() {
         let block = block.map_err(Error::recording(file))?;
         for cycle in 0..block.count {
             let index = block.first + cycle as u64;
-            let at = |column: &usize| block.fast[*column].get(cycle).copied().unwrap_or(f64::NAN);
-            let joint: Vec<f64> = columns.iter().map(at).collect();
-            if index.is_multiple_of(every) && joint.iter().all(|x| x.is_finite()) {
-                readings.time.push(index as f64 * head.period_s());
-                readings.joint.push(joint);
+            if !index.is_multiple_of(every) {
+                continue;
+            }
+            let slow = block.slow_row(cycle, head.stride);
+            let at = |column: &usize| {
+                let value = match column.checked_sub(head.fast.len()) {
+                    None => block.fast[*column].get(cycle),
+                    Some(column) => slow.and_then(|row| block.slow[column].get(row)),
+                };
+                value.copied().unwrap_or(f64::NAN)
+            };
+            let row: Vec<f64> = columns.iter().map(at).collect();
+            if row.iter().all(|x| x.is_finite()) {
+                add(&mut readings, &mut read, index as f64 * head.period_s(), row, joints.len());
             }
         }
     }
@@ -133,31 +192,12 @@ fn recorded(machine: &Machine, file: &Path) -> Result<(Readings, bool), Error> {
             expected: "one with readings of all joints",
         });
     }
-    Ok((readings, head.simulated))
-}
-
-/// What a camera saw, lengths times `unit`.
-pub(super) fn read_observations(markers: &[Marker], file: &Path, unit: f64) -> Result<Vec<Frame>, Error> {
-    let text = read_text(file)?;
-    let parse = || -> Result<Vec<Frame>, TableError> {
-        let names = ["time_s", "marker", "x_m", "y_m", "z_m"];
-        let frame = |(line, cells): (usize, Vec<String>)| {
-            let known = || markers.iter().map(|marker| marker.name.as_str()).collect::<Vec<_>>().join(", ");
-            let marker = markers.iter().position(|marker| marker.name == cells[1]);
-            let marker = marker.ok_or_else(|| {
-                TableError::in_column(line, "marker", format!("one of {}", known()), &cells[1])
-            })?;
-            let number = |k: usize| parse_number(line, names[k], &cells[k]);
-            let position = [unit * number(2)?, unit * number(3)?, unit * number(4)?];
-            Ok(Frame { time: number(0)?, marker, position })
-        };
-        rows(&text, &names)?.into_iter().map(frame).collect()
-    };
-    parse().map_err(Error::table(file))
+    let start_ns = head.start_ns as i64;
+    Ok(Recorded { readings, cables: read, simulated: head.simulated, start_ns })
 }
 
 /// The cells of the named columns of every row, with its line.
-fn rows(text: &str, names: &[&str]) -> Result<Vec<(usize, Vec<String>)>, TableError> {
+pub(super) fn rows(text: &str, names: &[&str]) -> Result<Vec<(usize, Vec<String>)>, TableError> {
     let mut lines = data_lines(text);
     let expected = || format!("the columns {}", names.join(", "));
     let Some((line, header)) = lines.next() else {
