@@ -97,10 +97,7 @@ fn clippy(root: &Path) -> Result<(), String> {
 fn test(root: &Path) -> Result<(), String> {
     let nextest = cargo(root, &["nextest", "--version"]).output().is_ok_and(|output| output.status.success());
     if nextest {
-        // One more than cores: some tests wait for a drive or a browser most of the time.
-        let threads = std::thread::available_parallelism().map_or(2, |cores| cores.get() + 1).to_string();
-        let run = ["nextest", "run", "--workspace", "--all-features", "--test-threads", &threads];
-        return succeed(&mut cargo(root, &run));
+        return succeed(&mut cargo(root, &["nextest", "run", "--workspace", "--all-features"]));
     }
     println!("cargo-nextest is not installed: running `cargo test`");
     let kinds =

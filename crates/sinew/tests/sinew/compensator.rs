@@ -278,7 +278,8 @@ fn a_cable_whose_ends_slide_both_ways_gives_what_is_desired() {
         let model = model(seed);
         let mut draw = Draw::new(seed + 2);
         let mut wave = |slowest: f64, fastest: f64| {
-            let (frequency, phase) = (draw.between(slowest, fastest), draw.between(0.0, 6.28));
+            let (frequency, phase) =
+                (draw.between(slowest, fastest), draw.between(0.0, core::f64::consts::TAU));
             move |t: f64| libm::sin(core::f64::consts::TAU * frequency * t + phase)
         };
         // Neither turns when the other does.
