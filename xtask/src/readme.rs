@@ -16,7 +16,8 @@ const COMMANDS: &str = "docs/commands.md";
 /// Verbs that `--help` mentions in a sentence.
 const HIDDEN: [&str; 2] = ["completions", "man"];
 
-/// Pages whose commands go on with files of those before: each from where below `target/readme`, and its name.
+/// Pages whose commands go on with files of those before: each from where below `target/readme`, and its
+/// name.
 const FURTHER: [(&str, &[(&str, &str)]); 2] = [
     (
         "docs/export.md",
