@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import os
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -13,18 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from test_can import bare, relay
-
-PROGRAM = Path(os.environ.get("SINEW_PROGRAM", Path(__file__).parents[2] / "target/debug/sinew"))
-
-pytestmark = [
-    pytest.mark.skipif(sys.platform != "linux", reason="pseudo-terminals of Linux"),
-    pytest.mark.skipif(not PROGRAM.is_file(), reason=f"{PROGRAM} is not built"),
-]
+from test_can import PROGRAM, bare, pytestmark as pytestmark, relay
 
 can: Any = pytest.importorskip("can", reason="python-can is not installed")
 cantools: Any = pytest.importorskip("cantools", reason="cantools is not installed")
-pytest.importorskip("serial", reason="pyserial is not installed")
 PACKAGE = importlib.util.find_spec("odrive_can")
 if PACKAGE is None or PACKAGE.origin is None:
     pytest.skip("odrive-can is not installed", allow_module_level=True)

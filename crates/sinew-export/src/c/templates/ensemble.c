@@ -2,7 +2,7 @@
 /* Eight networks with one hidden layer: clip box, scaling, weights. */
 //%slot ensemble_tables
 
-/* Compilers that take a loop over the networks apart before they look for vectors make it several times slower. */
+/* Loops over the networks are vectorised; compilers that unroll them first make them several times slower. */
 #if defined(__clang__)
 #define @@_TOGETHER _Pragma("clang loop unroll(disable)")
 #elif defined(__GNUC__) && __GNUC__ >= 8
