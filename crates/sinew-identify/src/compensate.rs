@@ -71,6 +71,12 @@ impl Desired {
         Ok(Self { data, columns, far: columns_read.len() - 1 })
     }
 
+    /// The file as read, with what was noticed in it.
+    #[must_use]
+    pub fn data(&self) -> &Dataset {
+        &self.data
+    }
+
     /// The time column of the file; none where time is counted.
     #[must_use]
     pub fn time(&self) -> Option<&str> {

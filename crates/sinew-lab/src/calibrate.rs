@@ -17,7 +17,7 @@ use sinew_identify::fit::perceptron::{TrainOptions, train};
 use sinew_identify::identify::{Keep, Options, identify};
 use sinew_identify::log::{ReadOptions, RequestedRoles, read_bytes};
 
-/// Rate of drag adaptation after the calibration, 1/(N m): follows the time constant of the grease's
+/// Rate of drag adaptation in operation, 1/(N m), of every observer: follows the time constant of the grease's
 /// temperature.
 const DRAG_ADAPTATION: f64 = 1.0;
 
@@ -87,7 +87,10 @@ pub fn inverted(logs: &[Vec<BenchRow>], seed: u64) -> Result<Compensation, Error
     let data = read_bytes(&files, &roles, &read)?;
     let options =
         Options { seed, models: vec!["observer".to_owned()], keep: Keep::All, ..Options::default() };
-    let model = identify(&data, &options, &|_, _| {})?.model;
+    let mut model = identify(&data, &options, &|_, _| {})?.model;
+    if let Some(cable) = &mut model.estimator.law.cable {
+        cable.model.learning = DRAG_ADAPTATION;
+    }
     Ok(Compensation::Inverse(Box::new(InverseCompensation::new(model).map_err(refused)?)))
 }
 

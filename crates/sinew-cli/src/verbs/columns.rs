@@ -12,12 +12,22 @@ pub(super) fn account(data: &Dataset) -> String {
     if !data.columns.is_empty() {
         text += &columns(&data.columns);
     }
-    for log in &data.logs {
-        for finding in &log.findings {
-            text += &format!("{}: {}\n", one_line(&log.name), one_line(finding));
-        }
-    }
-    text
+    text + &findings(data)
+}
+
+/// What was noticed in the logs, a line each, where anything was.
+pub(super) fn findings(data: &Dataset) -> String {
+    noticed(data).map(|(log, finding)| format!("{}: {}\n", one_line(log), one_line(finding))).collect()
+}
+
+/// The same for programs.
+pub(super) fn findings_json(data: &Dataset) -> serde_json::Value {
+    noticed(data).map(|(log, sentence)| serde_json::json!({ "log": log, "sentence": sentence })).collect()
+}
+
+/// Every log's name with a finding.
+fn noticed(data: &Dataset) -> impl Iterator<Item = (&str, &str)> {
+    data.logs.iter().flat_map(|log| log.findings.iter().map(|finding| (log.name.as_str(), finding.as_str())))
 }
 
 fn logs(data: &Dataset) -> String {

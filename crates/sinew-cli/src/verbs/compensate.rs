@@ -1,5 +1,6 @@
 //! `sinew compensate`.
 
+use super::columns::{findings, findings_json};
 use super::read_model;
 use crate::answer::{Answer, Content};
 use crate::arguments::{CompensateArguments, General};
@@ -40,14 +41,14 @@ pub(crate) fn run(arguments: &CompensateArguments, general: &General) -> Result<
     let content = if general.json {
         let mut answer = serde_json::json!({
             "far": model.far, "far_unit": unit_of(&model.far), "near": near, "near_unit": unit_of(near),
-            "commands": rows.len(), "error": error_of(&rows),
+            "commands": rows.len(), "error": error_of(&rows), "findings": findings_json(desired.data()),
         });
         for (name, count) in counts(&rows) {
             answer[name] = count.into();
         }
         Content::json(&answer)?
     } else {
-        Content::Text(summary(model, near, &rows))
+        Content::Text(findings(desired.data()) + &summary(model, near, &rows))
     };
     Ok(Answer::done(content, written))
 }

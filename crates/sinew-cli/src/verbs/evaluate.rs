@@ -1,5 +1,6 @@
 //! `sinew evaluate`.
 
+use super::columns::{findings, findings_json};
 use super::read_model;
 use crate::answer::{Answer, Content};
 use crate::arguments::{EvaluateArguments, General};
@@ -22,14 +23,11 @@ pub(crate) fn run(arguments: &EvaluateArguments, general: &General) -> Result<An
     let data = read_for(&model, &options)?;
     let evaluation = evaluate(&model, &data, arguments.reading.anchor_reading)?;
     if general.json {
-        return Ok(Answer::done(Content::json(&evaluation)?, Vec::new()));
+        let mut answer = serde_json::to_value(&evaluation)?;
+        answer["findings"] = findings_json(&data);
+        return Ok(Answer::done(Content::json(&answer)?, Vec::new()));
     }
-    let mut text = String::new();
-    for log in &data.logs {
-        for finding in &log.findings {
-            text += &format!("{}: {finding}\n", log.name);
-        }
-    }
+    let mut text = findings(&data);
     if !text.is_empty() {
         text.push('\n');
     }

@@ -1,5 +1,6 @@
 //! `sinew predict`.
 
+use super::columns::{findings, findings_json};
 use super::evaluate::{NOTABLE_FRACTION, outside_note, specimen_note};
 use super::read_model;
 use crate::answer::{Answer, Content};
@@ -38,11 +39,11 @@ pub(crate) fn run(arguments: &PredictArguments, general: &General) -> Result<Ans
     let content = if general.json {
         Content::json(&serde_json::json!({
             "far": model.far, "far_unit": unit_of(&model.far), "predictions": rows, "state_unknown": unknown, "out_of_range": outside,
-            "specimen": specimen,
+            "specimen": specimen, "findings": findings_json(&data),
         }))?
     } else {
         let note = specimen_note(&model, specimen.as_ref());
-        Content::Text(summary(&model, rows, unknown, outside, fraction) + &note)
+        Content::Text(findings(&data) + &summary(&model, rows, unknown, outside, fraction) + &note)
     };
     Ok(Answer::done(content, written))
 }

@@ -3,6 +3,7 @@
 //! The far tension is needed here and nowhere else: once identified, a [`CableObserver`] runs on
 //! motor position, anchor displacement and near tension.
 
+mod adaptation;
 mod candidate;
 mod dataset;
 mod fit;

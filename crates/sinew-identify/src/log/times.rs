@@ -61,7 +61,7 @@ impl<'a> Times<'a> {
     pub(super) fn findings(&self) -> Vec<String> {
         if self.time.is_none() {
             return vec![format!(
-                "time is counted as requested, {:.3} ms from sample to sample",
+                "time is counted as requested, {:.3} ms from sample to sample; no time column is read",
                 1e3 * self.interval_s
             )];
         }

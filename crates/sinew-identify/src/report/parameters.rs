@@ -37,6 +37,8 @@ fn cable_parameters(model: &CableModel, folds: &[&CableModel]) -> Vec<Parameter>
             m.law().ok().and_then(|law| law.compliance().first().copied()).unwrap_or(f64::NAN)
         }),
     ];
+    let adapts: (&str, &str, Number) = ("adaptation of the drag as it warms", "1/(N m)", |m| m.learning);
+    let adapts = (model.learning > 0.0).then_some(adapts);
     let one = |(name, unit, number): (&str, &str, Number)| {
         let others: Vec<f64> = folds.iter().map(|m| number(m)).collect();
         let (value, (low, high)) = (number(model), jackknife(number(model), &others));
@@ -58,7 +60,7 @@ fn cable_parameters(model: &CableModel, folds: &[&CableModel]) -> Vec<Parameter>
             remark: remark.into(),
         }
     };
-    numbers.into_iter().map(one).collect()
+    numbers.into_iter().chain(adapts).map(one).collect()
 }
 
 /// Name and unit of a number of an axis, and the number.

@@ -1,0 +1,34 @@
+//! How fast the drag of a cable is adapted as it runs, from logs.
+
+use super::log::{CableLog, observe_log};
+use rayon::prelude::*;
+use sinew::predictor::CableModel;
+
+/// Gains of the adaptation that are tried, 1/(N m).
+const GAINS: [f64; 6] = [0.03, 0.1, 0.2, 0.5, 1.0, 2.0];
+
+/// Less than this of the error without an adaptation has to be left by one: what noise gains does not count.
+const LEFT: f64 = 0.98;
+
+/// The model with the gain of its drag's adaptation by which it follows the far side of the logs best: grease
+/// warms as a cable slides, and a log of minutes shows it. None where that is no better.
+pub(super) fn fit_adaptation(logs: &[CableLog], model: CableModel) -> CableModel {
+    let with = |learning: f64| CableModel { learning, ..model.clone() };
+    let error = |gain: &f64| (*gain, far_squares(&with(*gain), logs));
+    let errors: Vec<(f64, f64)> = GAINS.par_iter().map(error).collect();
+    let least = errors.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+    let none = far_squares(&with(0.0), logs);
+    with(least.filter(|(_, error)| *error < LEFT * LEFT * none).map_or(0.0, |(gain, _)| *gain))
+}
+
+/// Sum of the squares of the far side's error where the estimate is no guess, N^2.
+fn far_squares(model: &CableModel, logs: &[CableLog]) -> f64 {
+    let squares = |log: &CableLog| {
+        let estimates = observe_log(model, log).ok()?;
+        let far = log.far.iter().zip(&log.weight);
+        let errors =
+            estimates.iter().zip(far).filter(|(estimate, (_, weight))| estimate.known && **weight > 0.0);
+        Some(errors.map(|(estimate, (far, _))| (estimate.far - far).powi(2)).sum::<f64>())
+    };
+    logs.iter().map(squares).sum::<Option<f64>>().unwrap_or(f64::INFINITY)
+}
