@@ -43,7 +43,7 @@ pub(crate) fn thousandths<'a>(mut units: impl Iterator<Item = &'a str> + Clone) 
     }
 }
 
-/// A fraction as a percentage with one decimal; one of five digits and more, and a missing one, as in [`number`].
+/// A fraction as a percentage with one decimal; as in [`number`] where it has five digits or is missing.
 pub(crate) fn percent(fraction: Option<f64>) -> String {
     match fraction.filter(|fraction| fraction.is_finite()).map(|fraction| 100.0 * fraction) {
         None => "-".to_owned(),
