@@ -236,6 +236,13 @@ def test_wrong_conditions_are_refused_with_their_name(keywords: dict[str, Any], 
         MachineVectorEnv(**{"num_envs": 2, "machine": "bench_joint"} | keywords)
 
 
+@pytest.mark.parametrize("bounds", [2.0, [0.8, 1.2], (1.0,)])
+def test_bounds_that_are_no_pair_are_refused_with_their_name(bounds: Any) -> None:
+    for name in ("friction", "bend", "mass", "delay_ms"):
+        with pytest.raises(ValueError, match=f"{name} must be a tuple of two bounds"):
+            Randomisation(**{name: bounds})
+
+
 def test_a_missing_file_and_unknown_keywords_are_refused() -> None:
     with pytest.raises(FileNotFoundError):
         MachineEnv(machine="no/such/file.toml")

@@ -21,7 +21,7 @@ const HIDDEN: [&str; 2] = ["completions", "man"];
 const FURTHER: [(&str, &[(&str, &str)]); 2] = [
     (
         "docs/export.md",
-        &[("bench/bench/model/model.json", "model.json"), ("bench/bench/simulated_day_5.csv", "LOG.csv")],
+        &[("bench/bench/networks/model.json", "model.json"), ("bench/bench/simulated_day_5.csv", "LOG.csv")],
     ),
     (
         "docs/compensate.md",

@@ -43,9 +43,13 @@ pub(crate) fn thousandths<'a>(mut units: impl Iterator<Item = &'a str> + Clone) 
     }
 }
 
-/// A fraction as a percentage with one decimal, or a dash as in [`number`].
+/// A fraction as a percentage with one decimal; as in [`number`] where it has five digits or is missing.
 pub(crate) fn percent(fraction: Option<f64>) -> String {
-    fraction.filter(|v| v.is_finite()).map_or_else(|| "-".to_owned(), |v| format!("{:.1} %", 100.0 * v))
+    match fraction.filter(|fraction| fraction.is_finite()).map(|fraction| 100.0 * fraction) {
+        None => "-".to_owned(),
+        Some(small) if small.abs() < 1e4 => format!("{small:.1} %"),
+        large => number(large) + " %",
+    }
 }
 
 #[cfg(test)]
@@ -59,6 +63,9 @@ mod tests {
         assert_eq!(number(Some(1.5e9)), "1.500e9");
         assert_eq!(number(Some(f64::NAN)), "-");
         assert_eq!(number(None), "-");
+        assert_eq!(percent(Some(0.9997)), "100.0 %");
+        assert_eq!(percent(Some(2e143)), "2.000e145 %");
+        assert_eq!(percent(Some(f64::INFINITY)), "-");
     }
 
     #[test]

@@ -27,7 +27,7 @@ pub enum Preference {
     /// The least error on unseen data.
     #[default]
     Accurate,
-    /// The fewest numbers, at an error on unseen data that is larger by no more than a loss.
+    /// The fewest parameters, at an error on unseen data that is larger by no more than a loss.
     Simple {
         /// In % of the range of the far side.
         loss_percent: f64,

@@ -31,6 +31,12 @@ class Randomisation:
     delay_ms: Bounds = (0.0, 5.0)
     tolerances: bool = True
 
+    def __post_init__(self) -> None:
+        for name in ("friction", "bend", "mass", "delay_ms"):
+            bounds = getattr(self, name)
+            if not isinstance(bounds, tuple) or len(bounds) != 2:
+                raise ValueError(f"{name} must be a tuple of two bounds, such as (0.8, 1.2), but is {bounds!r}")
+
     @classmethod
     def none(cls) -> Randomisation:
         """The machine as designed, in every episode."""

@@ -18,10 +18,13 @@ class Picture:
     """Draws one machine in one pose after another; `machine`: as of `Conditions`."""
 
     def __init__(self, machine: Machine | str | os.PathLike[str]) -> None:
-        import mujoco  # with matplotlib needed for pictures alone
-        from matplotlib.backends import backend_agg
-        from matplotlib.figure import Figure
-
+        try:  # both are needed for pictures alone
+            import mujoco
+            from matplotlib.backends import backend_agg
+            from matplotlib.figure import Figure
+        except ModuleNotFoundError as error:
+            expected = "pictures need MuJoCo and matplotlib: pip install mujoco matplotlib"
+            raise ImportError(expected, name=error.name) from error
         from ..mujoco import load
 
         names = (machine if isinstance(machine, Machine) else Machine(machine)).joint_names

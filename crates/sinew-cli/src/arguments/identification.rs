@@ -44,7 +44,7 @@ pub(crate) struct IdentifyArguments {
     /// Candidate models: auto, or names from the report's table, separated by commas
     #[arg(long, value_name = "NAME,..", default_value = "auto", value_delimiter = ',')]
     pub(crate) model: Vec<String>,
-    /// Which model is chosen: the least error on unseen data, or the fewest numbers within --loss of it
+    /// Which model is chosen: the least error on unseen data, or the fewest parameters within --loss of it
     #[arg(long, value_name = "WHICH", value_enum, default_value_t = PreferArgument::Accurate)]
     pub(crate) prefer: PreferArgument,
     /// Error, in % of the far end's range, that --prefer simple may cost
@@ -62,7 +62,7 @@ pub(crate) struct IdentifyArguments {
 pub(crate) enum PreferArgument {
     /// The least error
     Accurate,
-    /// The fewest numbers
+    /// The fewest parameters
     Simple,
 }
 

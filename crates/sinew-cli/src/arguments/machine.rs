@@ -67,9 +67,8 @@ pub(crate) struct MachineShowArguments {
 ///
 /// The motion: every joint moves sinusoidally over a fraction of its range, all at one period and at any
 /// phases. The torques it needs are distributed over the muscles; every muscle gets the lightest drive of the
-/// catalogue that holds its largest tension and reaches its speed with a quarter to spare. Where the default
-/// cable of 3 mm gives a joint a dead band above 0.2 rad, and the tensions are small enough, the machine gets
-/// steel rope of 0.5 mm.
+/// catalogue that holds its largest tension and reaches its speed with a quarter to spare. A body that works
+/// with up to 60 N gets a cord, load cells and drums of its size; any other gets the default cable of 3 mm.
 ///
 /// Ends with code 3 where no drive of the catalogue is strong enough for a muscle; the file is written.
 ///

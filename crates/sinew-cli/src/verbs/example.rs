@@ -31,7 +31,7 @@ pub(crate) fn run(arguments: &ExampleArguments, general: &General) -> Result<Ans
     let content = if general.json {
         Content::json(&serde_json::json!({ "name": name, "commands": example.commands }))?
     } else {
-        Content::Text(format!("{notes}\nTry them in {}:\n", out.display()))
+        Content::Text(format!("{notes}\nThe commands are for the folder {}.\n", out.display()))
     };
     Ok(Answer::done(content, written))
 }
@@ -65,7 +65,8 @@ fn example(name: ExampleName) -> Example {
                     predict.",
             files: bench(),
             commands: [
-                "sinew identify simulated_day_1.csv simulated_day_2.csv --model cell,hybrid,linear --out model",
+                "sinew identify simulated_day_1.csv simulated_day_2.csv simulated_day_3.csv simulated_day_4.csv \
+                 --model observer,hybrid,linear --out model",
                 "sinew evaluate model/model.json simulated_day_5.csv",
                 "sinew predict model/model.json simulated_day_5.csv --out far.csv",
             ],
@@ -99,10 +100,16 @@ fn example(name: ExampleName) -> Example {
     }
 }
 
-/// Two days to fit and one to judge.
+/// Four days to fit and one to judge.
 fn bench() -> Vec<(&'static str, String)> {
-    let days = [1, 2, 5].map(|day| demo_logs(1).swap_remove(day - 1).1);
-    ["simulated_day_1.csv", "simulated_day_2.csv", "simulated_day_5.csv"].into_iter().zip(days).collect()
+    let names = [
+        "simulated_day_1.csv",
+        "simulated_day_2.csv",
+        "simulated_day_3.csv",
+        "simulated_day_4.csv",
+        "simulated_day_5.csv",
+    ];
+    names.into_iter().zip(demo_logs(1).into_iter().map(|(_, text)| text)).collect()
 }
 
 /// A leg without load cells and encoders at its joints, as servos and drives on CAN move it.

@@ -179,7 +179,7 @@ fn summary_text(report: &IdentificationReport) -> String {
         })
         .collect();
     text += &table(
-        &["", "model", "mean of folds", "RMSE", "of range", "Pearson", "in 95 % band", "numbers"],
+        &["", "model", "mean of folds", "RMSE", "of range", "Pearson", "in 95 % band", "parameters"],
         &rows,
         2,
     );

@@ -25,6 +25,12 @@ fn a_rough_leg_is_better_after_a_flight_and_its_tables_are_fitted_again() {
     let fitted: Value = serde_json::from_str(&run.stdout).unwrap();
     assert!(mean(&fitted, "after") < 0.5 * mean(&fitted, "before") && fitted["simulated"] == true);
 
+    let wrong = "--marker tip=shank:0,0,-0.25 --base-tag base_1=-0.15,0,0.8 --base-tag base_2=0.15,0,0.8 \
+                 --base-tag base_3=0,0.2,0.7";
+    let run = bench.run(&format!("{fit} {wrong} --out misplaced"));
+    assert_eq!(run.code, Some(3), "{}", run.stderr);
+    assert!(run.stdout.contains("do not use") && run.stdout.contains("scatter"), "{}", run.stdout);
+
     let track = "track planar_leg --tolerances rough --unverified --calibration out/calibration.toml";
     let run = bench.run(&format!("{track} --record run.mcap"));
     assert!(matches!(run.code, Some(0 | 3)), "{}", run.stderr);

@@ -203,6 +203,8 @@ fn ctrl_c_and_a_request_to_terminate_let_a_run_down_and_its_recording_replays() 
         assert_eq!(output.status.code(), Some(3), "{told}");
         let document: Value = serde_json::from_str(&text).unwrap();
         assert!(document["interrupted_s"].as_f64().unwrap() > 1.0, "{document}");
+        let tracking = document["tracking"].as_object().unwrap().values().next().unwrap();
+        assert_eq!((&tracking["ended"], &tracking["reason"]), (&"stopped".into(), &"by Ctrl-C".into()));
         for state in
             ["stopping; Ctrl-C again ends at once", "brake, stand, and release the tension", "released\n"]
         {

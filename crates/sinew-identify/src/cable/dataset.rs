@@ -1,7 +1,7 @@
 //! From a dataset with roles to the inputs of the observer: metres, newtons, positive toward the motor.
 
 use super::log::CableLog;
-use crate::log::{Dataset, Role, Sequence};
+use crate::log::{Dataset, Role, Sequence, factor};
 use crate::{ColumnRole, Error};
 use sinew::predictor::CableColumns;
 
@@ -20,10 +20,11 @@ pub fn cable_logs(data: &Dataset) -> Result<(CableColumns, Vec<CableLog>), Error
         motor_scale: 1.0,
         anchor_scale: 1.0,
     };
-    columns.motor_scale = metres(&data.roles.inputs[columns.motor].column)?;
-    columns.anchor_scale = metres(&data.roles.inputs[columns.anchor].column)?;
+    columns.motor_scale = metres(data, columns.motor)?;
+    columns.anchor_scale = metres(data, columns.anchor)?;
     let tension = &data.roles.inputs[columns.tension].column;
-    if unit(tension).is_some_and(|unit| unit.ends_with("nm") || unit == "ncm") {
+    let unit = data.unit(tension);
+    if !unit.is_empty() && factor(&unit, "Nm").is_some() {
         return Err(Error::samples(format!("column `{tension}`"), "a tension in N", &"a torque"));
     }
     let logs = |columns: &CableColumns| -> Vec<CableLog> {
@@ -41,23 +42,12 @@ fn first(data: &Dataset, of: Role, role: ColumnRole, expected: &'static str) -> 
     place.ok_or(Error::MissingRole { role, expected })
 }
 
-fn unit(column: &str) -> Option<String> {
-    let plain = column.trim_end_matches([')', ']']).to_lowercase();
-    plain.rsplit(['_', ' ', '(', '[']).next().map(str::to_owned)
-}
-
-/// Metres per unit of a position column, by its suffix; none means metres.
-fn metres(column: &str) -> Result<f64, Error> {
-    match unit(column).as_deref() {
-        Some("mm") => Ok(1e-3),
-        Some("cm") => Ok(1e-2),
-        Some("um") => Ok(1e-6),
-        Some(angle @ ("rad" | "mrad" | "deg" | "degrees" | "rev" | "turns" | "counts" | "ticks")) => {
-            let expected = "a length: multiply by the radius of the winch or the moment arm of the joint";
-            Err(Error::samples(format!("column `{column}`"), expected, &angle))
-        }
-        _ => Ok(1.0),
-    }
+/// Metres per unit of a position column, in whatever way its unit is stated; none means metres.
+fn metres(data: &Dataset, input: usize) -> Result<f64, Error> {
+    let column = &data.roles.inputs[input].column;
+    let unit = data.unit(column);
+    let expected = "a length: multiply by the radius of the winch or the moment arm of the joint";
+    factor(&unit, "m").ok_or_else(|| Error::samples(format!("column `{column}`"), expected, &unit))
 }
 
 fn log(sequence: &Sequence, columns: &CableColumns, width: usize) -> CableLog {

@@ -58,4 +58,5 @@ pub use types::{
     ColumnOptions, ColumnUse, Condition, Dataset, Defect, DefectKind, Input, LogInfo, ReadOptions,
     RequestedRoles, Role, Roles, Sequence,
 };
+pub(crate) use units::factor;
 pub use units::unit_of;

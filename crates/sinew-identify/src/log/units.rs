@@ -123,7 +123,7 @@ pub(super) fn seconds(unit: &str) -> Option<f64> {
 }
 
 /// The factor from numbers in one unit to numbers in another; `None` where they measure different things.
-pub(super) fn factor(from: &str, to: &str) -> Option<f64> {
+pub(crate) fn factor(from: &str, to: &str) -> Option<f64> {
     let (from, to) = (word(from), word(to));
     // Without a unit a number is taken as it is.
     if from == to || from.is_empty() || to.is_empty() {

@@ -11,7 +11,6 @@ use super::types::{Candidate, ChosenSummary, ExpectedError, Grade, Identificatio
 use crate::estimation::size;
 use crate::fit::classical::fit_classical;
 use crate::fit::run::Run;
-use crate::log::unit_of;
 use crate::select::cross_validation::{CrossValidation, ScoredCandidate};
 use crate::select::influence::InfluenceRow;
 use crate::select::laws::ScoredLaw;
@@ -28,7 +27,7 @@ pub(crate) fn report(evidence: &Evidence<'_>, influence: Vec<InfluenceRow>) -> I
         version: env!("CARGO_PKG_VERSION").to_string(),
         seed: model.provenance.seed,
         far: model.far.clone(),
-        far_unit: unit_of(&model.far),
+        far_unit: logs.data.unit(&model.far),
         inputs: model.inputs.clone(),
         logs: logs.data.logs.clone(),
         columns: logs.data.columns.clone(),

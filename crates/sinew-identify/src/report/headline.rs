@@ -40,7 +40,8 @@ fn error(validation: &CrossValidation) -> f64 {
 }
 
 /// The chosen model where it is the cable's own law. Else of the laws with a friction angle, or where there
-/// is none of all, the one with the fewest numbers among those with about the least error on held-out data.
+/// is none of all, the one with the fewest parameters among those with about the least error on held-out
+/// data.
 pub(super) fn headline(
     evidence: &Evidence<'_>,
     fits: &[ClassicalFit],

@@ -14,7 +14,7 @@ const MARGIN_WITHIN_LOG: f64 = 0.7;
 /// The same of an axis, whose motion is often periodic: a network knows every stretch from the others.
 const MARGIN_OF_AXIS: f64 = 0.625;
 
-/// Loss, % of the range, up to which a model with fewer numbers is named.
+/// Loss, % of the range, up to which a model with fewer parameters is named.
 const NAMED_LOSS: f64 = 1.0;
 
 /// Standard errors of the mean log ratio of errors, sequence by sequence, by which it must be better.
@@ -42,7 +42,7 @@ pub(crate) struct Choice<'a> {
     /// `[fold]`: whether it holds out a condition beyond all others
     /// ([`Folds::extrapolates`](super::folds::Folds)).
     pub(crate) extrapolates: &'a [bool],
-    /// The error, far unit, that fewer numbers may cost; none where the least error is chosen.
+    /// The error, far unit, that fewer parameters may cost; none where the least error is chosen.
     pub(crate) loss: Option<f64>,
 }
 
@@ -86,7 +86,7 @@ impl Choice<'_> {
             .reduce(|old, new| if self.objection(new, old, without).is_some() { old } else { new })
     }
 
-    /// What the fewest numbers would cost, in a sentence; nothing where none with fewer comes near.
+    /// What the fewest parameters would cost, in a sentence; nothing where none with fewer comes near.
     pub(crate) fn least(&self, chosen: usize, laws: &[ScoredLaw], range: f64) -> String {
         let compared = self.candidates.iter().zip(self.scored);
         let models = compared.filter(|(c, _)| c.prior != PhysicsPrior::Reference).map(|(_, scored)| scored);
@@ -99,10 +99,10 @@ impl Choice<'_> {
         let small = all.filter(|scored| size(scored) < size(chosen) && cost(scored) <= NAMED_LOSS);
         let least = small.min_by(|a, b| size(a).cmp(&size(b)).then(cost(a).total_cmp(&cost(b))));
         least.map_or_else(String::new, |least| {
-            let (numbers, of, cost) = (size(least), size(chosen), cost(least));
+            let (few, of, cost) = (size(least), size(chosen), cost(least));
             let cost =
-                if cost > 0.0 { format!("cost {cost:.1} % of the range") } else { "cost nothing".into() };
-            format!(" The {numbers} numbers of {} in place of {of} {cost}.", least.name)
+                if cost > 0.0 { format!("costs {cost:.1} % of the range") } else { "costs nothing".into() };
+            format!(" {}, with {few} parameters in place of {of}, {cost}.", least.name)
         })
     }
 
@@ -141,7 +141,7 @@ impl Choice<'_> {
         if let (Some(_), Some(best)) = (self.loss, self.most_accurate(None).filter(|best| *best != chosen)) {
             let numbers = |k: usize| self.scored[k].validation().map_or(0, |v| v.size);
             return format!(
-                "{} was chosen because it has the fewest numbers, {}, at no more than the loss that was allowed; {}, \
+                "{} was chosen because it has the fewest parameters, {}, at no more than the loss that was allowed; {}, \
                     with {}, has the least error.",
                 name(chosen),
                 numbers(chosen),
@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn fewer_numbers_are_chosen_where_they_cost_no_more_than_the_loss() {
+    fn fewer_parameters_are_chosen_where_they_cost_no_more_than_the_loss() {
         use PhysicsPrior::{Learned, Matched, Reference};
         let candidates = [candidate(Matched), candidate(Matched), candidate(Learned), candidate(Reference)];
         let mut scored = [scored(&[4.0; 5]), scored(&[4.2; 5]), scored(&[5.0; 5]), scored(&[4.0; 5])];
@@ -341,9 +341,9 @@ mod tests {
         assert_eq!([None, Some(0.1), Some(0.3), Some(1.1)].map(chosen), [0, 0, 1, 2].map(Some));
         assert_eq!(
             choice(None).least(0, &[], 100.0),
-            " The 2 numbers of with 2 in place of 900 cost 1.0 % of the range."
+            " with 2, with 2 parameters in place of 900, costs 1.0 % of the range."
         );
-        assert!(choice(Some(0.3)).reason(1).contains("fewest numbers, 9"));
+        assert!(choice(Some(0.3)).reason(1).contains("fewest parameters, 9"));
     }
 
     #[test]

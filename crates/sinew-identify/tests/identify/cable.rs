@@ -7,7 +7,8 @@ use sinew::predictor::{CableModel, CableSample};
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::EndMotion;
 use sinew::twin::cable::{CablePlant, Resolution, Specimen};
-use sinew_identify::cable::{CableLog, FitOptions, fit_cable, observe_log};
+use sinew_identify::cable::{CableLog, FitOptions, cable_logs, fit_cable, observe_log};
+use sinew_identify::log::{ColumnOptions, Dataset, ReadOptions, RequestedRoles, read_bytes};
 
 /// Standard deviation of both load cells, N.
 const NOISE: f64 = 0.4;
@@ -163,4 +164,45 @@ fn logs_that_cannot_be_fitted_are_refused_by_name() {
     let mut holed = log;
     holed.far[7] = f64::NAN;
     refused(&[holed], &usual, "sample 7");
+}
+
+/// A log whose motor position stands under `title`, and is asked for as `name`.
+fn read(title: &str, name: &str, stated: &str) -> Dataset {
+    let mut text = format!("time_s;Kraft [N];{title};far_n;anchor_m\n");
+    for k in 0..400 {
+        let t = 0.01 * f64::from(k);
+        let (motor, anchor) = (t.sin(), 0.3 * (2.7 * t).sin());
+        text += &format!("{t};{};{motor};{};{anchor}\n", 60.0 + 20.0 * motor, 50.0 + 20.0 * (motor - anchor));
+    }
+    let flags = RequestedRoles {
+        far: Some("far_n".into()),
+        effort: vec!["Kraft".into()],
+        motion: vec![name.into()],
+        anchor: Some("anchor_m".into()),
+        ..RequestedRoles::default()
+    };
+    let units = if stated.is_empty() { vec![] } else { vec![(name.to_owned(), stated.to_owned())] };
+    let columns = ColumnOptions { units, ..ColumnOptions::default() };
+    let options = ReadOptions { far_required: true, columns, ..ReadOptions::default() };
+    read_bytes(&[("log.csv", text.as_bytes())], &flags, &options).unwrap()
+}
+
+#[test]
+fn a_position_counts_in_metres_wherever_its_unit_is_stated() {
+    for (title, name, stated, metres) in [
+        ("Weg", "Weg", "", 1.0),
+        ("Weg", "Weg", "mm", 1e-3),
+        ("Weg [mm]", "Weg", "", 1e-3),
+        ("Weg [mm]", "Weg [mm]", "", 1e-3),
+        ("weg_mm", "weg", "", 1e-3),
+        ("weg_cm", "weg_cm", "", 1e-2),
+        ("Weg (inch)", "Weg (inch)", "inch", 0.0254),
+    ] {
+        let scale = cable_logs(&read(title, name, stated)).unwrap().0.motor_scale;
+        assert!((scale - metres).abs() < 1e-12 * metres, "{title}, {name}, {stated}: {scale}");
+    }
+    for (title, name, stated) in [("Winkel [deg]", "Winkel", ""), ("Winkel", "Winkel", "rad")] {
+        let said = cable_logs(&read(title, name, stated)).unwrap_err().to_string();
+        assert!(said.contains(name) && said.contains("a length"), "{said}");
+    }
 }

@@ -5,7 +5,7 @@
 use crate::common;
 
 use common::{Sample, csv, message, read, samples};
-use sinew_identify::log::RequestedRoles;
+use sinew_identify::log::{ColumnOptions, ReadOptions, RequestedRoles, read_bytes};
 
 const HEADER: &str = "t_s,tension_in_n,tension_out_n";
 
@@ -115,6 +115,24 @@ fn a_table_in_which_no_cell_tells_the_mark_is_refused() {
     let text = joined("t_s;tension_in_n;tension_out_n", samples(60, 0.3).into_iter().enumerate().map(row));
     let said = message(&text, &RequestedRoles::default());
     assert!(said.contains("line 2") && said.contains("thousands"), "{said}");
+}
+
+#[test]
+fn one_cell_in_a_thousand_lines_tells_the_mark_of_all() {
+    let lines = |told: &str| {
+        let rows = (0..1200).map(|k| {
+            let near = format!("{:.3}", 120.0 + 50.0 * (0.01 * f64::from(k)).sin());
+            let far = if k == 1000 { told.to_owned() } else { near.clone() };
+            format!("{near};{far}").replace('.', ",")
+        });
+        joined("tension_in_n;tension_out_n", rows)
+    };
+    let columns = ColumnOptions { rate_hz: Some(100.0), ..ColumnOptions::default() };
+    let options = ReadOptions { far_required: true, columns, ..ReadOptions::default() };
+    let read = |text: &str| read_bytes(&[("log.csv", text.as_bytes())], &RequestedRoles::default(), &options);
+    let far = read(&lines("0.955")).unwrap().sequences[0].far[1000];
+    assert!((far - 0.955).abs() < 1e-12, "{far}");
+    assert!(read(&lines("100.955")).unwrap_err().to_string().contains("thousands"));
 }
 
 #[test]

@@ -21,8 +21,14 @@ pub struct Judgement {
     /// What is wrong with the observations, in sentences.
     pub findings: Vec<String>,
     joints: Vec<CalibratedJoint>,
+    /// Whether places scatter about the estimate as those of a camera do.
+    agrees: bool,
 }
 
+/// Scatter of the places about the estimate above which no camera explains it: this, and a fraction of the
+/// machine's reach, m.
+const LARGEST_SCATTER_M: f64 = 1e-3;
+const LARGEST_SCATTER: f64 = 0.01;
 /// Fraction of a marker's points that may be far off before it is named.
 const MANY_OUTLIERS: f64 = 0.3;
 /// What is known of the two clocks, s.
@@ -82,8 +88,17 @@ pub fn judge(
         flex_rad_per_nm: at.flex,
     });
     let joints = joints.collect();
-    let findings = findings(&found, markers, &all, &fitted);
-    Ok(Judgement { estimate: found, places: all, held, held_out, delay, findings, joints })
+    let mut findings = findings(&found, markers, &all, &fitted);
+    let scatter = found.noise.into_iter().fold(0.0, f64::max);
+    let agrees = scatter <= LARGEST_SCATTER_M + LARGEST_SCATTER * 0.5 * machine.size();
+    if !agrees {
+        findings.push(format!(
+            "places scatter by {:.1} mm about the estimate, which no camera does: look at the places of the \
+             markers on the bodies and on the base, and at the unit",
+            1e3 * scatter
+        ));
+    }
+    Ok(Judgement { estimate: found, places: all, held, held_out, delay, findings, joints, agrees })
 }
 
 /// What is wrong with the observations.
@@ -117,10 +132,11 @@ fn findings(found: &Estimate, markers: &[Marker], all: &[Place], fitted: &[Place
 }
 
 impl Judgement {
-    /// Whether poses that the estimate has not seen have become better.
+    /// Whether poses that the estimate has not seen have become better, and the observations are those of a
+    /// camera that sees this machine.
     #[must_use]
     pub fn is_better(&self) -> bool {
-        self.held_out.after.mean < self.held_out.before.mean
+        self.agrees && self.held_out.after.mean < self.held_out.before.mean
     }
 
     /// `use`, `use with care` or `do not use`.

@@ -270,7 +270,7 @@ impl Machine {
 }
 
 const SOME_MUSCLE: &str = "at least one: a tendon of an MJCF file, a muscle of an OpenSim file, a [[muscle]] \
-    of a TOML file or, for NAME.urdf, of NAME.muscles.toml";
+    of a TOML file or, for NAME.urdf, of NAME.muscles.toml; `machine new --pulleys 8mm` adds some to joints alone";
 const SOME_EQUILIBRIUM: &str = "at least one: there are fewer motors than joints, and in no pose do springs \
     and weight hold the others";
 const NO_END_POINT: &str = "0 for a machine without an end point: name a site of the body as `endpoint` in \

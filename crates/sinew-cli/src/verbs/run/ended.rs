@@ -121,8 +121,12 @@ impl Ended {
             Some(digest) => run["digest"] = format!("{:016x}", digest.0).into(),
             None => {
                 let errors = self.seen.joint_error.iter();
-                run["joint_error"] =
-                    errors.map(|error| json!({"mean": error.mean, "max": error.max})).collect();
+                run["joint_error"] = errors
+                    .map(|error| match error.is_empty() {
+                        true => Value::Null,
+                        false => json!({"mean": error.mean, "max": error.max}),
+                    })
+                    .collect();
             }
         }
         run
@@ -150,7 +154,8 @@ impl Ended {
         let mut text = String::new();
         if !door.is_linked() {
             let rows = independent.iter().zip(&self.seen.joint_error).map(|(joint, error)| {
-                let errors = [error.mean, error.max].map(|error| number(Some(1e3 * error)));
+                let of = |x: f64| number((!error.is_empty()).then_some(1e3 * x));
+                let errors = [error.mean, error.max].map(of);
                 [joints[*joint].name.clone()].into_iter().chain(errors).collect()
             });
             let unit = thousandths(independent.iter().map(|joint| joints[*joint].kind.unit()));

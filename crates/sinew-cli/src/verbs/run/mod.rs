@@ -23,7 +23,7 @@ use sinew::control::arm::ArmGains;
 use sinew::control::supervisor::{Limits, Supervisor};
 use sinew::predictor::CableModel;
 use sinew::trajectory::Schedule;
-use sinew_lab::arm::{INITIAL_REST_S, IdentifiedMachine, PreparedRun, TrackingNumbers};
+use sinew_lab::arm::{INITIAL_REST_S, IdentifiedMachine, PreparedRun, TrackOutcome, TrackingNumbers};
 use sinew_lab::experiment::Evaluation;
 use sinew_runtime::Bus;
 use sinew_runtime::can::{self, CanBus, SimulatedLink};
@@ -145,7 +145,11 @@ impl Prepared<'_> {
             let summary = judged.evaluation.finish(&supervisor);
             let limits = (conditions.tension_limits, arm.joint_error_limits());
             let numbers = TrackingNumbers::new(&summary, &arm.machine, limits.0, &limits.1);
-            ended.tracking = Some(numbers.map_err(sinew_lab::Error::from)?);
+            let mut numbers = numbers.map_err(sinew_lab::Error::from)?;
+            if let (None, Some(stopped)) = (numbers.stopped_s, ended.stopped) {
+                (numbers.ended, numbers.reason) = (TrackOutcome::Stopped, Some(stopped.by().to_owned()));
+            }
+            ended.tracking = Some(numbers);
             ended.trace = judged.trace;
         }
         Ok(ended)

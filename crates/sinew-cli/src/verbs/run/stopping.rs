@@ -111,11 +111,15 @@ impl Stopped {
         }
     }
 
-    pub(super) fn text(self) -> String {
-        let by = match self.by {
+    pub(super) fn by(self) -> &'static str {
+        match self.by {
             By::Page => "from the page",
             By::Terminal => "by Ctrl-C",
-        };
+        }
+    }
+
+    pub(super) fn text(self) -> String {
+        let by = self.by();
         format!("Stopped {by} at {:.3} s; the errors above are those until then\n", self.time)
     }
 }

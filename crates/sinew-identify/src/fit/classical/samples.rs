@@ -87,15 +87,15 @@ pub(super) fn gather(data: &Dataset) -> Result<(Samples, Samples, Signals), Stri
     all.find_sliding(REVERSAL * drive_range);
     let effort_name = chosen.effort.map(name).unwrap_or_default();
     let far_name = data.roles.far.as_deref().unwrap_or("");
-    let effort_unit = chosen.effort.map_or_else(String::new, |_| unit_of(&effort_name));
-    let far_unit = unit_of(far_name);
+    let effort_unit = chosen.effort.map_or_else(String::new, |_| unit_of(data, &effort_name));
+    let far_unit = unit_of(data, far_name);
     let effort_is_like_far = is_like_far(data, chosen.effort.map(|_| effort_name.as_str()));
     let signals = Signals {
         far_unit,
         near_name: name(chosen.near),
-        near_unit: unit_of(&name(chosen.near)),
+        near_unit: unit_of(data, &name(chosen.near)),
         drive_name: name(chosen.drive),
-        drive_unit: unit_of(&name(chosen.drive)),
+        drive_unit: unit_of(data, &name(chosen.drive)),
         has_effort: chosen.effort.is_some(),
         effort_is_like_far,
         effort_name,
@@ -184,9 +184,9 @@ fn is_like_far(data: &Dataset, effort: Option<&str>) -> bool {
     })
 }
 
-/// The unit in a column's name, or words in its place.
-fn unit_of(column: &str) -> String {
-    let unit = crate::log::unit_of(column);
+/// The unit of a column, or words in its place.
+fn unit_of(data: &Dataset, column: &str) -> String {
+    let unit = data.unit(column);
     if unit.is_empty() { format!("unit of {column}") } else { unit }
 }
 
@@ -411,14 +411,6 @@ mod tests {
         let drive = [0.0, 0.05, 0.0, 1.0, 0.95, 2.0, 1.0, 0.5, 0.55, 3.0];
         let expected = [0.0, 1.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0];
         assert_eq!(directions(&drive, 0.1), expected);
-    }
-
-    #[test]
-    fn units_come_from_the_end_of_a_column_name() {
-        assert_eq!(unit_of("tension_in_n"), "N");
-        assert_eq!(unit_of("T_out_Nm"), "Nm");
-        assert_eq!(unit_of("T_out_N_med5"), "N");
-        assert_eq!(unit_of("n"), "unit of n");
     }
 
     #[test]
