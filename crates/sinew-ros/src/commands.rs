@@ -135,16 +135,21 @@ impl Commands {
         Ok(())
     }
 
-    /// Asks the supervisor for something; the mode of the machine before.
+    /// Asks the supervisor for something; the mode of the machine before. A request counts where it differs
+    /// from the one before, so that one to run again, after stale set-points, comes behind one to hold.
     ///
     /// # Errors
     /// Where the cycle does not take it.
     pub fn request(&mut self, request: Request) -> Result<Mode, Refusal> {
+        let state = self.local.state();
+        let (mode, goal) = (state.mode, state.request);
         if request != Request::Run {
             self.motion = Motion::None;
+        } else if goal == Request::Run && mode != Mode::Run {
+            self.give(&Command::from_request(Request::Hold))?;
         }
         self.give(&Command::from_request(request))?;
-        Ok(self.local.state().mode)
+        Ok(mode)
     }
 
     /// What goes on with the time: points of a trajectory, signs of life, the end of the session. `anyone` is

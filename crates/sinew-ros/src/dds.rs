@@ -51,6 +51,8 @@ pub(crate) struct Graph {
 
 /// States that are kept for readers that miss some.
 const DEPTH: i32 = 100;
+/// How long the end waits for each topic's readers.
+const LAST: std::time::Duration = std::time::Duration::from_millis(200);
 /// A reader that does not keep up makes nobody wait longer, ms.
 const BLOCKING: i64 = 1;
 
@@ -140,6 +142,14 @@ impl Graph {
     pub(crate) fn publish(&self, topic: Topic, message: &Cdr) -> bool {
         let octets = Bytes::copy_from_slice(message.fields());
         self.writers.get(topic as usize).is_some_and(|writer| writer.write(octets, None).is_ok())
+    }
+
+    /// Waits until the readers have what was published, a little.
+    pub(crate) fn finish(&self) {
+        for writer in &self.writers {
+            // Of readers that have gone nobody hears.
+            let _ = writer.wait_for_acknowledgments(LAST);
+        }
     }
 
     /// The next of what has come.

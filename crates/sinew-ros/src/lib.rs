@@ -32,6 +32,9 @@ mod topics;
 mod trajectory;
 mod trigger;
 
+/// Whether DDS is built in.
+pub const IS_BUILT: bool = cfg!(feature = "dds");
+
 pub use commands::{Commands, Sender};
 pub use error::Error;
 pub use node::{Counts, Node, NodeSettings};

@@ -36,6 +36,10 @@ impl Graph {
         match *self {}
     }
 
+    pub(crate) fn finish(&self) {
+        match *self {}
+    }
+
     pub(crate) fn next(&mut self) -> Option<Incoming> {
         match *self {}
     }

@@ -175,6 +175,7 @@ impl Serving {
                 commands.pass(now, anyone);
             }
             if ends {
+                self.graph.finish();
                 self.counts.missed += self.reader.missed();
                 return;
             }

@@ -40,6 +40,19 @@ pub(crate) fn tap(sizes: [usize; 2], period: f64) -> (Tap, TapReader) {
 }
 
 impl Tap {
+    /// One that nobody reads, for a machine with so many muscles and joints and a period, s: what a cycle is
+    /// tested with.
+    #[must_use]
+    pub fn detached(sizes: [usize; 2], period: f64) -> Self {
+        tap(sizes, period).0
+    }
+
+    /// Cycles that the node was too slow for.
+    #[must_use]
+    pub fn missed(&self) -> u64 {
+        self.missed.load(Ordering::Relaxed)
+    }
+
     /// Offers a cycle to the node, which takes one of some; where it is slow, it misses it. Allocates nothing,
     /// takes no lock and makes no system call.
     pub fn show<P: Plant>(&mut self, record: &CycleRecord<'_, P>) {

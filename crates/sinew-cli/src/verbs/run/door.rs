@@ -44,7 +44,7 @@ impl<'a> Door<'a> {
 
     /// Of `sinew track`: the twin, without deadlines.
     pub(super) fn track(TrackArguments { session }: &'a TrackArguments) -> Self {
-        let pace = if session.page.page { Pace::Watched } else { Pace::Virtual };
+        let pace = if session.page.page || session.ros.ros { Pace::Watched } else { Pace::Virtual };
         Self { arguments: session, bus: BusArgument::Twin, interface: "", devices: &[], pace }
     }
 
@@ -52,13 +52,14 @@ impl<'a> Door<'a> {
         !matches!(self.bus, BusArgument::Real(_))
     }
 
+    /// Whether others command the machine, over a link or from ROS 2, along no motion of its own.
     pub(crate) fn is_linked(&self) -> bool {
-        self.arguments.link.link.is_some()
+        self.arguments.link.link.is_some() || self.arguments.ros.ros_commands
     }
 
     /// Refuses what cannot be, and outputs that would replace what is read or to be kept.
     pub(super) fn check(&self, no_clobber: bool) -> Result<(), Error> {
-        let SessionArguments { motion, record, report, .. } = self.arguments;
+        let SessionArguments { motion, record, report, ros, link, .. } = self.arguments;
         let refuse = |flag, value: String, expected| Err(Error::Argument { flag, value, expected });
         let shown = |file: &PathBuf| file.display().to_string();
         if !self.is_simulated() {
@@ -72,6 +73,16 @@ impl<'a> Door<'a> {
                 let value = motion.compensation.to_string();
                 return refuse("--compensation", value, "it with a simulated bus only");
             }
+        }
+        if ros.ros && !sinew_ros::IS_BUILT {
+            return Err(sinew_ros::Error::NotBuilt.into());
+        }
+        if ros.ros && self.pace == Pace::Virtual {
+            let expected = "real time; else --record FILE.mcap and `sinew log export --to ros2`";
+            return refuse("--ros", "--virtual-time".to_owned(), expected);
+        }
+        if let Some(until) = link.until.filter(|_| !self.is_linked()) {
+            return refuse("--until", until.to_string(), "it with --link or --ros-commands");
         }
         if let Some(file) = self.devices.first().filter(|_| !matches!(self.bus, BusArgument::Segment)) {
             return refuse("--device", shown(file), "it with --bus segment");
