@@ -51,8 +51,8 @@ pub(crate) struct Graph {
 
 /// States that are kept for readers that miss some.
 const DEPTH: i32 = 100;
-/// How long the end waits for each topic's readers.
-const LAST: std::time::Duration = std::time::Duration::from_millis(200);
+/// How long the end waits for each topic's readers, at most.
+const LAST: std::time::Duration = std::time::Duration::from_secs(1);
 /// A reader that does not keep up makes nobody wait longer, ms.
 const BLOCKING: i64 = 1;
 

@@ -40,6 +40,8 @@ pub(crate) fn places(place: &str, given: &[&str], joints: &[String]) -> Result<V
 fn listed(names: &[&str]) -> String {
     const MOST: usize = 200;
     let text = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+    // Others' names may hold line breaks.
+    let text = text.escape_debug().to_string();
     match text.char_indices().nth(MOST) {
         Some((end, _)) => format!("{} ..", text.get(..end).unwrap_or_default()),
         None => text,

@@ -169,9 +169,9 @@ fn hundreds_of_points_are_given_as_there_is_room() {
     let mut worst = 0.0_f64;
     for k in 0..2900_u64 {
         world.pass(1);
-        if k > 200 {
-            // Of the points, one begins after the lead and takes effect after the delay.
-            let now = at((k / 2).saturating_sub(7));
+        if k > 400 {
+            // Behind the points by the lead of a trajectory, the delay of set-points and the preview.
+            let now = at(k / 2 - (10 + 4 + 120) / 2);
             worst = worst.max((world.reference()[0] - world.start[0] - now).abs());
         }
     }
@@ -261,7 +261,7 @@ fn set_points_that_stop_end_in_hold_and_run_counts_again() {
         world.pass(20);
     }
     assert_eq!(world.mode(), Mode::Run);
-    world.pass(90);
+    world.pass(70);
     assert_eq!(world.mode(), Mode::Run);
     world.pass(20);
     assert_eq!(world.mode(), Mode::Hold);

@@ -1,14 +1,17 @@
 //! What messages say, and what is wrong with them.
 
 use proptest::prelude::*;
-use sinew_record::ros2::{Cdr, CdrReader};
+use sinew_record::ros2::{Cdr, CdrReader, Level, Messages};
+use sinew_record::{Circumstances, Head};
 use sinew_ros::{Refusal, Trajectory, reply, request_header, setpoint};
 
 /// `rosbags` 0.11.9, `serialize_cdr` with the types of Jazzy: joints knee and hip, two points, the second with
 /// velocities, accelerations and efforts.
-const TRAJECTORY: &str = "00010000070000000900000005000000626173650000000002000000050000006b6e65650000000004000000686970000200000002000000000000009a9999999999b93f9a9999999999c9bf000000000000000000000000000000000000000000000000000000000065cd1d02000000333333333333d33f9a9999999999d93f0200000000000000000000000000f03f000000000000f0bf02000000000000000000000000000000000000000000e03f02000000000000000000000000000040000000000000084001000000fa000000";
+const TRAJECTORY: &str = "00010000070000000900000005000000626173650000000002000000050000006b6e65650000000004000000686970000200000002000000000000009a9999999999b93f9a9999999999c9bf000000000000000000000000000000000065cd1d02000000333333333333d33f9a9999999999d93f0200000000000000000000000000f03f000000000000f0bf02000000000000000000000000000000000000000000e03f02000000000000000000000000000040000000000000084001000000fa000000";
 /// The same of a `JointState` with names and positions.
 const SETPOINT: &str = "0001000005000000060000000100000000000000020000000400000068697000050000006b6e6565000000000200000000000000000000000000d03f000000000000e0bf0000000000000000";
+/// The same of a `DiagnosticArray`.
+const NOTICE: &str = "000100000100000002000000010000000000000001000000010000001000000073696e65773a20636f6d6d616e647300420000006a6f696e745f7472616a6563746f727920726566757365643a20706f696e74733a206578706563746564206174206c65617374206f6e652c20676f74206e6f6e650000001500000053494d554c4154454420706c616e61725f6c65670000000000000000";
 
 fn octets(text: &str) -> Vec<u8> {
     (0..text.len() / 2).map(|k| u8::from_str_radix(&text[2 * k..2 * k + 2], 16).unwrap()).collect()
@@ -69,6 +72,22 @@ fn messages_of_another_program_are_read_in_the_order_of_the_machine() {
 }
 
 #[test]
+fn a_notice_has_the_octets_of_another_program() {
+    let machine = crate::common::machine("planar_leg");
+    let circumstances = Circumstances {
+        program: String::new(),
+        commit: String::new(),
+        simulated: true,
+        virtual_time: false,
+        start_ns: 1_000_000_000,
+        period_ns: machine.period_ns(),
+    };
+    let messages = Messages::new(&machine, Head::new(&machine, circumstances)).unwrap();
+    let text = "joint_trajectory refused: points: expected at least one, got none";
+    assert_eq!(messages.notice(2, "commands", Level::Warn, text).bytes(), octets(NOTICE));
+}
+
+#[test]
 fn what_is_wrong_with_a_trajectory_is_named() {
     let both = ["hip", "knee"];
     let fine: Point<'_> = (&[0.1, 0.2], &[], [1, 0]);
@@ -109,7 +128,8 @@ fn a_request_is_answered_as_its_middleware_marks_it() {
     let mark: Vec<u8> = (1..=16).collect();
     let request = [&mark[..], &[0]].concat();
     assert_eq!(request_header(&request), mark);
-    let mut answer = CdrReader::of_fields(reply(&mark, true, "so").fields(), true).clone();
+    let answer = reply(&mark, true, "so");
+    let mut answer = CdrReader::of_fields(answer.fields(), true);
     assert!(answer.f64().is_some() && answer.f64().is_some(), "the mark");
     // One byte and three that fill up, then the text.
     assert_eq!((answer.length().map(|x| x & 0xff), answer.text()), (Some(1), Some("so")));
