@@ -14,6 +14,7 @@ const OPTIONAL: [&str; 26] = [
     "canopen",
     "cantools",
     "cmaes",
+    "cyclonedds",
     "dynamixel-sdk",
     "feetech-servo-sdk",
     "ipykernel",

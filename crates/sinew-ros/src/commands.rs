@@ -174,11 +174,8 @@ impl Commands {
             let _ = self.give(&Command::from_request(Request::None));
             self.told = now;
         }
-        self.alone = if anyone || !matches!(self.motion, Motion::None) {
-            None
-        } else {
-            self.alone.or(Some(now))
-        };
+        self.alone =
+            if anyone || !matches!(self.motion, Motion::None) { None } else { self.alone.or(Some(now)) };
         if self.alone.is_some_and(|since| now.saturating_sub(since) >= self.settings.unattended_ns)
             && self.local.is_attached()
         {

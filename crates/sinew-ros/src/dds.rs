@@ -83,10 +83,8 @@ impl Graph {
     pub(crate) fn new(domain_id: u16, address: IpAddr, commanded: bool) -> Result<Self, Error> {
         let builder = DomainParticipantBuilder::new(domain_id).with_only_networks([address]);
         let participant = builder.build().map_err(failed("a participant"))?;
-        let publisher =
-            participant.create_publisher(&quality(true)).map_err(failed("a publisher"))?;
-        let subscriber =
-            participant.create_subscriber(&quality(true)).map_err(failed("a subscriber"))?;
+        let publisher = participant.create_publisher(&quality(true)).map_err(failed("a publisher"))?;
+        let subscriber = participant.create_subscriber(&quality(true)).map_err(failed("a subscriber"))?;
         let writer = |(name, kind): (String, String)| {
             let topic = participant.create_topic(name, kind, &quality(true), TopicKind::NoKey);
             let topic = topic.map_err(failed("a topic"))?;
@@ -113,8 +111,8 @@ impl Graph {
                 &quality(true),
                 TopicKind::NoKey,
             );
-            let answer = publisher
-                .create_datawriter_no_key::<Bytes, Octets>(&topic.map_err(failed("a topic"))?, None);
+            let answer =
+                publisher.create_datawriter_no_key::<Bytes, Octets>(&topic.map_err(failed("a topic"))?, None);
             graph.answers.push(answer.map_err(failed("a writer"))?);
         }
         Ok(graph)
@@ -157,10 +155,8 @@ impl Graph {
         self.readers.iter().find_map(|(reader, what)| {
             reader.drain_read_notifications();
             let change = reader.try_take_one().ok().flatten()?;
-            let identity = SampleIdentity {
-                writer_guid: change.writer_guid,
-                sequence_number: change.sequence_number,
-            };
+            let identity =
+                SampleIdentity { writer_guid: change.writer_guid, sequence_number: change.sequence_number };
             let sender = change.writer_guid.to_bytes();
             let Payload { octets, little_endian } = change.into_value();
             Some(Incoming { sender, fields: octets, little_endian, what: *what, identity })

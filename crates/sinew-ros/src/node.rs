@@ -46,6 +46,8 @@ pub struct Counts {
     pub taken: u64,
     /// That were refused.
     pub refused: u64,
+    /// Whether the node's thread panicked, and nothing is known of it; the machine was held from then on.
+    pub failed: bool,
 }
 
 /// A running node; it ends when dropped.
@@ -124,10 +126,10 @@ impl Node {
         Ok(())
     }
 
-    /// Ends the thread, behind what the tap was given until now; zeros where it panicked.
+    /// Ends the thread, behind what the tap was given until now.
     #[must_use]
     pub fn end(mut self) -> Counts {
-        self.join().unwrap_or_default()
+        self.join().unwrap_or(Counts { failed: true, ..Counts::default() })
     }
 
     fn join(&mut self) -> Option<Counts> {
@@ -205,12 +207,8 @@ impl Serving {
         let Some(commands) = &mut self.commands else { return };
         let message = CdrReader::of_fields(&incoming.fields, incoming.little_endian);
         let (name, result) = match incoming.what {
-            Asked::Trajectory => {
-                (Topic::Trajectory.row().name, commands.trajectory(message, since_1970()))
-            }
-            Asked::Setpoint => {
-                (Topic::Setpoint.row().name, commands.setpoint(incoming.sender, message, now))
-            }
+            Asked::Trajectory => (Topic::Trajectory.row().name, commands.trajectory(message, since_1970())),
+            Asked::Setpoint => (Topic::Setpoint.row().name, commands.setpoint(incoming.sender, message, now)),
             Asked::Mode(service, request) => {
                 let asked = commands.request(request);
                 let text = match &asked {

@@ -26,11 +26,7 @@ impl Trajectory {
     /// # Errors
     /// The first part that is wrong: names that are not those of `joints`, each once; no points; numbers that
     /// are not finite, out of range, too many or too few; times that do not ascend.
-    pub fn read(
-        mut message: CdrReader<'_>,
-        joints: &[String],
-        ranges: &[[f64; 2]],
-    ) -> Result<Self, Refusal> {
+    pub fn read(mut message: CdrReader<'_>, joints: &[String], ranges: &[[f64; 2]]) -> Result<Self, Refusal> {
         let other = || Refusal::bytes(KIND);
         let (stamp, _) = message.header().ok_or_else(other)?;
         let names = message.texts().ok_or_else(other)?;
@@ -45,8 +41,7 @@ impl Trajectory {
             let time = message.time().ok_or_else(other)?;
             let place = |field: &str| format!("points[{point}].{field}");
             numbers.extend(coordinates(&place("positions"), &positions, &places, joints, ranges)?);
-            let unused =
-                [("velocities", velocities), ("accelerations", accelerations), ("effort", effort)];
+            let unused = [("velocities", velocities), ("accelerations", accelerations), ("effort", effort)];
             for (field, list) in unused {
                 if !list.is_empty() && list.len() != joints.len() {
                     let expected = format!("none or {} numbers", joints.len());

@@ -80,11 +80,7 @@ impl Messages {
     ///
     /// # Errors
     /// [`Error::Physics`] for numbers of another machine.
-    pub fn joint_states(
-        &mut self,
-        since: u64,
-        [pose, velocity, tension]: [&[f64]; 3],
-    ) -> Result<Cdr, Error> {
+    pub fn joint_states(&mut self, since: u64, [pose, velocity, tension]: [&[f64]; 3]) -> Result<Cdr, Error> {
         let mut effort = vec![f64::NAN; pose.len()];
         if is_known(pose) && tension.len() == self.head.muscles.len() {
             self.view.torques(pose, tension, &mut effort)?;
@@ -109,11 +105,8 @@ impl Messages {
         [pose, velocity, tension]: [&[f64]; 3],
     ) -> Result<Cdr, Error> {
         let unknown = vec![f64::NAN; self.head.muscles.len()];
-        let [length, rate] = if is_known(pose) {
-            self.view.lengths(pose, velocity)?
-        } else {
-            [unknown.clone(), unknown]
-        };
+        let [length, rate] =
+            if is_known(pose) { self.view.lengths(pose, velocity)? } else { [unknown.clone(), unknown] };
         let mut message = self.begin(since);
         self.muscle_names(&mut message);
         [&length, &rate, tension].into_iter().for_each(|numbers| message.f64s(numbers));
@@ -168,7 +161,8 @@ impl Messages {
         let of_cycle =
             |signal: &&Signal| signal.row().axis == Axis::Cycle && signal.row().kind == Kind::State;
         let values: Vec<Signal> = Signal::ALL.iter().filter(of_cycle).copied().collect();
-        let mut message = self.diagnostic(since, "supervisor", level, &self.head.mode_name(mode, fault, status));
+        let mut message =
+            self.diagnostic(since, "supervisor", level, &self.head.mode_name(mode, fault, status));
         message.length(values.len());
         for signal in values {
             message.text(signal.row().name);

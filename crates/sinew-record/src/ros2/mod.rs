@@ -160,7 +160,8 @@ impl Writing {
     fn add(&mut self, row: &Row<'_>, every: u64) -> Result<(), Error> {
         let state = STATE.map(|signal| row.one(signal));
         let bits = Some(state.map(f64::to_bits));
-        if bits != self.state || row.index().is_multiple_of(self.messages.head().cycles_of(DIAGNOSTICS_EVERY)) {
+        if bits != self.state || row.index().is_multiple_of(self.messages.head().cycles_of(DIAGNOSTICS_EVERY))
+        {
             let message = self.messages.supervisor(row.since(), |signal| row.one(signal));
             self.put(Topic::Diagnostics, row.since(), &message)?;
             self.state = bits;

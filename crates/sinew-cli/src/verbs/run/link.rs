@@ -43,7 +43,11 @@ pub(super) fn settings(door: &Door<'_>, machine: &Machine) -> SessionSettings {
 }
 
 /// What set-points the machine of a run accepts.
-pub(super) fn domain_of(setup: &Setup, limits: &JointLimits, supervisor: &Supervisor) -> Result<Domain, Error> {
+pub(super) fn domain_of(
+    setup: &Setup,
+    limits: &JointLimits,
+    supervisor: &Supervisor,
+) -> Result<Domain, Error> {
     let tension = supervisor.controller().gains().tension_limits();
     let name = &setup.machine.robot.parts().name;
     Ok(domain(name, &setup.machine, &limits.range, &tension)?)

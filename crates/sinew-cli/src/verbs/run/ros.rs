@@ -86,11 +86,14 @@ fn domain_id(asked: Option<u16>) -> Result<u16, Error> {
 }
 
 pub(super) fn json(counts: &Counts) -> Value {
-    let Counts { published, missed, taken, refused } = counts;
-    json!({"published": published, "missed": missed, "taken": taken, "refused": refused})
+    let Counts { published, missed, taken, refused, failed } = counts;
+    json!({"published": published, "missed": missed, "taken": taken, "refused": refused, "failed": failed})
 }
 
 pub(super) fn text(counts: &Counts) -> String {
-    let Counts { published, missed, taken, refused } = counts;
+    let Counts { published, missed, taken, refused, failed } = counts;
+    if *failed {
+        return "ROS 2: the node failed\n".to_owned();
+    }
     format!("ROS 2: {published} states published, {missed} missed; {taken} commands taken, {refused} refused\n")
 }
