@@ -77,9 +77,12 @@ impl<'a> Door<'a> {
         if ros.ros && !sinew_ros::IS_BUILT {
             return Err(sinew_ros::Error::NotBuilt.into());
         }
-        if ros.ros && self.pace == Pace::Virtual {
-            let expected = "real time; else --record FILE.mcap and `sinew log export --to ros2`";
-            return refuse("--ros", "--virtual-time".to_owned(), expected);
+        if ros.ros {
+            self.ros_domain()?;
+            if self.pace == Pace::Virtual {
+                let expected = "real time; else --record FILE.mcap and `sinew log export --to ros2`";
+                return refuse("--ros", "--virtual-time".to_owned(), expected);
+            }
         }
         if let Some(until) = link.until.filter(|_| !self.is_linked()) {
             return refuse("--until", until.to_string(), "it with --link or --ros-commands");
@@ -112,6 +115,22 @@ impl<'a> Door<'a> {
         let waypoints = motion.path.as_ref().and_then(PathArgument::file);
         let inputs = [&motion.model].into_iter().chain(waypoints).chain(&motion.gains).chain(self.devices);
         refuse_overwrite(inputs, &outputs, no_clobber)
+    }
+
+    /// The domain of ROS 2 that is asked for, else that of the environment.
+    pub(super) fn ros_domain(&self) -> Result<u16, Error> {
+        const VARIABLE: &str = "ROS_DOMAIN_ID";
+        let asked = self.arguments.ros.ros_domain;
+        let Some(value) = std::env::var_os(VARIABLE).filter(|value| asked.is_none() && !value.is_empty())
+        else {
+            return Ok(asked.unwrap_or(0));
+        };
+        let number = value.to_str().and_then(|text| text.parse().ok()).filter(|id| *id <= 232);
+        number.ok_or_else(|| Error::Argument {
+            flag: VARIABLE,
+            value: value.to_string_lossy().into_owned(),
+            expected: "the number of a domain, 0 to 232",
+        })
     }
 
     /// The recording, if one is asked for.

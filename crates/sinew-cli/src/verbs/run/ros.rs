@@ -38,7 +38,7 @@ impl RunNode {
         } else {
             None
         };
-        let (domain_id, address) = (domain_id(arguments.ros_domain)?, arguments.ros_address);
+        let (domain_id, address) = (door.ros_domain()?, arguments.ros_address);
         let commanded = commands.is_some();
         let (machine, simulated) = (&setup.machine, door.is_simulated());
         let settings = NodeSettings { domain_id, address, machine, simulated, commands };
@@ -71,20 +71,6 @@ impl RunNode {
     }
 }
 
-/// The domain that is asked for, else that of the environment.
-fn domain_id(asked: Option<u16>) -> Result<u16, Error> {
-    const VARIABLE: &str = "ROS_DOMAIN_ID";
-    let Some(value) = std::env::var_os(VARIABLE).filter(|value| asked.is_none() && !value.is_empty()) else {
-        return Ok(asked.unwrap_or(0));
-    };
-    let number = value.to_str().and_then(|text| text.parse().ok()).filter(|id| *id <= 232);
-    number.ok_or_else(|| Error::Argument {
-        flag: VARIABLE,
-        value: value.to_string_lossy().into_owned(),
-        expected: "the number of a domain, 0 to 232",
-    })
-}
-
 pub(super) fn json(counts: &Counts) -> Value {
     let Counts { published, missed, taken, refused, failed } = counts;
     json!({"published": published, "missed": missed, "taken": taken, "refused": refused, "failed": failed})
@@ -95,5 +81,7 @@ pub(super) fn text(counts: &Counts) -> String {
     if *failed {
         return "ROS 2: the node failed\n".to_owned();
     }
-    format!("ROS 2: {published} states published, {missed} missed; {taken} commands taken, {refused} refused\n")
+    format!(
+        "ROS 2: {published} states published, {missed} missed; {taken} commands taken, {refused} refused\n"
+    )
 }
