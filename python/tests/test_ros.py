@@ -225,8 +225,8 @@ def until(condition: Callable[[], Any], seconds: float = 30.0) -> Any:
     raise AssertionError(f"not within {seconds} s")
 
 
-def started(*arguments: str) -> subprocess.Popen[str]:
-    command = [str(PROGRAM), "run", "planar_leg", "--ros", "--ros-domain", str(DOMAIN), "--json", *arguments]
+def started(machine: Path | str, *arguments: str) -> subprocess.Popen[str]:
+    command = [str(PROGRAM), "run", str(machine), "--ros", "--ros-domain", str(DOMAIN), "--json", *arguments]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
@@ -250,7 +250,7 @@ def test_every_state_at_500_hz_is_received_from_the_first_on() -> None:
     states = node.reader("rt/joint_states", JointState)
     muscles = node.reader("rt/sinew/muscle_states", JointState)
     frames = node.reader("rt/tf", TFMessage)
-    run = started("--path", "to-joints:hip=0.4,knee=1.0", "--duration", "3", "--hold", "8", "--ros-wait", "60")
+    run = started("planar_leg", "--path", "to-joints:hip=0.4,knee=1.0", "--duration", "3", "--hold", "8", "--ros-wait", "60")
     taken: list[Any] = []
     while run.poll() is None:
         taken += states.take(1000)
@@ -283,8 +283,12 @@ def test_every_state_at_500_hz_is_received_from_the_first_on() -> None:
 
 
 @pytest.fixture
-def commanded() -> Iterator[tuple[Node, subprocess.Popen[str]]]:
-    run = started("--ros-commands", "--until", "120")
+def commanded(tmp_path: Path) -> Iterator[tuple[Node, subprocess.Popen[str]]]:
+    # A computer with other work is no reason to hold.
+    machine = tmp_path / "planar_leg.toml"
+    text = (Path(__file__).parents[2] / "models/planar_leg.toml").read_text()
+    machine.write_text(text + "\n[safety]\ncommand_age_s = 1.0\n")
+    run = started(machine, "--ros-commands", "--until", "120")
     yield Node(), run
     run.kill()
     run.communicate()
@@ -299,24 +303,33 @@ def test_a_trajectory_is_executed_and_modes_are_called(commanded: tuple[Node, su
     told = node.reader("rt/diagnostics", DiagnosticArray)
     trajectories = node.writer("rt/joint_trajectory", JointTrajectory)
     said: list[tuple[str, str]] = []
+    refusals: list[str] = []
 
     def says(part: str, text: str) -> bool:
-        said.extend((status.name, status.message) for array in told.take(100) for status in array.status)
+        new = [(status.name, status.message) for array in told.take(100) for status in array.status]
+        said.extend(new)
+        refusals.extend(message for name, message in new if name == "sinew: commands")
         return any(name == f"sinew: {part}" and text in message for name, message in said)
+
+    def is_in(mode: str) -> bool:
+        says("supervisor", mode)
+        # With its fault, and the status of the controller.
+        newest = [message for name, message in said if name == "sinew: supervisor"][-1:]
+        return bool(newest) and newest[0].replace(" (", ", ").startswith(f"{mode}, ")
 
     def send(names: list[str], *points: tuple[list[float], float]) -> None:
         at = [Point(pose, [], [], [], Duration(int(t), round(1e9 * (t % 1)))) for pose, t in points]
         trajectories.write(JointTrajectory(Header(), names, at))
 
     until(lambda: matched(trajectories), 60)
-    until(lambda: says("supervisor", "hold"), 60)
+    until(lambda: is_in("hold"), 60)
     start = until(lambda: states.take(1))[0].position
     goal = [start[0] + 0.1, start[1] - 0.1]
     send(["hip", "knee"], (goal, 2.0))
     until(lambda: says("commands", "joint_trajectory refused: mode: expected a machine in Run, got Hold"))
     answer = node.call("run")
     assert answer.success and "Run" in answer.message
-    until(lambda: says("supervisor", "run"))
+    until(lambda: is_in("run"))
     send(["hip", "ankle"], (goal, 2.0))
     until(lambda: says("commands", "joint_names: expected each once: hip, knee, got hip, ankle"))
     send(["hip", "knee"], ([float("nan"), 0.0], 2.0))
@@ -325,6 +338,7 @@ def test_a_trajectory_is_executed_and_modes_are_called(commanded: tuple[Node, su
     until(lambda: says("commands", "points[1].time_from_start"))
     states.take(100_000)
     assert until(lambda: states.take(1))[0].position == pytest.approx(start, abs=0.005), "nothing has moved"
+    assert len(refusals) == 4, refusals
     # In another order than the machine's.
     middle = [(a + b) / 2 for a, b in zip(start, goal)]
     send(["knee", "hip"], (middle[::-1], 1.0), (goal[::-1], 2.0))
@@ -334,13 +348,28 @@ def test_a_trajectory_is_executed_and_modes_are_called(commanded: tuple[Node, su
         return bool(taken) and taken[-1].position == pytest.approx(goal, abs=0.02) and abs(taken[-1].velocity[0]) < 0.05
 
     until(reached)
+    # Set-points that stop: the machine follows them, holds then, and runs again when it is asked to.
+    setpoints = node.writer("rt/robot_joint_command", JointState)
+    until(lambda: matched(setpoints))
+    # The end of the trajectory is behind its last point.
+    time.sleep(1.0)
+    for step in range(1, 101):
+        pose = [b + (a - b) * 0.4 * min(step / 80, 1) for a, b in zip(start, goal)]
+        setpoints.write(JointState(Header(), ["hip", "knee"], pose, [], []))
+        time.sleep(0.01)
+    assert not says("commands", "robot_joint_command")
+    until(lambda: is_in("hold"))
+    states.take(100_000)
+    assert until(lambda: states.take(1))[0].position == pytest.approx(pose, abs=0.02)
+    setpoints.write(JointState(Header(), ["hip", "knee"], goal, [], []))
+    until(lambda: says("commands", "robot_joint_command refused: mode"))
+    assert node.call("run").success
+    until(lambda: is_in("run"))
     answer = node.call("safe_stop", marked=5)
     assert (answer.client, answer.number, answer.success) == (77, 5, True)
-    until(lambda: says("supervisor", "safe stop"))
+    until(lambda: is_in("safe stop"))
     assert node.call("turn_off").success
     report = ended(run)
     assert report["run"]["ended"] in ("turned_off", "as_planned")
-    assert report["ros"]["refused"] == 4
+    assert report["ros"]["refused"] == 5
     assert [mode["mode"] for mode in report["run"]["modes"]][-1] == "off"
-    refusals = [text for name, text in said if name == "sinew: commands"]
-    assert len(refusals) == 4, refusals

@@ -77,8 +77,8 @@ impl Node {
     /// Starts the thread: the node, the control cycle's tap, and where others may command its port.
     ///
     /// # Errors
-    /// [`Error::NotBuilt`]; [`Error::Dds`]; [`Error::Thread`]; for a machine that has no kinematics or is more
-    /// than a link takes.
+    /// [`Error::NotBuilt`]; [`Error::Dds`]; [`Error::Thread`]; for a machine that has no kinematics or is
+    /// more than a link takes.
     pub fn start(settings: NodeSettings<'_>) -> Result<(Self, Tap, Option<Port>), Error> {
         let NodeSettings { domain_id, address, machine, simulated, commands } = settings;
         let outgoing = Outgoing::new(machine, simulated)?;

@@ -53,8 +53,8 @@ impl Tap {
         self.missed.load(Ordering::Relaxed)
     }
 
-    /// Offers a cycle to the node, which takes one of some; where it is slow, it misses it. Allocates nothing,
-    /// takes no lock and makes no system call.
+    /// Offers a cycle to the node, which takes one of some; where it is slow, it misses it. Allocates
+    /// nothing, takes no lock and makes no system call.
     pub fn show<P: Plant>(&mut self, record: &CycleRecord<'_, P>) {
         let due = self.count.is_multiple_of(self.every);
         self.count += 1;

@@ -1,4 +1,4 @@
-//! The topics of a node: one table, from which it publishes and subscribes and from which the page is written.
+//! The topics of a node: one table, from which it publishes and subscribes and the page is written.
 
 use sinew_link::Request;
 

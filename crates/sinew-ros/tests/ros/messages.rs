@@ -5,8 +5,8 @@ use sinew_record::ros2::{Cdr, CdrReader, Level, Messages};
 use sinew_record::{Circumstances, Head};
 use sinew_ros::{Refusal, Trajectory, reply, request_header, setpoint};
 
-/// `rosbags` 0.11.9, `serialize_cdr` with the types of Jazzy: joints knee and hip, two points, the second with
-/// velocities, accelerations and efforts.
+/// `rosbags` 0.11.9, `serialize_cdr` with the types of Jazzy: joints knee and hip, two points, the second
+/// with velocities, accelerations and efforts.
 const TRAJECTORY: &str = "00010000070000000900000005000000626173650000000002000000050000006b6e65650000000004000000686970000200000002000000000000009a9999999999b93f9a9999999999c9bf000000000000000000000000000000000065cd1d02000000333333333333d33f9a9999999999d93f0200000000000000000000000000f03f000000000000f0bf02000000000000000000000000000000000000000000e03f02000000000000000000000000000040000000000000084001000000fa000000";
 /// The same of a `JointState` with names and positions.
 const SETPOINT: &str = "0001000005000000060000000100000000000000020000000400000068697000050000006b6e6565000000000200000000000000000000000000d03f000000000000e0bf0000000000000000";

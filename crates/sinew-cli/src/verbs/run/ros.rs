@@ -20,8 +20,8 @@ pub(super) struct RunNode {
 }
 
 impl RunNode {
-    /// Before the first cycle and before a machine has power; none where none is asked for. Before the cycle's
-    /// thread has its priority, which a thread that is started later would inherit.
+    /// Before the first cycle and before a machine has power; none where none is asked for. Before the
+    /// cycle's thread has its priority, which a thread that is started later would inherit.
     pub(super) fn start(
         door: &Door<'_>,
         setup: &Setup,
