@@ -1,7 +1,7 @@
 use crate::refusal::Refusal;
 use crate::setpoint::setpoint;
 use crate::trajectory::Trajectory;
-use sinew_link::host::{Domain, Local, Port, SessionSettings};
+use sinew_link::host::{Domain, Local, Port, RateLimit, SessionSettings};
 use sinew_link::{Command, Mode, Request, SetpointKind, Setpoints, Snapshot};
 use sinew_record::ros2::CdrReader;
 
@@ -22,6 +22,7 @@ pub struct Commands {
     joints: Vec<String>,
     settings: SessionSettings,
     motion: Motion,
+    setpoints: RateLimit,
     /// When the cycle was last told that this side lives.
     told: u64,
     /// Since when nobody is there.
@@ -65,6 +66,9 @@ const WAITING: usize = 64;
 const COUNTED: u64 = 10_000_000;
 /// Of the time-out of commands, between two signs of life.
 const SIGNS: u64 = 5;
+/// Set-points a second, and at once: fewer than the cycle takes, so that there is room for a stop.
+const RATE: u32 = 1000;
+const BURST: u32 = 32;
 /// How far in the past and in the future a trajectory may begin, ns.
 const PAST: i64 = 1_000_000_000;
 const FUTURE: i64 = 60_000_000_000;
@@ -80,8 +84,8 @@ impl Commands {
         settings: SessionSettings,
     ) -> Result<(Self, Port), sinew_link::Error> {
         let (local, port) = Local::new(domain)?;
-        let all = Self { local, joints, settings, motion: Motion::None, told: 0, alone: None };
-        Ok((all, port))
+        let (motion, setpoints) = (Motion::None, RateLimit::new(RATE, BURST));
+        Ok((Self { local, joints, settings, motion, setpoints, told: 0, alone: None }, port))
     }
 
     /// Takes a `trajectory_msgs/JointTrajectory`, at a time since 1970, ns.
@@ -113,9 +117,12 @@ impl Commands {
     /// Takes a `sensor_msgs/JointState` as a set-point, `now`.
     ///
     /// # Errors
-    /// Those of [`setpoint`]; a machine that is not in [`Mode::Run`], or that something else moves; what the
-    /// link rejects.
+    /// More than a thousand a second; those of [`setpoint`]; a machine that is not in [`Mode::Run`], or that
+    /// something else moves; what the link rejects.
     pub fn setpoint(&mut self, from: Sender, message: CdrReader<'_>, now: u64) -> Result<(), Refusal> {
+        if !self.setpoints.allow(now) {
+            return Err(Refusal::new("rate", format!("at most {RATE} set-points a second"), "more"));
+        }
         let numbers = setpoint(message, &self.joints, &self.local.domain().joint)?;
         let state = self.running()?;
         let (gap, after) = match &self.motion {

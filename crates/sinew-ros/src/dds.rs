@@ -39,8 +39,9 @@ pub(crate) enum Asked {
 
 /// A participant with its topics.
 pub(crate) struct Graph {
-    /// In the order of [`Topic::OUT`].
+    /// In the order of [`OUT`].
     writers: Vec<Writer>,
+    /// Those of modes first: a flood of others holds none up.
     readers: Vec<(Reader, Asked)>,
     /// Names of what is read, as DDS has them.
     read: Vec<String>,
@@ -49,6 +50,8 @@ pub(crate) struct Graph {
     participant: DomainParticipant,
 }
 
+/// What is published, in the order of the table.
+const OUT: [Topic; 4] = [Topic::JointStates, Topic::MuscleStates, Topic::Transforms, Topic::Diagnostics];
 /// States that are kept for readers that miss some.
 const DEPTH: i32 = 100;
 /// How long the end waits for each topic's readers, at most.
@@ -90,17 +93,12 @@ impl Graph {
             let topic = topic.map_err(failed("a topic"))?;
             publisher.create_datawriter_no_key::<Bytes, Octets>(&topic, None).map_err(failed("a writer"))
         };
-        let writers =
-            Topic::OUT.iter().map(|topic| writer(names(topic.row()))).collect::<Result<_, Error>>()?;
+        let writers = OUT.iter().map(|topic| writer(names(topic.row()))).collect::<Result<_, Error>>()?;
         let mut graph =
             Self { writers, readers: Vec::new(), read: Vec::new(), answers: Vec::new(), participant };
         if !commanded {
             return Ok(graph);
         }
-        let (name, kind) = names(Topic::Trajectory.row());
-        graph.subscribe(&subscriber, (name, kind), true, Asked::Trajectory)?;
-        let (name, kind) = names(Topic::Setpoint.row());
-        graph.subscribe(&subscriber, (name, kind), false, Asked::Setpoint)?;
         for (place, (mode, request)) in MODES.iter().enumerate() {
             let kind = |what| format!("std_srvs::srv::dds_::Trigger_{what}_");
             let asked = (format!("rq/sinew/{mode}Request"), kind("Request"));
@@ -115,6 +113,8 @@ impl Graph {
                 publisher.create_datawriter_no_key::<Bytes, Octets>(&topic.map_err(failed("a topic"))?, None);
             graph.answers.push(answer.map_err(failed("a writer"))?);
         }
+        graph.subscribe(&subscriber, names(Topic::Trajectory.row()), true, Asked::Trajectory)?;
+        graph.subscribe(&subscriber, names(Topic::Setpoint.row()), false, Asked::Setpoint)?;
         Ok(graph)
     }
 

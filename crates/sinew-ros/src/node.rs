@@ -66,6 +66,8 @@ struct Shared {
 
 /// Between two looks at what is to be published and what has come.
 const LOOK: Duration = Duration::from_millis(1);
+/// Messages that are taken in one look, at most.
+const TAKEN: usize = 64;
 /// Looks from one for other nodes to the next.
 const LOOKS: u64 = 100;
 /// From the first reader until it knows this node, too.
@@ -169,7 +171,8 @@ impl Serving {
                 anyone = self.commands.is_some() && self.graph.anyone();
             }
             looks += 1;
-            while let Some(incoming) = self.graph.next() {
+            for _ in 0..TAKEN {
+                let Some(incoming) = self.graph.next() else { break };
                 self.take(&incoming);
             }
             let now = self.now();

@@ -63,9 +63,6 @@ pub(crate) enum Topic {
 }
 
 impl Topic {
-    pub(crate) const OUT: [Self; 4] =
-        [Self::JointStates, Self::MuscleStates, Self::Transforms, Self::Diagnostics];
-
     pub(crate) const fn row(self) -> &'static TopicRow {
         &TOPICS[self as usize]
     }

@@ -272,6 +272,24 @@ fn set_points_that_stop_end_in_hold_and_run_counts_again() {
 }
 
 #[test]
+fn a_flood_of_set_points_leaves_room_for_a_stop() {
+    let setup = setup();
+    let mut world = World::running(&setup);
+    let here = world.reference();
+    let mut refused = 0;
+    for _ in 0..100 {
+        for _ in 0..50 {
+            refused += usize::from(world.stream(1, &here).is_err());
+        }
+        world.pass(1);
+    }
+    assert!((4800..4900).contains(&refused), "{refused} of 5000");
+    world.commands.request(Request::SafeStop).unwrap();
+    world.pass(10);
+    assert_eq!(world.mode(), Mode::SafeStop);
+}
+
+#[test]
 fn a_safe_stop_is_undone_by_nobody_who_comes_or_goes() {
     let setup = setup();
     let mut world = World::running(&setup);
