@@ -21,11 +21,12 @@ sinew-link:
 sinew-live: sinew sinew-lab sinew-record sinew-runtime sinew-session sinew-view
 sinew-runtime: sinew sinew-segment sinew-link sinew-session
 sinew-record: sinew sinew-runtime sinew-session
+sinew-ros: sinew sinew-link sinew-record sinew-runtime sinew-session
 sinew-mujoco: sinew
 sinew-gym: sinew
 sinew-cli: sinew sinew-export sinew-identify sinew-lab sinew-report sinew-segment sinew-link sinew-live \
 sinew-runtime sinew-record \
- sinew-session sinew-view
+ sinew-ros sinew-session sinew-view
 sinew-py: sinew sinew-identify sinew-lab sinew-report sinew-runtime sinew-mujoco sinew-gym
 ";
 

@@ -9,11 +9,12 @@ const PACKAGES: [&str; 6] = ["hypothesis", "jsonschema", "maturin>=1.9,<2", "myp
 
 /// What parts of the package work with; tests of those that cannot be installed are skipped with a message.
 /// Not among them: stable-baselines3, which brings gigabytes of PyTorch; where it is installed, it is tested.
-const OPTIONAL: [&str; 26] = [
+const OPTIONAL: [&str; 27] = [
     "gymnasium>=1.1",
     "canopen",
     "cantools",
     "cmaes",
+    "cyclonedds",
     "dynamixel-sdk",
     "feetech-servo-sdk",
     "ipykernel",

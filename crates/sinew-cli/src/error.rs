@@ -35,6 +35,9 @@ pub(crate) enum Error {
     /// A link to a client or machine.
     #[error(transparent)]
     Link(#[from] sinew_link::Error),
+    /// A node of ROS 2 that does not start.
+    #[error(transparent)]
+    Ros(#[from] sinew_ros::Error),
     /// A page that cannot be served.
     #[error("{0}{hint}", hint = bind_hint(.0))]
     Page(#[from] sinew_live::LiveError),
@@ -377,7 +380,12 @@ impl Error {
             Self::Servos(sinew_runtime::servos::ServoError::Port { source, .. })
             | Self::Can(sinew_runtime::can::CanError::Port { source, .. }) => reading_code(source),
             Self::Link(error) => link_code(error),
-            Self::Page(_) => Self::SYSTEM,
+            Self::Page(_)
+            | Self::Ros(
+                sinew_ros::Error::Dds { .. }
+                | sinew_ros::Error::Thread(_)
+                | sinew_ros::Error::NoReader { .. },
+            ) => Self::SYSTEM,
             _ => Self::BAD_INPUT,
         }
     }

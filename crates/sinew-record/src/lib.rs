@@ -21,7 +21,7 @@ mod read;
 mod recorder;
 mod records;
 mod replay;
-mod ros2;
+pub mod ros2;
 mod sink;
 mod view;
 

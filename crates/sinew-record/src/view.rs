@@ -65,6 +65,19 @@ impl View {
         Ok(())
     }
 
+    /// Lengths of the muscles, m, and their rates, m/s.
+    ///
+    /// # Shapes
+    /// `q, v: [joints]`; each of the results `[muscles]`.
+    pub(crate) fn lengths(&mut self, q: &[f64], v: &[f64]) -> Result<[Vec<f64>; 2], Error> {
+        self.model.evaluate(q)?;
+        let length = self.model.lengths().to_vec();
+        let mut rate = vec![0.0; length.len()];
+        self.model.anchor_motion(v, &mut rate);
+        rate.iter_mut().for_each(|rate| *rate = -*rate);
+        Ok([length, rate])
+    }
+
     /// Frames of the bodies with respect to those that carry them; with `all` also those that no joint moves.
     pub(crate) fn transforms(&mut self, q: &[f64], time: u64, all: bool) -> Result<FrameTransforms, Error> {
         self.evaluate(q)?;

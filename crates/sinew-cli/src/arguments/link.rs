@@ -58,9 +58,9 @@ pub(crate) struct RunLinkArguments {
     /// Key file of the link; needed unless the address is a loopback one
     #[arg(long, value_name = "FILE", requires = "link")]
     pub(crate) key: Option<PathBuf>,
-    /// Seconds of the machine's time after which a run with a link ends, 0.1 to 1e6 [default: when a client
-    /// turns it off]
-    #[arg(long, value_name = "SECONDS", requires = "link",
+    /// Seconds of the machine's time after which a run with --link or --ros-commands ends, 0.1 to 1e6
+    /// [default: when it is turned off from there]
+    #[arg(long, value_name = "SECONDS",
         value_parser = number("0.1 to 1e6 s", |s| (0.1..=1e6).contains(&s)))]
     pub(crate) until: Option<f64>,
 }

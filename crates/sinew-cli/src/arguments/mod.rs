@@ -17,6 +17,7 @@ mod machine;
 mod motion;
 mod page;
 mod path;
+mod ros;
 mod run;
 mod servos;
 mod session;
@@ -57,6 +58,7 @@ pub(crate) use machine::{
 pub(crate) use motion::MotionArguments;
 pub(crate) use page::PageArguments;
 pub(crate) use path::{PATH_FORMS, PathArgument};
+pub(crate) use ros::RosArguments;
 pub(crate) use run::{BusArgument, RunArguments};
 pub(crate) use servos::{ServosArguments, ServosScanArguments, ServosSimulateArguments, ServosVerb};
 pub(crate) use session::SessionArguments;

@@ -3,6 +3,7 @@
 use super::link::RunLinkArguments;
 use super::motion::MotionArguments;
 use super::page::PageArguments;
+use super::ros::RosArguments;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -22,4 +23,6 @@ pub(crate) struct SessionArguments {
     pub(crate) report: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) page: PageArguments,
+    #[command(flatten)]
+    pub(crate) ros: RosArguments,
 }

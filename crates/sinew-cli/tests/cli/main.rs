@@ -21,6 +21,7 @@ mod period;
 mod recording;
 mod robots;
 mod roles;
+mod ros;
 mod run;
 mod stops;
 mod study;

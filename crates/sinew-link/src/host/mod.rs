@@ -11,6 +11,7 @@
 
 mod attached;
 mod domain;
+mod local;
 mod newest;
 mod offers;
 mod outcome;
@@ -20,6 +21,7 @@ mod server;
 mod sessions;
 
 pub use domain::Domain;
+pub use local::Local;
 pub use offers::RandomSource;
 pub use outcome::Outcome;
 pub use port::{Input, Port};

@@ -5,16 +5,32 @@ const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
 /// A message that is written field by field. Numbers are aligned to their size, counted from behind the
 /// encapsulation.
-#[derive(Debug)]
-pub(super) struct Cdr(Vec<u8>);
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Cdr(Vec<u8>);
+
+impl Default for Cdr {
+    fn default() -> Self {
+        Self::new()
+    }
+}
 
 impl Cdr {
-    pub(super) fn new() -> Self {
+    /// Without any field.
+    #[must_use]
+    pub fn new() -> Self {
         Self(ENCAPSULATION.to_vec())
     }
 
-    pub(super) fn bytes(&self) -> &[u8] {
+    /// With the encapsulation, as a bag has it.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
         &self.0
+    }
+
+    /// The fields alone.
+    #[must_use]
+    pub fn fields(&self) -> &[u8] {
+        self.0.get(ENCAPSULATION.len()..).unwrap_or_default()
     }
 
     fn put<const N: usize>(&mut self, octets: [u8; N]) {
@@ -23,36 +39,42 @@ impl Cdr {
         self.0.extend_from_slice(&octets);
     }
 
-    pub(super) fn u8(&mut self, x: u8) {
+    /// A `uint8`, `byte` or `bool`.
+    pub fn u8(&mut self, x: u8) {
         self.put([x]);
     }
 
-    pub(super) fn length(&mut self, x: usize) {
+    /// A `uint32`, or how many entries follow.
+    pub fn length(&mut self, x: usize) {
         self.put((x as u32).to_le_bytes());
     }
 
-    pub(super) fn f64(&mut self, x: f64) {
+    /// A `float64`.
+    pub fn f64(&mut self, x: f64) {
         self.put(x.to_le_bytes());
     }
 
-    pub(super) fn f64s(&mut self, values: &[f64]) {
+    /// A `float64[]`.
+    pub fn f64s(&mut self, values: &[f64]) {
         self.length(values.len());
         values.iter().for_each(|x| self.f64(*x));
     }
 
-    pub(super) fn text(&mut self, text: &str) {
+    /// A `string`.
+    pub fn text(&mut self, text: &str) {
         self.length(text.len() + 1);
         self.0.extend_from_slice(text.as_bytes());
         self.0.push(0);
     }
 
-    pub(super) fn texts<'a>(&mut self, texts: impl ExactSizeIterator<Item = &'a str>) {
+    /// A `string[]`.
+    pub fn texts<'a>(&mut self, texts: impl ExactSizeIterator<Item = &'a str>) {
         self.length(texts.len());
         texts.for_each(|text| self.text(text));
     }
 
     /// `std_msgs/Header`, of ns since 1970.
-    pub(super) fn header(&mut self, ns: u64, frame: &str) {
+    pub fn header(&mut self, ns: u64, frame: &str) {
         self.put(((ns / 1_000_000_000) as i32).to_le_bytes());
         self.put(((ns % 1_000_000_000) as u32).to_le_bytes());
         self.text(frame);
@@ -60,8 +82,8 @@ impl Cdr {
 }
 
 /// A message that is read field by field, in either order of bytes; none where it ends early.
-#[derive(Debug)]
-pub(super) struct CdrReader<'a> {
+#[derive(Debug, Clone)]
+pub struct CdrReader<'a> {
     /// From behind the encapsulation on.
     message: &'a [u8],
     at: usize,
@@ -70,12 +92,19 @@ pub(super) struct CdrReader<'a> {
 
 impl<'a> CdrReader<'a> {
     /// Of plain CDR, which ROS 2 writes; none of others.
-    pub(super) fn new(bytes: &'a [u8]) -> Option<Self> {
+    #[must_use]
+    pub fn new(bytes: &'a [u8]) -> Option<Self> {
         let (head, message) = bytes.split_at_checked(ENCAPSULATION.len())?;
         match head {
-            [0, order @ (0 | 1), ..] => Some(Self { message, at: 0, little_endian: *order == 1 }),
+            [0, order @ (0 | 1), ..] => Some(Self::of_fields(message, *order == 1)),
             _ => None,
         }
+    }
+
+    /// Of the fields alone.
+    #[must_use]
+    pub fn of_fields(message: &'a [u8], little_endian: bool) -> Self {
+        Self { message, at: 0, little_endian }
     }
 
     fn take(&mut self, count: usize) -> Option<&'a [u8]> {
@@ -93,29 +122,48 @@ impl<'a> CdrReader<'a> {
         Some(octets)
     }
 
-    pub(super) fn length(&mut self) -> Option<usize> {
+    /// A `uint32`, or how many entries follow.
+    pub fn length(&mut self) -> Option<usize> {
         self.get().map(|octets| u32::from_le_bytes(octets) as usize)
     }
 
-    pub(super) fn f64(&mut self) -> Option<f64> {
+    /// A `float64`.
+    pub fn f64(&mut self) -> Option<f64> {
         self.get().map(f64::from_le_bytes)
     }
 
-    pub(super) fn text(&mut self) -> Option<&'a str> {
+    /// A `float64[]`.
+    pub fn f64s(&mut self) -> Option<Vec<f64>> {
+        (0..self.length()?).map(|_| self.f64()).collect()
+    }
+
+    /// A `string[]`.
+    pub fn texts(&mut self) -> Option<Vec<&'a str>> {
+        (0..self.length()?).map(|_| self.text()).collect()
+    }
+
+    /// A `string`.
+    pub fn text(&mut self) -> Option<&'a str> {
         let count = self.length()?;
         let (end, text) = self.take(count)?.split_last()?;
         std::str::from_utf8(text).ok().filter(|_| *end == 0)
     }
 
-    /// `std_msgs/Header`: ns since 1970, and the frame.
-    pub(super) fn header(&mut self) -> Option<(i64, &'a str)> {
+    /// `builtin_interfaces/Time` or `Duration`, ns.
+    pub fn time(&mut self) -> Option<i64> {
         let seconds = i64::from(i32::from_le_bytes(self.get()?));
         let ns = i64::from(u32::from_le_bytes(self.get()?));
-        Some((1_000_000_000 * seconds + ns, self.text()?))
+        Some(1_000_000_000 * seconds + ns)
+    }
+
+    /// `std_msgs/Header`: ns since 1970, and the frame.
+    pub fn header(&mut self) -> Option<(i64, &'a str)> {
+        Some((self.time()?, self.text()?))
     }
 
     /// Whether all is read, but for octets that fill up the last four.
-    pub(super) fn is_read(&self) -> bool {
+    #[must_use]
+    pub fn is_read(&self) -> bool {
         self.message.len() - self.at < 4
     }
 }

@@ -3,9 +3,12 @@
 
 mod cdr;
 mod definitions;
+mod messages;
 mod placed;
 mod tracks;
 
+pub use cdr::{Cdr, CdrReader};
+pub use messages::{Level, Messages, pose};
 pub use tracks::{Track, ros2_tracks};
 
 use crate::block::Block;
@@ -13,15 +16,11 @@ use crate::channels::metadata;
 use crate::error::Error;
 use crate::head::Head;
 use crate::read::Recording;
-use crate::recorder::level;
-use crate::view::View;
-use cdr::Cdr;
 use mcap::records::MessageHeader;
 use mcap::write::Metadata;
 use mcap::{Compression, WriteOptions, Writer};
-use placed::Placed;
 use sinew::machine::Machine;
-use sinew_session::signals::{Axis, Kind, Signal, status_of};
+use sinew_session::signals::{Axis, Signal};
 use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::ops::Range;
@@ -116,22 +115,11 @@ impl Row<'_> {
     fn since(&self) -> u64 {
         (self.one(Signal::Deadline).max(0.0) * 1e3).round() as u64
     }
-
-    /// The pose that the joint encoders read, that of the controller where there is none, rad or m.
-    fn pose(&self) -> Vec<f64> {
-        let (mut pose, estimated) = (self.of(Signal::Joint), self.of(Signal::JointEstimated));
-        pose.iter_mut()
-            .zip(estimated)
-            .filter(|(q, _)| !q.is_finite())
-            .for_each(|(q, estimate)| *q = estimate);
-        pose
-    }
 }
 
 /// A bag that is being written.
-struct Writing<'a> {
-    head: &'a Head,
-    view: View,
+struct Writing {
+    messages: Messages,
     writer: Writer<Cursor<Vec<u8>>>,
     /// Channel and number of messages of every topic.
     channels: [(u16, u64); TOPICS.len()],
@@ -141,8 +129,8 @@ struct Writing<'a> {
     state: Option<[u64; STATE.len()]>,
 }
 
-impl<'a> Writing<'a> {
-    fn new(head: &'a Head, machine: &Machine) -> Result<Self, Error> {
+impl Writing {
+    fn new(head: &Head, machine: &Machine) -> Result<Self, Error> {
         let options = WriteOptions::new()
             .profile("ros2")
             .library(format!("sinew {}", head.program))
@@ -165,14 +153,17 @@ impl<'a> Writing<'a> {
             let schema = writer.add_schema(kind, "ros2msg", definition.as_bytes())?;
             channel.0 = writer.add_channel(schema, topic, "cdr", &quality)?;
         }
-        Ok(Self { head, view: View::new(machine)?, writer, channels, times: None, state: None })
+        let messages = Messages::new(machine, head.clone())?;
+        Ok(Self { messages, writer, channels, times: None, state: None })
     }
 
     fn add(&mut self, row: &Row<'_>, every: u64) -> Result<(), Error> {
         let state = STATE.map(|signal| row.one(signal));
         let bits = Some(state.map(f64::to_bits));
-        if bits != self.state || row.index().is_multiple_of(self.head.cycles_of(DIAGNOSTICS_EVERY)) {
-            self.diagnostics(row, state)?;
+        if bits != self.state || row.index().is_multiple_of(self.messages.head().cycles_of(DIAGNOSTICS_EVERY))
+        {
+            let message = self.messages.supervisor(row.since(), |signal| row.one(signal));
+            self.put(Topic::Diagnostics, row.since(), &message)?;
             self.state = bits;
         }
         if !row.index().is_multiple_of(every) {
@@ -185,7 +176,7 @@ impl<'a> Writing<'a> {
     }
 
     fn put(&mut self, topic: Topic, since: u64, message: &Cdr) -> Result<(), Error> {
-        let log_time = self.head.start_ns + since;
+        let log_time = self.messages.head().start_ns + since;
         let (channel_id, count) = &mut self.channels[topic as usize];
         let sequence = *count as u32;
         *count += 1;
@@ -196,19 +187,12 @@ impl<'a> Writing<'a> {
         Ok(())
     }
 
-    /// A message with the header of a cycle.
-    fn begin(&self, row: &Row<'_>) -> Cdr {
-        let mut message = Cdr::new();
-        message.header(self.head.start_ns + row.since(), "");
-        message
-    }
-
     fn signals(&mut self, row: &Row<'_>, topic: Topic, axis: Axis) -> Result<(), Error> {
-        let mut message = self.begin(row);
+        let mut message = self.messages.begin(row.since());
         match axis {
             Axis::Cycle => {}
-            Axis::Joint => message.texts(self.head.joints.iter().map(|joint| joint.name.as_str())),
-            Axis::Muscle => message.texts(self.head.muscles.iter().map(String::as_str)),
+            Axis::Joint => self.messages.joint_names(&mut message),
+            Axis::Muscle => self.messages.muscle_names(&mut message),
         }
         for signal in Signal::ALL.iter().filter(|signal| signal.row().axis == axis) {
             match axis {
@@ -221,64 +205,13 @@ impl<'a> Writing<'a> {
 
     /// Joints with the torques of the cables on them, and frames of the bodies.
     fn pose(&mut self, row: &Row<'_>) -> Result<(), Error> {
-        let (pose, tension, since) = (row.pose(), row.of(Signal::TensionOutEstimated), row.since());
-        let known = pose.iter().all(|q| q.is_finite());
-        let mut effort = vec![f64::NAN; pose.len()];
-        if known && tension.len() == self.head.muscles.len() {
-            self.view.torques(&pose, &tension, &mut effort)?;
+        let (pose, tension) = (pose(|signal| row.of(signal)), row.of(Signal::TensionOutEstimated));
+        let message = self.messages.joint_states(row.since(), [&pose, &[], &tension])?;
+        self.put(Topic::JointStates, row.since(), &message)?;
+        match self.messages.transforms(row.since(), &pose)? {
+            Some(message) => self.put(Topic::Transforms, row.since(), &message),
+            None => Ok(()),
         }
-        let mut message = self.begin(row);
-        message.texts(self.head.joints.iter().map(|joint| joint.name.as_str()));
-        message.f64s(&pose);
-        message.f64s(&[]);
-        message.f64s(&effort);
-        self.put(Topic::JointStates, since, &message)?;
-        if !known {
-            return Ok(());
-        }
-        let transforms = self.view.transforms(&pose, self.head.start_ns + since, true)?.transforms;
-        let mut message = Cdr::new();
-        message.length(transforms.len());
-        for transform in &transforms {
-            let (place, turn) =
-                (transform.translation.unwrap_or_default(), transform.rotation.unwrap_or_default());
-            let placed = Placed {
-                ns: (self.head.start_ns + since) as i64,
-                frame: &transform.parent_frame_id,
-                child: &transform.child_frame_id,
-                position: [place.x, place.y, place.z],
-                quaternion: [turn.x, turn.y, turn.z, turn.w],
-            };
-            placed.write(&mut message);
-        }
-        self.put(Topic::Transforms, since, &message)
-    }
-
-    fn diagnostics(
-        &mut self,
-        row: &Row<'_>,
-        [status, fault, mode, mode_fault]: [f64; 4],
-    ) -> Result<(), Error> {
-        let status = status_of(status, fault);
-        let level = if mode >= 5.0 && mode_fault > 0.0 { ERROR } else { level(status) };
-        let machine = &self.head.machine;
-        let hardware = if self.head.simulated { format!("SIMULATED {machine}") } else { machine.clone() };
-        let mut message = self.begin(row);
-        message.length(1);
-        // Of `foxglove.Log`, whose levels begin with 2 for information.
-        message.u8((level - OK) as u8);
-        message.text("sinew: supervisor");
-        message.text(&self.head.mode_name(mode, mode_fault, status));
-        message.text(&hardware);
-        let of_cycle =
-            |signal: &&Signal| signal.row().axis == Axis::Cycle && signal.row().kind == Kind::State;
-        let values: Vec<Signal> = Signal::ALL.iter().filter(of_cycle).copied().collect();
-        message.length(values.len());
-        for signal in values {
-            message.text(signal.row().name);
-            message.text(&row.one(signal).to_string());
-        }
-        self.put(Topic::Diagnostics, row.since(), &message)
     }
 
     fn finish(mut self, file: &str) -> Result<Bag, Error> {
@@ -289,10 +222,6 @@ impl<'a> Writing<'a> {
         Ok(Bag { metadata, mcap: self.writer.into_inner().into_inner(), topics })
     }
 }
-
-/// Levels of `foxglove.Log`.
-const OK: i32 = 2;
-const ERROR: i32 = 4;
 
 /// `metadata.yaml` of version 5, which every release since Humble reads.
 fn about(file: &str, topics: &[(&str, u64)], times: Option<[u64; 2]>) -> String {

@@ -44,7 +44,7 @@ impl<'a> Door<'a> {
 
     /// Of `sinew track`: the twin, without deadlines.
     pub(super) fn track(TrackArguments { session }: &'a TrackArguments) -> Self {
-        let pace = if session.page.page { Pace::Watched } else { Pace::Virtual };
+        let pace = if session.page.page || session.ros.ros { Pace::Watched } else { Pace::Virtual };
         Self { arguments: session, bus: BusArgument::Twin, interface: "", devices: &[], pace }
     }
 
@@ -52,13 +52,14 @@ impl<'a> Door<'a> {
         !matches!(self.bus, BusArgument::Real(_))
     }
 
+    /// Whether others command the machine, over a link or from ROS 2, along no motion of its own.
     pub(crate) fn is_linked(&self) -> bool {
-        self.arguments.link.link.is_some()
+        self.arguments.link.link.is_some() || self.arguments.ros.ros_commands
     }
 
     /// Refuses what cannot be, and outputs that would replace what is read or to be kept.
     pub(super) fn check(&self, no_clobber: bool) -> Result<(), Error> {
-        let SessionArguments { motion, record, report, .. } = self.arguments;
+        let SessionArguments { motion, record, report, ros, link, .. } = self.arguments;
         let refuse = |flag, value: String, expected| Err(Error::Argument { flag, value, expected });
         let shown = |file: &PathBuf| file.display().to_string();
         if !self.is_simulated() {
@@ -72,6 +73,19 @@ impl<'a> Door<'a> {
                 let value = motion.compensation.to_string();
                 return refuse("--compensation", value, "it with a simulated bus only");
             }
+        }
+        if ros.ros && !sinew_ros::IS_BUILT {
+            return Err(sinew_ros::Error::NotBuilt.into());
+        }
+        if ros.ros {
+            self.ros_domain()?;
+            if self.pace == Pace::Virtual {
+                let expected = "real time; else --record FILE.mcap and `sinew log export --to ros2`";
+                return refuse("--ros", "--virtual-time".to_owned(), expected);
+            }
+        }
+        if let Some(until) = link.until.filter(|_| !self.is_linked()) {
+            return refuse("--until", until.to_string(), "it with --link or --ros-commands");
         }
         if let Some(file) = self.devices.first().filter(|_| !matches!(self.bus, BusArgument::Segment)) {
             return refuse("--device", shown(file), "it with --bus segment");
@@ -101,6 +115,22 @@ impl<'a> Door<'a> {
         let waypoints = motion.path.as_ref().and_then(PathArgument::file);
         let inputs = [&motion.model].into_iter().chain(waypoints).chain(&motion.gains).chain(self.devices);
         refuse_overwrite(inputs, &outputs, no_clobber)
+    }
+
+    /// The domain of ROS 2 that is asked for, else that of the environment.
+    pub(super) fn ros_domain(&self) -> Result<u16, Error> {
+        const VARIABLE: &str = "ROS_DOMAIN_ID";
+        let asked = self.arguments.ros.ros_domain;
+        let Some(value) = std::env::var_os(VARIABLE).filter(|value| asked.is_none() && !value.is_empty())
+        else {
+            return Ok(asked.unwrap_or(0));
+        };
+        let number = value.to_str().and_then(|text| text.parse().ok()).filter(|id| *id <= 232);
+        number.ok_or_else(|| Error::Argument {
+            flag: VARIABLE,
+            value: value.to_string_lossy().into_owned(),
+            expected: "the number of a domain, 0 to 232",
+        })
     }
 
     /// The recording, if one is asked for.

@@ -3,7 +3,7 @@
 use super::door::{Door, Pace};
 use super::stopping::{By, Stopped};
 use super::watch::Seen;
-use super::{bus, link, timing};
+use super::{bus, link, ros, timing};
 use crate::answer::{Answer, Content, Outcome};
 use crate::error::Error;
 use crate::output::write_all;
@@ -36,6 +36,8 @@ pub(super) struct Ended {
     pub(super) clocks: Option<ClockReport>,
     /// Of a run that a client commanded.
     pub(super) counts: Option<LinkCounts>,
+    /// Of a run that was a node of ROS 2.
+    pub(super) node: Option<sinew_ros::Counts>,
     pub(super) recording: Option<Recorded>,
 }
 
@@ -94,6 +96,9 @@ impl Ended {
         if let Some(counts) = &self.counts {
             all["link"] = link::json(counts);
         }
+        if let Some(counts) = &self.node {
+            all["ros"] = ros::json(counts);
+        }
         all["bus"] = bus::json(&self.statistics, self.clocks);
         if door.pace == Pace::RealTime {
             all["timing_us"] = timing::json(&self.timing);
@@ -138,6 +143,7 @@ impl Ended {
             None => self.run_text(door, &setup.machine),
         };
         text += &self.counts.as_ref().map_or(String::new(), link::text);
+        text += &self.node.as_ref().map_or(String::new(), ros::text);
         text += &bus::text(&self.statistics, door.bus, &setup.machine);
         text += &bus::clocks_text(self.clocks);
         if door.pace == Pace::RealTime {

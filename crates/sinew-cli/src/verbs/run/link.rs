@@ -8,7 +8,7 @@ use sinew::control::supervisor::Supervisor;
 use sinew::machine::Machine;
 use sinew::trajectory::online::JointLimits;
 use sinew::trajectory::{Reference, Trajectory, finite_ranges};
-use sinew_link::host::{Server, ServerSettings, SessionSettings};
+use sinew_link::host::{Domain, Port, Server, ServerSettings, SessionSettings};
 use sinew_runtime::link::{LinkCounts, LinkedMotion, domain};
 use std::net::SocketAddr;
 
@@ -42,25 +42,40 @@ pub(super) fn settings(door: &Door<'_>, machine: &Machine) -> SessionSettings {
     }
 }
 
-/// Serves clients until the server is dropped, and the motion that follows them.
+/// What set-points the machine of a run accepts.
+pub(super) fn domain_of(
+    setup: &Setup,
+    limits: &JointLimits,
+    supervisor: &Supervisor,
+) -> Result<Domain, Error> {
+    let tension = supervisor.controller().gains().tension_limits();
+    let name = &setup.machine.robot.parts().name;
+    Ok(domain(name, &setup.machine, &limits.range, &tension)?)
+}
+
+/// Serves clients until the server is dropped, and the port of the motion that follows them.
 pub(super) fn start(
     door: &Door<'_>,
     setup: &Setup,
     address: SocketAddr,
     supervisor: &Supervisor,
-) -> Result<(Server, LinkedMotion), Error> {
-    let (machine, sessions) = (&setup.machine, settings(door, &setup.machine));
-    let Follower { limits, pose } = Follower::new(machine, &setup.trajectory)?;
-    let tension = supervisor.controller().gains().tension_limits();
-    let name = &machine.robot.parts().name;
-    let domain = domain(name, machine, &limits.range, &tension)?;
-    let link = &door.arguments.link;
-    let key = read_key(link.key.as_deref())?;
+) -> Result<(Server, Port), Error> {
+    let sessions = settings(door, &setup.machine);
+    let limits = Follower::new(&setup.machine, &setup.trajectory)?.limits;
+    let domain = domain_of(setup, &limits, supervisor)?;
+    let key = read_key(door.arguments.link.key.as_deref())?;
+    let name = &setup.machine.robot.parts().name;
     let (server, port) = Server::start(ServerSettings { address, key, domain, sessions })?;
     eprintln!("link: {name} listens on {}", server.address());
-    let until = link.until.map(|seconds| (seconds * 1e9) as u64);
-    let motion = LinkedMotion::new(port, sessions, machine, limits, &pose, until)?;
-    Ok((server, motion))
+    Ok((server, port))
+}
+
+/// The motion that follows what comes through a port.
+pub(super) fn motion(door: &Door<'_>, setup: &Setup, port: Port) -> Result<LinkedMotion, Error> {
+    let (machine, sessions) = (&setup.machine, settings(door, &setup.machine));
+    let Follower { limits, pose } = Follower::new(machine, &setup.trajectory)?;
+    let until = door.arguments.link.until.map(|seconds| (seconds * 1e9) as u64);
+    Ok(LinkedMotion::new(port, sessions, machine, limits, &pose, until)?)
 }
 
 pub(super) fn json(counts: &LinkCounts) -> serde_json::Value {

@@ -4,6 +4,7 @@ mod bus;
 mod door;
 mod ended;
 mod link;
+mod ros;
 mod stopping;
 mod timing;
 mod watch;
@@ -19,6 +20,7 @@ use crate::progress::Progress;
 pub(crate) use door::{Door, Pace};
 use ended::Ended;
 pub(crate) use link::Follower;
+use ros::RunNode;
 use sinew::control::arm::ArmGains;
 use sinew::control::supervisor::{Limits, Supervisor};
 use sinew::predictor::CableModel;
@@ -92,7 +94,7 @@ impl Prepared<'_> {
         // Before any drive moves, and before the thread has its priority.
         let recording = self.record(&identified.gains, &identified.models, false)?;
         // From here on drives have power: whoever ends the run stops them.
-        let watch = self.watch(recording, page, None);
+        let watch = self.watch(recording, page, RunNode::start(self.door, setup, &supervisor)?, None);
         let plant = wire.operate(&setup.machine, &setup.devices)?;
         self.step(plant, supervisor, watch).map(|(ended, ..)| ended)
     }
@@ -114,7 +116,8 @@ impl Prepared<'_> {
             time: 0.0,
         };
         let recording = self.record(&prepared.gains, &arm.models, true)?;
-        let watch = self.watch(recording, page, Some(judged).filter(|_| !door.is_linked()));
+        let node = RunNode::start(door, setup, &supervisor)?;
+        let watch = self.watch(recording, page, node, Some(judged).filter(|_| !door.is_linked()));
         let (mut ended, judged, supervisor) = match door.bus {
             BusArgument::Twin => self.step(TwinPlant::new(plant), supervisor, watch)?,
             BusArgument::Chain => {
@@ -181,6 +184,7 @@ impl Prepared<'_> {
         &'a self,
         recording: Option<Recording>,
         page: Option<RunPage>,
+        node: Option<RunNode>,
         judged: Option<Judged<'a>>,
     ) -> Watch<'a> {
         let linked = self.door.is_linked();
@@ -189,6 +193,7 @@ impl Prepared<'_> {
             judged,
             recording,
             page,
+            node,
             stopping: Stopping::begin(),
             progress: (!linked).then(|| (&self.progress, self.setup.run_s())),
             ends_at_fault: !self.door.is_simulated() && !linked,
@@ -203,15 +208,21 @@ impl Prepared<'_> {
         mut watch: Watch<'a>,
     ) -> Result<(Ended, Option<Judged<'a>>, Supervisor), Error> {
         let Self { door, setup, .. } = self;
-        let (motion, server) = match door.arguments.link.link {
+        let (server, port) = match door.arguments.link.link {
             Some(address) => {
+                let (server, port) = link::start(door, setup, address, &supervisor)?;
+                (Some(server), Some(port))
+            }
+            None => (None, watch.node.as_mut().and_then(RunNode::take_port)),
+        };
+        let motion = match port {
+            Some(port) => {
                 self.progress.end();
-                let (server, motion) = link::start(door, setup, address, &supervisor)?;
-                (RunMotion::from(motion), Some(server))
+                RunMotion::from(link::motion(door, setup, port)?)
             }
             None => {
                 let (repeats, rest) = (setup.repeats, setup.hold_s);
-                (Schedule::new(&setup.trajectory, repeats, INITIAL_REST_S, rest)?.into(), None)
+                Schedule::new(&setup.trajectory, repeats, INITIAL_REST_S, rest)?.into()
             }
         };
         let motion = motion.with_tape(watch.recording.as_mut().and_then(Recording::take_tape));
@@ -236,7 +247,7 @@ impl Prepared<'_> {
         // The machine stops here, before anything is waited for.
         drop(cycle);
         drop(server);
-        let Watch { seen, judged, recording, page, stopping, .. } = watch;
+        let Watch { seen, judged, recording, page, node, stopping, .. } = watch;
         let ended = Ended {
             stopped: stopping.stopped(page.as_ref()),
             threshold: seen.stopped.and_then(|(_, fault)| supervisor.threshold(fault)),
@@ -249,6 +260,7 @@ impl Prepared<'_> {
             statistics,
             clocks,
             counts,
+            node: node.map(RunNode::end),
             recording: recording.map(Recording::end),
         };
         Ok((ended, judged, supervisor))

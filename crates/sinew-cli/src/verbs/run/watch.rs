@@ -1,6 +1,7 @@
 //! Who looks at every cycle of a run: what is kept of it, the errors of a simulated machine, recording, page,
 //! progress.
 
+use super::ros::RunNode;
 use super::stopping::Stopping;
 use crate::progress::Progress;
 use crate::verbs::page::RunPage;
@@ -20,6 +21,7 @@ pub(super) struct Watch<'a> {
     pub(super) judged: Option<Judged<'a>>,
     pub(super) recording: Option<Recording>,
     pub(super) page: Option<RunPage>,
+    pub(super) node: Option<RunNode>,
     pub(super) stopping: Stopping,
     /// With the duration of the run, s; none where it is not known.
     pub(super) progress: Option<(&'a Progress, f64)>,
@@ -41,6 +43,9 @@ impl Watch<'_> {
         }
         if let Some(page) = &mut self.page {
             page.show(record);
+        }
+        if let Some(node) = &mut self.node {
+            node.show(record);
         }
         self.stopping.see(record);
         if !self.stopping.is_stopping() {
