@@ -179,10 +179,18 @@ impl ArmTwin {
         Ok(self.truth())
     }
 
+    /// Whether [`step`](Self::step) takes these commands and this time.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] and [`Error::OutOfDomain`] as there.
+    pub fn check_step(&self, commands: &[DriveCommand], h: f64) -> Result<(), Error> {
+        check_length("commands", commands.len(), self.drives.len())?;
+        within("h", "a number of seconds in [1e-5, 0.02]", h, (1e-5..=0.02).contains(&h)).map(drop)
+    }
+
     /// Number and length, s, of the steps of drives and sensors in `h` s.
     pub(super) fn parts_of(&self, commands: &[DriveCommand], h: f64) -> Result<(usize, f64), Error> {
-        check_length("commands", commands.len(), self.drives.len())?;
-        within("h", "a number of seconds in [1e-5, 0.02]", h, (1e-5..=0.02).contains(&h))?;
+        self.check_step(commands, h)?;
         let parts = parts_of(h, self.step);
         Ok((parts, h / parts as f64))
     }
