@@ -28,6 +28,7 @@ from ._sinew import (
     Predictor,
     Trajectory,
     Twin,
+    TwinBatch,
     __version__,
 )
 
@@ -54,6 +55,7 @@ __all__ = [
     "Sheath",
     "Trajectory",
     "Twin",
+    "TwinBatch",
     "__version__",
     "demo_logs",
     "distribute",

@@ -1,7 +1,7 @@
 """The native part of the package."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Literal, Self, SupportsFloat, SupportsIndex, final
 
 import numpy as np
@@ -24,6 +24,7 @@ __all__ = [
     "Predictor",
     "Trajectory",
     "Twin",
+    "TwinBatch",
     "__version__",
     "demo_logs",
     "distribute",
@@ -512,6 +513,90 @@ class Twin:
     @property
     def measured_joint(self) -> _Array:
         """Measured pose by the joints' encoders, rad or m, NaN without one, shape `(joints,)`."""
+
+@final
+class TwinBatch:
+    """Many simulated machines of one design, stepped together: each has the bits of a `Twin` of its seed.
+
+    `seeds`: one for every world, None for the machine as designed. `q`, rad or m, and `tension_n`, N: as of `Twin`, shapes
+    `(worlds, joints)` and `(worlds, muscles)`, or one row for all. `threads`: the calling one among them. Worlds step in
+    groups of eight, without the interpreter's lock; what one does depends neither on the others nor on `threads`.
+    """
+
+    def __new__(
+        cls,
+        machine: Machine,
+        seeds: Sequence[SupportsIndex | None],
+        *,
+        q: ArrayLike | None = None,
+        tension_n: ArrayLike | None = None,
+        threads: SupportsIndex = 1,
+    ) -> TwinBatch: ...
+    def __len__(self) -> int: ...
+    def step(
+        self,
+        command: ArrayLike,
+        interval_s: _Number | None = None,
+        *,
+        kind: Literal["speed", "tension", "current"] = "speed",
+    ) -> None:
+        """All drives execute their commands for `interval_s` seconds, by default a period.
+
+        `command`: shape `(worlds, muscles)` or `(muscles,)`; NaN switches a drive off. A world that cannot go on stays as
+        it is until it is reset."""
+    def reset(
+        self,
+        mask: Sequence[bool] | NDArray[np.bool_] | None = None,
+        *,
+        seeds: Sequence[SupportsIndex | None] | None = None,
+        q: ArrayLike | None = None,
+        tension_n: ArrayLike | None = None,
+    ) -> None:
+        """Worlds where `mask` is true, all without one, begin anew: as they began last, but for what is given.
+
+        All arguments have a row for every world; those of worlds that do not begin are not used."""
+    def copy(self) -> TwinBatch:
+        """A batch that continues independently from the same state, on the same threads."""
+    def __copy__(self) -> TwinBatch: ...
+    def __deepcopy__(self, _memo: object) -> TwinBatch: ...
+    def twin(self, world: SupportsIndex) -> Twin:
+        """A twin that continues independently from the state of one world."""
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """Whether a world cannot go on until it is reset, shape `(worlds,)`."""
+    @property
+    def failures(self) -> list[str | None]:
+        """Why worlds cannot go on; None where they can."""
+    @property
+    def time_s(self) -> _Array:
+        """Time since the start, s, shape `(worlds,)`."""
+    @property
+    def q(self) -> _Array:
+        """True poses, rad or m, shape `(worlds, joints)`."""
+    @property
+    def v(self) -> _Array:
+        """True velocities, per s, shape `(worlds, joints)`."""
+    @property
+    def lengths(self) -> _Array:
+        """True lengths from sheath to anchor, m, shape `(worlds, muscles)`."""
+    @property
+    def tension_in(self) -> _Array:
+        """True tensions at the drives, N, shape `(worlds, muscles)`."""
+    @property
+    def tension_out(self) -> _Array:
+        """True tensions at the anchors, N, shape `(worlds, muscles)`."""
+    @property
+    def stretch(self) -> _Array:
+        """True stretch of the cables, m, shape `(worlds, muscles)`."""
+    @property
+    def measured_motor(self) -> _Array:
+        """Measured positions of the cables at the motors, m, shape `(worlds, muscles)`."""
+    @property
+    def measured_tension(self) -> _Array:
+        """Measured tensions at the drives' outlets, N, shape `(worlds, muscles)`."""
+    @property
+    def measured_joint(self) -> _Array:
+        """Measured poses by the joints' encoders, rad or m, NaN without one, shape `(worlds, joints)`."""
 
 @final
 class Controller:

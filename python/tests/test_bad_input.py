@@ -39,6 +39,7 @@ junk = st.one_of(
 ARM = sinew.Machine("lm_arm")
 JOINT = sinew.Machine("bench_joint")
 TWIN, CONTROLLER, CABLE = sinew.Twin(JOINT, 1), JOINT.controller(), sinew.Cable()
+BATCH = sinew.TwinBatch(JOINT, [1, 2])
 MOTION = JOINT.plan("tour")
 RULES = sinew.verify(JOINT, MOTION, repeats=1)
 Q, ZERO = ARM.start, np.zeros(7)
@@ -88,6 +89,14 @@ CALLS: dict[str, Callable[[], Call]] = {
     "Twin q": lambda: (keyword(sinew.Twin, JOINT, 1, name="q"), [JOINT.start]),
     "Twin tension": lambda: (keyword(sinew.Twin, JOINT, 1, name="tension_n"), [[50.0, 50.0]]),
     "Twin.step": lambda: (TWIN.copy().step, [np.zeros(2), 1e-3]),
+    "TwinBatch": lambda: (sinew.TwinBatch, [JOINT, [1, None]]),
+    "TwinBatch q": lambda: (keyword(sinew.TwinBatch, JOINT, [1, 2], name="q"), [JOINT.start]),
+    "TwinBatch threads": lambda: (keyword(sinew.TwinBatch, JOINT, [1, 2], name="threads"), [1]),
+    "TwinBatch.step": lambda: (BATCH.copy().step, [np.zeros((2, 2)), 1e-3]),
+    "TwinBatch.reset": lambda: (BATCH.copy().reset, [[True, False]]),
+    "TwinBatch.reset seeds": lambda: (keyword(BATCH.copy().reset, name="seeds"), [[1, 2]]),
+    "TwinBatch.reset q": lambda: (keyword(BATCH.copy().reset, name="q"), [np.zeros((2, 1))]),
+    "TwinBatch.twin": lambda: (BATCH.twin, [1]),
     "Twin.step kind": lambda: (keyword(TWIN.copy().step, np.zeros(2), name="kind"), ["speed"]),
     "Controller.step": lambda: (
         CONTROLLER.copy().step,

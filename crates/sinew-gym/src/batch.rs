@@ -1,6 +1,7 @@
 use crate::design::EnvironmentDesign;
 use crate::environment::{Environment, advance_together, check_actions};
-use crate::threads::Threads;
+use crate::groups::Groups;
+use crate::threads::{Threads, check_worlds};
 use sinew::Error;
 use sinew::twin::arm::ArmTwins;
 use std::sync::Arc;
@@ -21,11 +22,8 @@ pub enum ResetMode {
 #[derive(Debug)]
 pub struct EnvironmentBatch {
     environments: Vec<Environment>,
-    /// Memory of every group, and environments in it.
-    groups: Vec<ArmTwins>,
-    size: usize,
+    groups: Groups,
     mode: ResetMode,
-    threads: Threads,
 }
 
 /// Where a step writes: one row for every environment.
@@ -48,9 +46,6 @@ pub struct Outcomes<'a> {
     pub last_errors: &'a mut [f64],
 }
 
-/// Most environments.
-const MAX_ENVIRONMENTS: usize = 1_000_000;
-
 /// One environment with its rows.
 type Rows<'a> = (
     &'a mut Environment,
@@ -72,21 +67,11 @@ impl EnvironmentBatch {
         mode: ResetMode,
         threads: usize,
     ) -> Result<Self, Error> {
-        if !(1..=MAX_ENVIRONMENTS).contains(&seeds.len()) {
-            let (name, expected) = ("number of environments", "from 1 to 1 000 000");
-            return Err(Error::OutOfDomain { name, expected, got: seeds.len() as f64 });
-        }
+        check_worlds("number of environments", seeds.len())?;
         let threads = Threads::new(threads, seeds.len())?;
-        let mut environments: Vec<Option<Environment>> = seeds.iter().map(|_| None).collect();
-        threads.share(seeds.iter().zip(&mut environments), |(seed, place)| {
-            *place = Some(Environment::new(design.clone(), *seed)?);
-            Ok(())
-        })?;
-        let environments: Vec<Environment> = environments.into_iter().flatten().collect();
-        // As large as leaves a group to every thread.
-        let size = seeds.len().div_ceil(threads.count()).min(ArmTwins::LANES);
-        let groups = vec![ArmTwins::new(environments[0].twin()); seeds.len().div_ceil(size)];
-        Ok(Self { environments, groups, size, mode, threads })
+        let environments = threads.map(0..seeds.len(), |k| Environment::new(design.clone(), seeds[k]))?;
+        let groups = Groups::new(environments[0].twin(), seeds.len(), threads);
+        Ok(Self { environments, groups, mode })
     }
 
     /// The environments.
@@ -124,7 +109,7 @@ impl EnvironmentBatch {
             Ok(())
         };
         let rows = self.environments.iter_mut().zip(observations.chunks_exact_mut(width));
-        self.threads.share(rows.zip(errors).enumerate(), one)
+        self.groups.threads().share(rows.zip(errors).enumerate(), one)
     }
 
     /// One action for every environment.
@@ -161,13 +146,10 @@ impl EnvironmentBatch {
         let rewards = out.rewards.iter_mut().zip(out.errors.iter_mut().zip(out.last_errors.iter_mut()));
         let ends = out.terminated.iter_mut().zip(out.truncated.iter_mut());
         let rows = self.environments.iter_mut().zip(actions.chunks_exact(acts)).zip(outputs).zip(rewards);
-        let mut rows = rows.zip(ends).map(|((((environment, action), observations), rewards), ends)| {
+        let rows = rows.zip(ends).map(|((((environment, action), observations), rewards), ends)| {
             (environment, action, observations, rewards, ends)
         });
-        let size = self.size;
-        let groups =
-            self.groups.iter_mut().map(|twins| (twins, rows.by_ref().take(size).collect::<Vec<_>>()));
-        self.threads.share(groups, |(twins, rows)| step_group(mode, twins, rows))
+        self.groups.share(rows, |twins, rows| step_group(mode, twins, rows))
     }
 
     fn width(&self) -> usize {
@@ -207,6 +189,7 @@ fn step_group(mode: ResetMode, twins: &mut ArmTwins, rows: Vec<Rows<'_>>) -> Res
     Ok(())
 }
 
-fn check(name: &'static str, got: usize, expected: usize) -> Result<(), Error> {
+/// Refuses another length than this one.
+pub(crate) fn check(name: &'static str, got: usize, expected: usize) -> Result<(), Error> {
     if got == expected { Ok(()) } else { Err(Error::WrongLength { name, expected, got }) }
 }

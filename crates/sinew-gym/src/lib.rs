@@ -13,7 +13,9 @@
 //! | `episode`       | what is sampled at the beginning of an episode                                   |
 //! | `environment`   | one environment: reset, step                                                   |
 //! | `batch`         | many of them, with resets of ended episodes                                    |
-//! | `threads`       | how threads share them                                                         |
+//! | `twins`         | many simulated machines without a task                                         |
+//! | `groups`        | how eight of them step together                                                |
+//! | `threads`       | how threads share the groups                                                   |
 //!
 //! Every environment has its own random numbers: what it does depends on its seed and its actions alone, to
 //! the bit, whatever the number of environments and threads. Everything is simulated.
@@ -22,11 +24,13 @@ mod batch;
 mod design;
 mod environment;
 mod episode;
+mod groups;
 mod observation;
 mod randomisation;
 mod settings;
 mod task;
 mod threads;
+mod twins;
 
 pub use batch::{EnvironmentBatch, Outcomes, ResetMode};
 pub use design::EnvironmentDesign;
@@ -35,3 +39,4 @@ pub use observation::ObservationPart;
 pub use randomisation::Randomisation;
 pub use settings::{Actuation, Settings};
 pub use task::Task;
+pub use twins::TwinBatch;

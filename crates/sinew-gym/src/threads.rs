@@ -11,6 +11,14 @@ pub(crate) struct Threads {
 
 /// Most threads.
 const MOST: usize = 1024;
+/// Most worlds of a batch.
+const MOST_WORLDS: usize = 1_000_000;
+
+/// Refuses no worlds, and too many.
+pub(crate) fn check_worlds(name: &'static str, count: usize) -> Result<(), Error> {
+    let (expected, got) = ("from 1 to 1 000 000", count as f64);
+    if (1..=MOST_WORLDS).contains(&count) { Ok(()) } else { Err(Error::OutOfDomain { name, expected, got }) }
+}
 
 impl Threads {
     /// `count` in all; not more than there are items.
@@ -38,16 +46,16 @@ impl Threads {
     ///
     /// # Errors
     /// That of the first item that fails; which of the later ones were worked on is not defined then.
-    pub(crate) fn share<T: Send>(
+    pub(crate) fn share<T: Send, E: Send>(
         &self,
         mut items: impl Iterator<Item = T> + Send,
-        work: impl Fn(T) -> Result<(), Error> + Sync,
-    ) -> Result<(), Error> {
+        work: impl Fn(T) -> Result<(), E> + Sync,
+    ) -> Result<(), E> {
         let Some(others) = &self.others else {
             return items.try_for_each(work);
         };
         let items = Mutex::new(items.enumerate());
-        let failed: Mutex<Option<(usize, Error)>> = Mutex::new(None);
+        let failed: Mutex<Option<(usize, E)>> = Mutex::new(None);
         let take = || items.lock().unwrap_or_else(PoisonError::into_inner).next();
         let until_none_is_left = || {
             while let Some((index, item)) = take() {
@@ -69,6 +77,24 @@ impl Threads {
         let failed = failed.into_inner().unwrap_or_else(PoisonError::into_inner);
         failed.map_or(Ok(()), |(_, error)| Err(error))
     }
+
+    /// Makes an item of every index.
+    ///
+    /// # Errors
+    /// That of the first item that fails.
+    pub(crate) fn map<T: Send, E: Send>(
+        &self,
+        indices: impl Iterator<Item = usize> + Send,
+        make: impl Fn(usize) -> Result<T, E> + Sync,
+    ) -> Result<Vec<T>, E> {
+        let indices: Vec<usize> = indices.collect();
+        let mut items: Vec<Option<T>> = indices.iter().map(|_| None).collect();
+        self.share(indices.iter().zip(&mut items), |(k, place)| {
+            *place = Some(make(*k)?);
+            Ok(())
+        })?;
+        Ok(items.into_iter().flatten().collect())
+    }
 }
 
 #[cfg(test)]
@@ -85,7 +111,7 @@ mod tests {
                 for _ in 0..3 {
                     let work = |item: &mut u32| {
                         *item += 1;
-                        Ok(())
+                        Ok::<(), Error>(())
                     };
                     threads.share(items.iter_mut(), work).unwrap();
                 }

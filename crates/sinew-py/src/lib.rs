@@ -7,6 +7,7 @@
 //! | `machine`        | geometry and dynamics of machines, in one pose or many                       |
 //! | `tension`        | distribution of torques over muscles                                         |
 //! | `cable`, `twin`  | one cable, a simulated machine                                               |
+//! | `twins`          | many simulated machines, stepped together                                    |
 //! | `controller`     | the controller of a machine                                                  |
 //! | `environments`   | environments for reinforcement learning                                      |
 //! | `worlds`         | environments as numbers for a simulator of many worlds                       |
@@ -34,6 +35,7 @@ mod reproduction;
 mod tension;
 mod track;
 mod twin;
+mod twins;
 mod worlds;
 
 /// The native module.
@@ -73,4 +75,6 @@ mod _sinew {
     use crate::track::{Trajectory, plan_motion, track, verify};
     #[pymodule_export]
     use crate::twin::Twin;
+    #[pymodule_export]
+    use crate::twins::TwinBatch;
 }

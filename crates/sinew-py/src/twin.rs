@@ -40,6 +40,48 @@ pub(crate) fn specimen(machine: &sinew::machine::Machine, seed: Option<u64>) -> 
     })
 }
 
+/// A specimen at rest in a pose, with these tensions at the anchors, or such that gravity is in equilibrium
+/// within the limits.
+pub(crate) fn at_rest(
+    machine: &sinew::machine::Machine,
+    seed: Option<u64>,
+    q: &[f64],
+    tension: Option<&[f64]>,
+    limits: &[[f64; 2]],
+) -> Result<ArmTwin, Failure> {
+    let specimen = specimen(machine, seed)?;
+    let seed = seed.unwrap_or(0);
+    Ok(match tension {
+        Some(tension) => ArmTwin::new(&specimen, q, tension, seed)?,
+        None => ArmTwin::new(&specimen, q, &resting_tensions(&specimen.robot, q, limits)?, seed)?,
+    })
+}
+
+/// Limits of the tensions between which [`at_rest`] chooses; none where it is given tensions.
+pub(crate) fn limits(machine: &sinew::machine::Machine, given: bool) -> Result<Vec<[f64; 2]>, Failure> {
+    Ok(if given { Vec::new() } else { Machine::design_gains(machine)?.tension_limits() })
+}
+
+/// The command of a number.
+pub(crate) fn command_of(kind: &str) -> Result<fn(f64) -> DriveCommand, Failure> {
+    match kind {
+        "speed" => Ok(DriveCommand::Velocity),
+        "current" => Ok(DriveCommand::Current),
+        "tension" => Ok(|tension| DriveCommand::Tension { tension, feed: 0.0 }),
+        other => {
+            let expected = "kind must be \"speed\", \"tension\" or \"current\"";
+            Err(Failure::refused(format!("{expected}, but is {other:?}")))
+        }
+    }
+}
+
+impl Twin {
+    /// One that goes on from the state of a machine.
+    pub(crate) fn of(inner: ArmTwin) -> Self {
+        Self { commands: vec![DriveCommand::Off; inner.specimen().drives.len()], inner }
+    }
+}
+
 #[pymethods]
 impl Twin {
     #[new]
@@ -57,20 +99,8 @@ impl Twin {
         let tension = tension_n.map(|tension| Numbers::from_python(tension, "tension_n")).transpose()?;
         let tension =
             tension.as_ref().map(|tension| tension.row("tension_n", machine.muscles())).transpose()?;
-        let inner = py.detach(|| {
-            let specimen = specimen(design, seed)?;
-            let resting;
-            let tension = match tension {
-                Some(tension) => tension,
-                None => {
-                    let limits = Machine::design_gains(design)?.tension_limits();
-                    resting = resting_tensions(&specimen.robot, q, &limits)?;
-                    &resting
-                }
-            };
-            Ok::<_, Failure>(ArmTwin::new(&specimen, q, tension, seed.unwrap_or(0))?)
-        })?;
-        Ok(Self { commands: vec![DriveCommand::Off; machine.muscles()], inner })
+        let inner = py.detach(|| at_rest(design, seed, q, tension, &limits(design, tension.is_some())?))?;
+        Ok(Self::of(inner))
     }
 
     /// All drives execute their commands for `interval_s` seconds, 1e-5 to 0.02; by default for a period of
@@ -89,15 +119,7 @@ impl Twin {
     ) -> PyResult<()> {
         let command = Numbers::from_python(command, "command")?;
         let command = command.row("command", self.commands.len())?;
-        let make: fn(f64) -> DriveCommand = match kind {
-            "speed" => DriveCommand::Velocity,
-            "current" => DriveCommand::Current,
-            "tension" => |tension| DriveCommand::Tension { tension, feed: 0.0 },
-            other => {
-                let expected = "kind must be \"speed\", \"tension\" or \"current\"";
-                return Err(Failure::refused(format!("{expected}, but is {other:?}")).into());
-            }
-        };
+        let make = command_of(kind)?;
         self.commands.iter_mut().zip(command).for_each(|(to, number)| *to = make(*number));
         let Self { inner, commands } = self;
         let interval_s = interval_s.unwrap_or(inner.specimen().period);

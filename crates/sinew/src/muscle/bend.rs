@@ -60,15 +60,21 @@ impl Topology {
         muscle: usize,
     ) -> Row<N> {
         let cable = &self.cables[muscle];
-        let mut before =
-            cable.sheath_end.map(|end| geometry.links[end.link].axes.rotate(numbers.sheath_ends[muscle]));
+        // No closures: in a kernel they would be compiled for the baseline.
+        let mut before = None;
+        if let Some(end) = cable.sheath_end {
+            before = Some(geometry.links[end.link].axes.rotate(numbers.sheath_ends[muscle]));
+        }
         let mut bend = Row::default();
         for (index, span) in cable.spans.clone().zip(&self.spans[cable.spans.clone()]) {
             let strand = &geometry.strands[index];
             if span.begins && index != cable.spans.start {
                 before = None;
             }
-            let turn = before.map_or(Row::default(), |before| between(before, strand.out));
+            let mut turn = Row::default();
+            if let Some(before) = before {
+                turn = between(before, strand.out);
+            }
             bend += turn + strand.angle;
             before = Some(strand.into);
         }

@@ -124,8 +124,11 @@ pub(super) fn around<const N: usize>(
     let squared = dot(way, way);
     let (c, k) = (dot(e0, e1), cross(e0, e1));
     let none = Row::default();
-    let long =
-        side.map_or(Mask::NONE, |side| (cross(e0, side) * k).less(none) & (cross(side, e1) * k).less(none));
+    let mut long = Mask::NONE;
+    // No closure: in a kernel it would be compiled for the baseline.
+    if let Some(side) = side {
+        long = (cross(e0, side) * k).less(none) & (cross(side, e1) * k).less(none);
+    }
     let near = nearest(e0, way, squared);
     let within = square0.less(square) | square1.less(square) | radius.less(tiny);
     let clear = within | squared.less(tiny) | (!long & square.less(dot(near, near)));

@@ -4,6 +4,7 @@ use super::topology::{Numbers, Topology};
 use crate::body::link::{Link, LinkRows};
 use crate::body::{ForwardScratch, Held, JointSpring, Robot, Tendon, accelerations, hold};
 use crate::lanes::{Mask, Row, Vector};
+use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -11,6 +12,9 @@ use alloc::vec::Vec;
 /// joints, other numbers. Couplings of joints are not held.
 #[derive(Debug, Clone)]
 pub(crate) struct MuscleWorlds<const N: usize> {
+    /// Whose numbers the worlds have: robots that were built apart differ here, copies, whose numbers never
+    /// change, do not.
+    built: [Arc<()>; N],
     pub(super) topology: Topology,
     pub(super) numbers: Numbers<N>,
     links: Vec<Link>,
@@ -30,6 +34,7 @@ impl MuscleWorlds<1> {
     pub(super) fn new(robot: &Robot) -> Self {
         let (topology, links, nv) = (topology(robot), robot.tree.links.clone(), robot.nv());
         Self {
+            built: [Arc::new(())],
             numbers: Numbers::new(&topology),
             bodies: robot.tree.rows.clone(),
             joint_springs: robot.parts().joints.iter().map(JointSpring::from).collect(),
@@ -47,6 +52,7 @@ impl MuscleWorlds<1> {
     pub(crate) fn repeated<const N: usize>(&self) -> MuscleWorlds<N> {
         let Self { topology, links, torque, .. } = self;
         let mut worlds = MuscleWorlds {
+            built: core::array::from_fn(|_| Arc::new(())),
             numbers: Numbers::new(topology),
             bodies: vec![LinkRows::default(); links.len()],
             joint_springs: vec![JointSpring::default(); self.joint_springs.len()],
@@ -67,13 +73,18 @@ impl<const N: usize> MuscleWorlds<N> {
     /// Whether a world differs in numbers alone.
     pub(crate) fn is_alike(&self, world: &MuscleWorlds<1>) -> bool {
         let link = |link: &Link| (link.parent, link.kind, link.q, link.v);
-        self.links.iter().map(link).eq(world.links.iter().map(link))
-            && self.held.len() == world.held.len()
-            && self.topology.is_alike(&world.topology)
+        self.built.iter().any(|built| Arc::ptr_eq(built, &world.built[0]))
+            || self.links.iter().map(link).eq(world.links.iter().map(link))
+                && self.held.len() == world.held.len()
+                && self.topology.is_alike(&world.topology)
     }
 
     /// Sets the numbers of world `k`, which is [alike](Self::is_alike).
     pub(crate) fn set(&mut self, k: usize, world: &MuscleWorlds<1>) {
+        if Arc::ptr_eq(&self.built[k], &world.built[0]) {
+            return;
+        }
+        self.built[k].clone_from(&world.built[0]);
         self.numbers.set(k, &world.topology);
         for (rows, link) in self.bodies.iter_mut().zip(&world.links) {
             rows.set(k, link);

@@ -40,6 +40,8 @@ pub struct ArmTwin {
     pub(super) specimen: ArmSpecimen,
     pub(super) limb: Limb,
     cables: CablePlants,
+    /// The pulley of every cable whose wrap is that at its joint: the last.
+    wraps: Vec<usize>,
     /// Sheaths whose bend depends on the pose, with their muscles.
     bends: Vec<(usize, SheathBend)>,
     drives: Vec<Drive>,
@@ -109,6 +111,7 @@ impl ArmTwin {
             |(k, p): (usize, _)| Drive::in_steps(p, seed.wrapping_mul(0x1_0000).wrapping_add(k as u64), step);
         let mut twin = Self {
             cables: CablePlants::new(&specimen.cables, finest)?,
+            wraps: specimen.cables.iter().map(|cable| cable.path.pulleys().saturating_sub(1)).collect(),
             drives: specimen.drives.iter().copied().enumerate().map(drive).collect::<Result<_, _>>()?,
             bends: specimen
                 .bends
@@ -179,10 +182,18 @@ impl ArmTwin {
         Ok(self.truth())
     }
 
+    /// Whether [`step`](Self::step) takes these commands and this time.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] and [`Error::OutOfDomain`] as there.
+    pub fn check_step(&self, commands: &[DriveCommand], h: f64) -> Result<(), Error> {
+        check_length("commands", commands.len(), self.drives.len())?;
+        within("h", "a number of seconds in [1e-5, 0.02]", h, (1e-5..=0.02).contains(&h)).map(drop)
+    }
+
     /// Number and length, s, of the steps of drives and sensors in `h` s.
     pub(super) fn parts_of(&self, commands: &[DriveCommand], h: f64) -> Result<(usize, f64), Error> {
-        check_length("commands", commands.len(), self.drives.len())?;
-        within("h", "a number of seconds in [1e-5, 0.02]", h, (1e-5..=0.02).contains(&h))?;
+        self.check_step(commands, h)?;
         let parts = parts_of(h, self.step);
         Ok((parts, h / parts as f64))
     }
@@ -384,9 +395,8 @@ impl ArmTwin {
     /// Sets the wrap of every cable at its joint, and the bend of the sheaths that pass joints, from the
     /// pose.
     fn update_angles(&mut self) -> Result<(), Error> {
-        for (k, cable) in self.specimen.cables.iter().enumerate() {
-            let last = cable.path.pulleys().saturating_sub(1);
-            self.cables.set_wrap(k, last, self.limb.bends[k].min(MAX_WRAP))?;
+        for (k, (pulley, bend)) in self.wraps.iter().zip(&self.limb.bends).enumerate() {
+            self.cables.set_wrap(k, *pulley, bend.min(MAX_WRAP))?;
         }
         for (k, bend) in &self.bends {
             self.cables.set_sheath_bend(*k, bend.at(self.limb.q()))?;
