@@ -17,7 +17,7 @@ use sinew_identify::fit::perceptron::{TrainOptions, train};
 use sinew_identify::identify::{Keep, Options, identify};
 use sinew_identify::log::{ReadOptions, RequestedRoles, read_bytes};
 
-/// Rate of drag adaptation in operation, 1/(N m), of every observer: follows the time constant of the grease's
+/// Gain of every observer's drag adaptation in operation, 1/(N m): follows the time constant of the grease's
 /// temperature.
 const DRAG_ADAPTATION: f64 = 1.0;
 
