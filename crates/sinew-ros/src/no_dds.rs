@@ -11,7 +11,6 @@ use std::net::IpAddr;
 pub(crate) enum Graph {}
 
 /// Something that another node sent.
-#[expect(dead_code, reason = "nobody sends it without DDS")]
 pub(crate) struct Incoming {
     pub(crate) sender: Sender,
     pub(crate) fields: Vec<u8>,

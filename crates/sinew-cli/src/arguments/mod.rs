@@ -58,7 +58,6 @@ pub(crate) use machine::{
 pub(crate) use motion::MotionArguments;
 pub(crate) use page::PageArguments;
 pub(crate) use path::{PATH_FORMS, PathArgument};
-pub(crate) use ros::RosArguments;
 pub(crate) use run::{BusArgument, RunArguments};
 pub(crate) use servos::{ServosArguments, ServosScanArguments, ServosSimulateArguments, ServosVerb};
 pub(crate) use session::SessionArguments;

@@ -2,7 +2,6 @@
 //! `python/tests/test_ros.py`.
 
 use crate::bench::{Bench, Outcome, ended};
-use serde_json::Value;
 
 #[test]
 fn what_cannot_be_asked_for_with_ros_is_refused_with_the_reason() {
@@ -37,10 +36,11 @@ fn a_run_that_others_command_holds_until_its_time_and_replays() {
     let run = bench.run(&format!("run planar_leg {motion} {asked}"));
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     assert!(run.stderr.contains("ROS 2: SIMULATED machine planar_leg on 127.0.0.1"), "{}", run.stderr);
-    let report: Value = serde_json::from_str(&run.stdout).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
     assert_eq!(report["run"]["ended"], "as_planned");
     assert_eq!(report["ros"]["published"], 500);
     assert_eq!((&report["ros"]["taken"], &report["ros"]["failed"]), (&0.into(), &false.into()));
-    let replayed: Value = serde_json::from_str(&bench.run("log replay run.mcap --json").stdout).unwrap();
+    let replayed: serde_json::Value =
+        serde_json::from_str(&bench.run("log replay run.mcap --json").stdout).unwrap();
     assert_eq!(replayed["exit_code"], 0, "{replayed}");
 }
