@@ -170,7 +170,10 @@ fn evaluate_has_exactly_the_promised_shape() {
         names.into_iter().map(str::to_owned).collect::<Vec<_>>()
     };
     let head = ["exit_code", "outcome", "program", "schema_version", "verb", "written"];
-    assert_eq!(keys(&all), sorted(&[&head[..], &["far", "far_unit", "logs", "overall"]].concat()));
+    assert_eq!(
+        keys(&all),
+        sorted(&[&head[..], &["far", "far_unit", "findings", "logs", "overall"]].concat())
+    );
     assert_eq!(keys(&all["overall"]), sorted(&SCORES));
     let logs = all["logs"].as_array().unwrap();
     assert_eq!(logs.len(), 2);
@@ -184,6 +187,19 @@ fn evaluate_has_exactly_the_promised_shape() {
     assert!((0.85..=1.0).contains(&coverage), "a fraction: {coverage}");
     let order: Vec<usize> = SCORES.iter().map(|key| text.find(&format!("\"{key}\"")).unwrap()).collect();
     assert!(order.is_sorted(), "{text}");
+}
+
+#[test]
+fn what_is_noticed_in_a_log_is_said_by_every_verb_that_reads_it() {
+    let bench = Bench::with_model();
+    for verb in ["evaluate", "predict --out far.csv", "compensate --out near.csv"] {
+        let asked = format!("{verb} out/model.json a.csv --rate 50");
+        let (text, noticed) = (bench.succeeds(&asked).stdout, "no time column is read");
+        assert!(text.contains(noticed), "{text}");
+        let all: Value = serde_json::from_str(&bench.succeeds(&format!("{asked} --json")).stdout).unwrap();
+        assert_eq!(all["findings"][0]["log"], "a.csv");
+        assert!(all["findings"][0]["sentence"].as_str().unwrap().contains(noticed), "{all}");
+    }
 }
 
 #[test]

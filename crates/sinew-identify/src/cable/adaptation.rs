@@ -10,15 +10,14 @@ const GAINS: [f64; 6] = [0.03, 0.1, 0.2, 0.5, 1.0, 2.0];
 /// Less than this of the error without an adaptation has to be left by one: what noise gains does not count.
 const LEFT: f64 = 0.98;
 
-/// The model with the gain of its drag's adaptation by which it follows the far side of the logs best: grease
-/// warms as a cable slides, and a log of minutes shows it. None where that is no better.
-pub(super) fn fit_adaptation(logs: &[CableLog], model: CableModel) -> CableModel {
-    let with = |learning: f64| CableModel { learning, ..model.clone() };
-    let error = |gain: &f64| (*gain, far_squares(&with(*gain), logs));
-    let errors: Vec<(f64, f64)> = GAINS.par_iter().map(error).collect();
-    let least = errors.iter().min_by(|a, b| a.1.total_cmp(&b.1));
-    let none = far_squares(&with(0.0), logs);
-    with(least.filter(|(_, error)| *error < LEFT * LEFT * none).map_or(0.0, |(gain, _)| *gain))
+/// The gain of a model's drag adaptation, 1/(N m), by which it follows the far side of the logs best: grease
+/// warms as a cable slides, and a log of minutes shows it. 0 where no adaptation is better.
+pub(super) fn fit_adaptation(logs: &[CableLog], model: &CableModel) -> f64 {
+    let error = |learning: f64| far_squares(&CableModel { learning, ..model.clone() }, logs);
+    let errors: Vec<(f64, f64)> = GAINS.par_iter().map(|gain| (*gain, error(*gain))).collect();
+    let best = errors.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+    let worth = LEFT * LEFT * error(0.0);
+    best.filter(|(_, error)| *error < worth).map_or(0.0, |(gain, _)| gain)
 }
 
 /// Sum of the squares of the far side's error where the estimate is no guess, N^2.

@@ -16,8 +16,8 @@ const INTERVAL_S: f64 = 4e-3;
 /// Fits a cable to runs; `None` where they do not show one.
 pub(crate) fn fit_observed(runs: &[&Run], columns: CableColumns) -> Option<ObservedCable> {
     let logs: Vec<CableLog> = runs.iter().map(|run| thinned(run, &columns)).collect();
-    let fit = fit_weakening(&logs, identify_cable(&logs, &FitOptions::default()).ok()?);
-    let mut model = fit_adaptation(&logs, fit.model);
+    let mut model = fit_weakening(&logs, identify_cable(&logs, &FitOptions::default()).ok()?).model;
+    model.learning = fit_adaptation(&logs, &model);
     model.start = start_position(&model, &logs)?;
     Some(ObservedCable { model, columns })
 }
