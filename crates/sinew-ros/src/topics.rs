@@ -23,7 +23,7 @@ const fn read(name: &'static str, kind: (&'static str, &'static str), about: &'s
     TopicRow { name, kind, is_read: true, about }
 }
 
-/// All topics; in the order of [`Topic`].
+/// All topics; in the order in which the node keeps them.
 pub const TOPICS: [TopicRow; 6] = [
     out(
         "joint_states",
