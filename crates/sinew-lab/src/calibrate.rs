@@ -17,8 +17,8 @@ use sinew_identify::fit::perceptron::{TrainOptions, train};
 use sinew_identify::identify::{Keep, Options, identify};
 use sinew_identify::log::{ReadOptions, RequestedRoles, read_bytes};
 
-/// Gain of every observer's drag adaptation in operation, 1/(N m): follows the time constant of the grease's
-/// temperature.
+/// Gain of every observer's drag adaptation in operation, 1/(N m): the lab's choice, near the time constant of
+/// the grease's temperature.
 const DRAG_ADAPTATION: f64 = 1.0;
 
 /// Decimation of the samples for the fit of the cable.
@@ -73,7 +73,8 @@ pub fn observer(fit: &CableFit) -> Result<Compensation, Error> {
 }
 
 /// The inverse of a model that [`identify()`] makes of the runs as a log: no parameter of the bench is known.
-/// Its candidate is the cable's observer, which reads both displacements.
+/// Its candidate is the cable's observer, which reads both displacements. In operation its drag is adapted at
+/// the rate of [`observer`]'s, not at the one that the log gives: both compensations follow the grease alike.
 ///
 /// # Errors
 /// As [`identify()`].

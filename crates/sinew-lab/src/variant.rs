@@ -92,7 +92,7 @@ impl CompensationVariant {
             Self::None => "drive tensions, no compensation",
             Self::Capstan => "drive tensions, static capstan model",
             Self::Paper => "drive tensions, the networks of Yuan et al. (2023)",
-            Self::Inverted => "winch speeds, a model identified from a log alone, inverted",
+            Self::Inverted => "winch speeds, a model identified from a log, inverted; its drag adapted",
             Self::NoObserver => "winch speeds from encoders, no cable observer",
             Self::NoDisturbanceObserver => "winch speeds, cable observers, no joint disturbance observer",
             Self::Observer => "winch speeds, cable observers",
