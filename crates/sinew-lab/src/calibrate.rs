@@ -17,8 +17,8 @@ use sinew_identify::fit::perceptron::{TrainOptions, train};
 use sinew_identify::identify::{Keep, Options, identify};
 use sinew_identify::log::{ReadOptions, RequestedRoles, read_bytes};
 
-/// Gain of every observer's drag adaptation in operation, 1/(N m): the lab's choice, near the time constant of
-/// the grease's temperature.
+/// Gain of every observer's drag adaptation in operation, 1/(N m): the lab's choice, near the time constant
+/// of the grease's temperature.
 const DRAG_ADAPTATION: f64 = 1.0;
 
 /// Decimation of the samples for the fit of the cable.
