@@ -263,7 +263,14 @@ for k in range(steps + 1):
         for j in range(5):
             units[-1].doStep((k + j) / 1000, 1 / 1000)
         units[-1].setFMUState(state)
+        # Written, read and gone on with by the one before it, which was at another place.
+        saved = units[-1].serializeFMUState(state)
         units[-1].freeFMUState(state)
+        units[-2].doStep(k / 1000, 1 / 1000)
+        state = units[-2].deserializeFMUState(saved)
+        units[-2].setFMUState(state)
+        assert units[-2].serializeFMUState(state) == saved
+        units[-2].freeFMUState(state)
     if k < steps:
         for unit in units:
             put(unit, rows[k])

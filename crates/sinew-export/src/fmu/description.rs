@@ -58,11 +58,8 @@ impl Description {
         let Self { token, step_s, .. } = self;
         let (name, description) = (name.as_str(), escaped(&self.description));
         let tool = if self.needs_tool { " needsExecutionTool=\"true\"" } else { "" };
-        let state = |word: &str| {
-            let bytes =
-                if self.needs_tool { String::new() } else { format!(" canSerializeFMU{word}=\"true\"") };
-            format!("\n    canGetAndSetFMU{word}=\"true\"{bytes}")
-        };
+        let state =
+            |word: &str| format!("\n    canGetAndSetFMU{word}=\"true\" canSerializeFMU{word}=\"true\"");
         let head =
             format!("modelIdentifier=\"{name}\"{tool}\n    canHandleVariableCommunicationStepSize=\"true\"");
         let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");

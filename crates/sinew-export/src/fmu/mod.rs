@@ -45,7 +45,6 @@ impl Unit {
         let library = Vec::from(c::library(model, name, content)?);
         let interface = Interface::new(model, content);
         let mut filling = Filling::default();
-        filling.when("state", true);
         filling.when("inverse", interface.near.is_some());
         filling.when("cable", model.estimator.law.cable.is_some());
         filling.set("failure", "no sample was taken");

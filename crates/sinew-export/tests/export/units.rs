@@ -209,17 +209,18 @@ static double number(void)
 }
 int main(int count, char **arguments)
 {
-    static BYTE bytes[2 * sizeof(exported_data)];
+    static BYTE bytes[1 << 16];
     void *units[4] = {NULL}, *states[4] = {NULL};
     double times[4] = {0.0};
     unsigned references[8], calls = 0, k;
+    size_t packed = sizeof(exported_data);
     double values[8];
     FLAG flags[8];
     const time_t end = time(NULL) + (count > 1 ? atoi(arguments[1]) : 1);
     while (calls++ % 256u || time(NULL) <= end) {
         const unsigned at = draw(4), n = draw(9), to = draw(4);
         void *const i = units[at];
-        size_t size = draw(3) ? sizeof(exported_data) : draw((unsigned)sizeof bytes);
+        size_t size = draw(3) ? packed : draw(draw(3) ? 2 * (unsigned)packed + 1 : (unsigned)sizeof bytes);
         for (k = 0; k < 8; k++) {
             references[k] = draw(20) ? draw(16) : draw(4294967295u);
             values[k] = number();
@@ -236,9 +237,14 @@ int main(int count, char **arguments)
         case 8: RESTORE(i, states[to]); break;
         case 9: DROP(i, &states[to]); break;
         case 10: SIZE(i, states[to], &size); break;
-        case 11: PACK(i, states[to], bytes, size <= sizeof bytes ? size : 0); break;
+        case 11:
+            if (states[to] != NULL && SIZE(i, states[to], &size) == 0 && size <= sizeof bytes) {
+                packed = size;
+            }
+            PACK(i, states[to], bytes, draw(3) ? packed : draw((unsigned)packed));
+            break;
         case 12:
-            if (draw(9) == 0) { bytes[draw((unsigned)sizeof bytes)] = (BYTE)draw(256); }
+            if (draw(9) == 0) { bytes[draw((unsigned)packed)] = (BYTE)draw(256); }
             UNPACK(i, bytes, size, &states[to]);
             break;
         case 13: STOP(i); break;
@@ -253,34 +259,85 @@ int main(int count, char **arguments)
         void *const any = MAKE("TOKEN");
         DROP(any, &states[k]);
         RELEASE(any);
-        RELEASE(units[k]);
     }
+    for (k = 0; k < 4; k++) { RELEASE(units[k]); }
     printf("%u calls\n", calls);
     return 0;
 }
 "#;
 
-#[test]
-fn random_calls_never_crash_a_unit() {
+/// For a second, or for ten minutes with each compiler where `SINEW_LONG` is set.
+fn call_at_random(version: fmu::Version, of_plant: bool) {
     let seconds = if std::env::var_os("SINEW_LONG").is_some() { "600" } else { "1" };
     let name = Name::new("exported").unwrap();
     let model = model(Kind::HybridObserver, &mut ChaCha8Rng::seed_from_u64(8));
-    for (version, stem, calls) in [(fmu::Version::Three, "fmi3.c", THREE), (fmu::Version::Two, "fmi2.c", TWO)]
-    {
-        let unit = fmu::Unit::of_model(&model, &name, PREDICTOR, version).unwrap();
-        let folder = driven(&unit, stem, calls, FUZZ);
-        for compiler in compilers() {
-            compile(
-                compiler,
-                folder.path(),
-                &["exported.c", "driver.c"],
-                &["-w", "-O1", "-g", SANITIZERS, "-fno-sanitize-recover=all"],
-            );
-            let said = run(folder.path(), &[], &[seconds]);
-            println!("{compiler} {version:?}: {}", String::from_utf8_lossy(&said));
-        }
+    let (unit, files) = if of_plant {
+        (fmu::Unit::of_plant(&plant(), &name, version), vec!["driver.c"])
+    } else {
+        (fmu::Unit::of_model(&model, &name, PREDICTOR, version), vec!["exported.c", "driver.c"])
+    };
+    let (stem, calls) = if version == fmu::Version::Three { ("fmi3.c", THREE) } else { ("fmi2.c", TWO) };
+    let folder = driven(&unit.unwrap(), stem, calls, FUZZ);
+    std::fs::write(folder.path().join("process.c"), PROCESS).unwrap();
+    for compiler in compilers() {
+        compile(compiler, folder.path(), &["process.c"], &["-O1"]);
+        std::fs::rename(folder.path().join("program"), folder.path().join("sinew")).unwrap();
+        let flags = ["-w", "-O1", "-g", SANITIZERS, "-fno-sanitize-recover=all"];
+        compile(compiler, folder.path(), &files, &flags);
+        let mut program = std::process::Command::new(folder.path().join("program"));
+        program.arg(seconds).env("PATH", folder.path());
+        let said = crate::compiler::run_program(program, &[]);
+        println!("{compiler} {version:?} {files:?}: {}", String::from_utf8_lossy(&said));
     }
 }
+
+#[test]
+fn random_calls_never_crash_a_unit_of_fmi_3() {
+    call_at_random(fmu::Version::Three, false);
+}
+
+#[test]
+fn random_calls_never_crash_a_unit_of_fmi_2() {
+    call_at_random(fmu::Version::Two, false);
+}
+
+#[test]
+fn random_calls_never_crash_a_plant_of_fmi_3() {
+    call_at_random(fmu::Version::Three, true);
+}
+
+#[test]
+fn random_calls_never_crash_a_plant_of_fmi_2() {
+    call_at_random(fmu::Version::Two, true);
+}
+
+/// In the place of `sinew export serve` for [`plant`]: answers anything, and sometimes ends in between.
+const PROCESS: &str = r#"
+#include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
+int main(void)
+{
+    double asked[2], answer[4] = {0.0}, row[2] = {1e-3, 0.5}, count;
+    unsigned seed = (unsigned)getpid();
+    while (fwrite(answer, sizeof answer, 1, stdout) == 1) {
+        if (answer[0] < 0.5 && asked[0] == -5.0) {
+            for (count = (double)(seed % 9u), fwrite(&count, 8, 1, stdout); count > 0.5; count -= 1.0) {
+                fwrite(row, sizeof row, 1, stdout);
+            }
+        }
+        fflush(stdout);
+        if (fread(asked, sizeof asked, 1, stdin) != 1) { return 0; }
+        if (asked[0] == -6.0) {
+            for (fread(&count, 8, 1, stdin); count > 0.5 && fread(row, sizeof row, 1, stdin) == 1; count -= 1.0) {}
+        }
+        seed = seed * 1103515245u + 12345u;
+        if (seed >> 16 & 255u) { answer[0] = (seed >> 24) < 20u ? 1.0 : 0.0; } else { return 1; }
+        answer[1] = (double)seed;
+    }
+    return 1;
+}
+"#;
 
 /// A folder with the sources of a unit and a program that calls it.
 fn driven(unit: &fmu::Unit, stem: &str, calls: &str, driver: &str) -> tempfile::TempDir {
@@ -329,13 +386,22 @@ int main(void)
     double number = 7.0;
     FLAG raised;
     size_t size = 0;
-    void *unit = MAKE("TOKEN"), *other = MAKE("TOKEN"), *state = NULL;
+    void *unit = MAKE("TOKEN"), *other = MAKE("TOKEN"), *state = NULL, *copy = NULL;
     MUST(MAKE("another") == NULL);
     MUST(unit != NULL && other != NULL);
     MUST(GET(unit, &input, 1, &number) == 0 && number == 0.25);
+    number = 0.5;
     MUST(SET(unit, &input, 1, &number) == 0 && SET(unit, &output, 1, &number) == ERROR);
     MUST(FLAGS(unit, &flag, 1, &raised) == 0 && !raised && FLAGS(unit, &wrong, 1, &raised) == ERROR);
-    MUST(SAVE(unit, &state) == 0 && SIZE(unit, state, &size) == ERROR);
+    static BYTE bytes[4096];
+    MUST(SAVE(unit, &state) == 0 && SIZE(unit, state, &size) == 0 && SIZE(other, state, &size) == ERROR);
+    MUST(PACK(unit, state, bytes, size - 1) == ERROR && PACK(unit, state, bytes, size) == 0);
+    MUST(UNPACK(other, bytes, size - 1, &copy) == ERROR && copy == NULL);
+    MUST(UNPACK(other, bytes, size, &copy) == 0 && RESTORE(other, copy) == 0 && DROP(other, &copy) == 0);
+    number = 7.0;
+    MUST(GET(other, &input, 1, &number) == 0 && number == 0.5);
+    bytes[size - 1] ^= 1;
+    MUST(UNPACK(other, bytes, size, &copy) == ERROR);
     MUST(ENTER(unit, 0.0) == 0);
     MUST(LEAVE(unit) == ERROR);
     MUST(STEP(unit, 0.0, 0.1) == ERROR);

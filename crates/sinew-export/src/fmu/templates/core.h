@@ -6,6 +6,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include <errno.h>
 #include <fcntl.h>
+#include <stdint.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -79,6 +80,68 @@ static int @_sample(@_data *d, double time_s, double step_s)
     d->time_s = time_s;
     return 1;
 }
+
+/* Takes bytes of a state that this model has written; returns whether they are such. */
+static int @_read(@_data *d, const void *bytes, size_t size)
+{
+    @_data read;
+    if (bytes == NULL || size != sizeof read) {
+        return 0;
+    }
+    memcpy(&read, bytes, sizeof read);
+    if (read.checksum != @@_CHECKSUM || read.size != sizeof read || read.phase < @@_INSTANTIATED
+        || read.phase > @@_TERMINATED) {
+        return 0;
+    }
+    *d = read;
+    return 1;
+}
+
+/* A copy of a state, in room that is made where there is none; returns whether there is memory. */
+static int @_copy(const @_data *d, void **to)
+{
+    if (*to == NULL) {
+        *to = malloc(sizeof *d);
+    }
+    if (*to == NULL) {
+        return 0;
+    }
+    memcpy(*to, d, sizeof *d);
+    return 1;
+}
+
+static int @_restore(@_data *d, const void *state)
+{
+    return @_read(d, state, sizeof *d);
+}
+
+static void @_forget(const @_data *d, void *state)
+{
+    (void)d;
+    free(state);
+}
+
+static int @_size(const @_data *d, const void *state, size_t *size)
+{
+    (void)state;
+    *size = sizeof *d;
+    return 1;
+}
+
+static int @_pack(const @_data *d, const void *state, void *to, size_t room)
+{
+    if (room < sizeof *d) {
+        return 0;
+    }
+    memcpy(to, state, sizeof *d);
+    return 1;
+}
+
+static int @_unpack(const @_data *d, const void *bytes, size_t size, void **to)
+{
+    @_data read = *d;
+    return @_read(&read, bytes, size) && @_copy(&read, to);
+}
 //%end
 
 /* The number behind a value reference; returns whether there is one. */
@@ -142,42 +205,5 @@ static int @_continues(const @_data *d, double time_s, double step_s)
     return @_is_number(time_s) && @_is_number(step_s) && step_s > 0.0 && off <= tolerance
            && -off <= tolerance;
 }
-
-//%if state
-/* A copy of a state, in room that is made where there is none; returns whether there is memory. */
-static int @_copy(const @_data *d, void **to)
-{
-    if (*to == NULL) {
-        *to = malloc(sizeof *d);
-    }
-    if (*to == NULL) {
-        return 0;
-    }
-    memcpy(*to, d, sizeof *d);
-    return 1;
-}
-
-/* Bytes of a state that this model has written. */
-static int @_restore(@_data *d, const void *bytes, size_t size)
-{
-    @_data read;
-    if (bytes == NULL || size != sizeof read) {
-        return 0;
-    }
-    memcpy(&read, bytes, sizeof read);
-    if (read.checksum != @@_CHECKSUM || read.size != sizeof read || read.phase < @@_INSTANTIATED
-        || read.phase > @@_TERMINATED) {
-        return 0;
-    }
-    *d = read;
-    return 1;
-}
-
-static void @_forget(const @_data *d, void *state)
-{
-    (void)d;
-    free(state);
-}
-//%end
 
 #endif

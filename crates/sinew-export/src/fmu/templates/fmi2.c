@@ -241,7 +241,7 @@ EXPORTED fmi2Status fmi2GetFMUstate(fmi2Component i, fmi2FMUstate *state)
 EXPORTED fmi2Status fmi2SetFMUstate(fmi2Component i, fmi2FMUstate state)
 {
     INSTANCE
-    CHECK(@_restore(&instance->data, state, sizeof(@_data)), "fmi2SetFMUstate: no state of this model");
+    CHECK(@_restore(&instance->data, state), "fmi2SetFMUstate: no state of this model");
     return fmi2OK;
 }
 
@@ -255,37 +255,31 @@ EXPORTED fmi2Status fmi2FreeFMUstate(fmi2Component i, fmi2FMUstate *state)
     return fmi2OK;
 }
 
-//%if state
 EXPORTED fmi2Status fmi2SerializedFMUstateSize(fmi2Component i, fmi2FMUstate state, size_t *size)
 {
     INSTANCE
     CHECK(state != NULL && size != NULL, "fmi2SerializedFMUstateSize: a null pointer");
-    *size = sizeof(@_data);
+    CHECK(@_size(&instance->data, state, size), "fmi2SerializedFMUstateSize: no state of this instance");
     return fmi2OK;
 }
 
 EXPORTED fmi2Status fmi2SerializeFMUstate(fmi2Component i, fmi2FMUstate state, char bytes[], size_t size)
 {
     INSTANCE
-    CHECK(state != NULL && bytes != NULL && size >= sizeof(@_data), "fmi2SerializeFMUstate: too few bytes");
-    memcpy(bytes, state, sizeof(@_data));
+    CHECK(state != NULL && bytes != NULL, "fmi2SerializeFMUstate: a null pointer");
+    CHECK(@_pack(&instance->data, state, bytes, size),
+            "fmi2SerializeFMUstate: too few bytes, or no state of this instance");
     return fmi2OK;
 }
 
 EXPORTED fmi2Status fmi2DeSerializeFMUstate(fmi2Component i, const char bytes[], size_t size,
         fmi2FMUstate *state)
 {
-    @_data read;
     INSTANCE
-    CHECK(state != NULL && @_restore(&read, bytes, size), "fmi2DeSerializeFMUstate: no state of this model");
-    CHECK(@_copy(&read, state), "fmi2DeSerializeFMUstate: out of memory");
+    CHECK(state != NULL, "fmi2DeSerializeFMUstate: a null pointer");
+    CHECK(@_unpack(&instance->data, bytes, size, state), "fmi2DeSerializeFMUstate: no state of this model");
     return fmi2OK;
 }
-//%else
-UNUSED(fmi2SerializedFMUstateSize, (fmi2Component i, fmi2FMUstate state, size_t *size))
-UNUSED(fmi2SerializeFMUstate, (fmi2Component i, fmi2FMUstate state, char bytes[], size_t size))
-UNUSED(fmi2DeSerializeFMUstate, (fmi2Component i, const char bytes[], size_t size, fmi2FMUstate *state))
-//%end
 
 NONE(Integer, int)
 NONE(String, fmi2String)

@@ -261,7 +261,7 @@ EXPORTED fmi3Status fmi3GetFMUState(fmi3Instance i, fmi3FMUState *state)
 EXPORTED fmi3Status fmi3SetFMUState(fmi3Instance i, fmi3FMUState state)
 {
     INSTANCE
-    CHECK(@_restore(&instance->data, state, sizeof(@_data)), "fmi3SetFMUState: no state of this model");
+    CHECK(@_restore(&instance->data, state), "fmi3SetFMUState: no state of this model");
     return fmi3OK;
 }
 
@@ -275,37 +275,31 @@ EXPORTED fmi3Status fmi3FreeFMUState(fmi3Instance i, fmi3FMUState *state)
     return fmi3OK;
 }
 
-//%if state
 EXPORTED fmi3Status fmi3SerializedFMUStateSize(fmi3Instance i, fmi3FMUState state, size_t *size)
 {
     INSTANCE
     CHECK(state != NULL && size != NULL, "fmi3SerializedFMUStateSize: a null pointer");
-    *size = sizeof(@_data);
+    CHECK(@_size(&instance->data, state, size), "fmi3SerializedFMUStateSize: no state of this instance");
     return fmi3OK;
 }
 
 EXPORTED fmi3Status fmi3SerializeFMUState(fmi3Instance i, fmi3FMUState state, uint8_t bytes[], size_t size)
 {
     INSTANCE
-    CHECK(state != NULL && bytes != NULL && size >= sizeof(@_data), "fmi3SerializeFMUState: too few bytes");
-    memcpy(bytes, state, sizeof(@_data));
+    CHECK(state != NULL && bytes != NULL, "fmi3SerializeFMUState: a null pointer");
+    CHECK(@_pack(&instance->data, state, bytes, size),
+            "fmi3SerializeFMUState: too few bytes, or no state of this instance");
     return fmi3OK;
 }
 
 EXPORTED fmi3Status fmi3DeserializeFMUState(fmi3Instance i, const uint8_t bytes[], size_t size,
         fmi3FMUState *state)
 {
-    @_data read;
     INSTANCE
-    CHECK(state != NULL && @_restore(&read, bytes, size), "fmi3DeserializeFMUState: no state of this model");
-    CHECK(@_copy(&read, state), "fmi3DeserializeFMUState: out of memory");
+    CHECK(state != NULL, "fmi3DeserializeFMUState: a null pointer");
+    CHECK(@_unpack(&instance->data, bytes, size, state), "fmi3DeserializeFMUState: no state of this model");
     return fmi3OK;
 }
-//%else
-UNUSED(fmi3SerializedFMUStateSize, (fmi3Instance i, fmi3FMUState state, size_t *size))
-UNUSED(fmi3SerializeFMUState, (fmi3Instance i, fmi3FMUState state, uint8_t bytes[], size_t size))
-UNUSED(fmi3DeserializeFMUState, (fmi3Instance i, const uint8_t bytes[], size_t size, fmi3FMUState *state))
-//%end
 
 NONE(Float32, float)
 NONE(Int8, int8_t)

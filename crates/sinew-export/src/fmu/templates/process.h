@@ -1,10 +1,13 @@
 /* The simulated plant runs in a process of the program `sinew`, which is found on PATH. One message a step
  * goes each way over a pair of sockets: numbers of 64 bits. A step below zero is an order about a state that
- * the process keeps, whose number stands in the place of the first input; 0 is the beginning.
+ * the process keeps, whose number stands in the place of the first input; 0 is the beginning. A state is
+ * written as the number of messages from the beginning to it and these messages, and read by repeating them.
  */
 #define @@_SAVE -2.0
 #define @@_RESTORE -3.0
 #define @@_DROP -4.0
+#define @@_WRITE -5.0
+#define @@_READ -6.0
 #define @@_SAID (//%here numbers + @@_FLAGS)
 #ifndef MSG_NOSIGNAL
 #define MSG_NOSIGNAL 0
@@ -26,8 +29,21 @@ typedef struct {
 typedef struct {
     const @_data *of;
     double number, time_s, inputs[@@_PORTS], said[@@_SAID];
-    int phase, runs;
+    int phase;
+    pid_t process;
 } @_kept;
+
+/* One message to the process: a step's length and the inputs. */
+typedef struct {
+    double step_s, inputs[@@_PORTS];
+} @_message;
+
+/* A state as bytes; the messages stand behind it. */
+typedef struct {
+    uint64_t checksum;
+    double messages, time_s, inputs[@@_PORTS], said[@@_SAID];
+    int phase, runs;
+} @_packed;
 
 /* Ends the process: it stops where nobody talks to it. */
 static void @_end(@_data *d)
@@ -80,6 +96,49 @@ static int @_find(@_data *d, const char *resources)
     return 1;
 }
 
+/* Receives so many bytes; returns whether they came. */
+static int @_receive(@_data *d, void *to, size_t size)
+{
+    char *const bytes = (char *)to;
+    size_t done = 0;
+    while (done < size) {
+        const ssize_t got = recv(d->socket, bytes + done, size - done, 0);
+        if (got == 0 || (got < 0 && errno != EINTR)) {
+            @_end(d);
+            return 0;
+        }
+        done += got > 0 ? (size_t)got : 0u;
+    }
+    return 1;
+}
+
+/* Sends so many bytes; returns whether they went. */
+static int @_send(@_data *d, const void *from, size_t size)
+{
+    const char *const bytes = (const char *)from;
+    size_t done = 0;
+    while (done < size) {
+        const ssize_t sent = send(d->socket, bytes + done, size - done, MSG_NOSIGNAL);
+        if (sent < 0 && errno != EINTR) {
+            return 0;
+        }
+        done += sent > 0 ? (size_t)sent : 0u;
+    }
+    return 1;
+}
+
+/* What the plant says: whether it could step, then its outputs. */
+static int @_listen(@_data *d)
+{
+    double said[1 + @@_SAID];
+    if (!@_receive(d, said, sizeof said)) {
+        return 0;
+    }
+    memcpy(d->said, said + 1, sizeof d->said);
+    return !(said[0] > 0.0);
+}
+
+/* Starts the process; returns whether the plant is there. */
 static int @_launch(@_data *d)
 {
     int ends[2];
@@ -102,63 +161,41 @@ static int @_launch(@_data *d)
         return 0;
     }
     d->socket = ends[0];
-    return 1;
-}
-
-/* What the plant says: whether it could step, then its outputs. */
-static int @_listen(@_data *d)
-{
-    double said[1 + @@_SAID];
-    char *const bytes = (char *)said;
-    size_t done = 0;
-    while (done < sizeof said) {
-        const ssize_t got = recv(d->socket, bytes + done, sizeof said - done, 0);
-        if (got == 0 || (got < 0 && errno != EINTR)) {
-            @_end(d);
-            return 0;
-        }
-        done += got > 0 ? (size_t)got : 0u;
-    }
-    memcpy(d->said, said + 1, sizeof d->said);
-    return !(said[0] > 0.0);
+    return @_listen(d);
 }
 
 /* Asks for a step, or gives an order; returns whether it is done. */
 static int @_ask(@_data *d, double step_s, const double *inputs)
 {
-    double asked[1 + @@_PORTS];
-    const char *const bytes = (const char *)asked;
-    size_t done = 0;
-    asked[0] = step_s;
-    memcpy(asked + 1, inputs, sizeof d->inputs);
-    while (done < sizeof asked) {
-        const ssize_t sent = send(d->socket, bytes + done, sizeof asked - done, MSG_NOSIGNAL);
-        if (sent < 0 && errno != EINTR) {
-            return 0;
-        }
-        done += sent > 0 ? (size_t)sent : 0u;
-    }
-    return @_listen(d);
+    @_message asked;
+    asked.step_s = step_s;
+    memcpy(asked.inputs, inputs, sizeof asked.inputs);
+    return @_send(d, &asked, sizeof asked) && @_listen(d);
 }
 
+/* An order about a state, which leaves what the plant said last; returns whether it is done. */
 static int @_order(@_data *d, double order, double number)
 {
-    double inputs[@@_PORTS];
-    memcpy(inputs, d->inputs, sizeof inputs);
+    double inputs[@@_PORTS] = {0.0}, said[@@_SAID];
+    int done;
     inputs[0] = number;
-    return d->process > 0 && @_ask(d, order, inputs);
+    memcpy(said, d->said, sizeof said);
+    done = d->process > 0 && @_ask(d, order, inputs);
+    memcpy(d->said, said, sizeof said);
+    return done;
 }
 
 /* Steps to a time, or starts the plant there; returns whether it could. The step is not the difference of
  * two times, which is rounded. */
 static int @_sample(@_data *d, double time_s, double step_s)
 {
+    static const double beginning[@@_PORTS] = {0.0};
     const int begins = d->phase != @@_STEPPING;
     int done = 0;
     if (d->process > 0) {
-        done = begins ? @_order(d, @@_RESTORE, 0.0) : @_ask(d, step_s, d->inputs);
+        done = @_ask(d, begins ? @@_RESTORE : step_s, begins ? beginning : d->inputs);
     } else if (begins) {
-        done = @_launch(d) && @_listen(d);
+        done = @_launch(d);
     }
     if (done) {
         d->time_s = time_s;
@@ -166,21 +203,32 @@ static int @_sample(@_data *d, double time_s, double step_s)
     return done;
 }
 
-/* Keeps the state, in room that is made where there is none; returns whether it could. */
-static int @_copy(@_data *d, void **to)
+/* An empty state of this instance. */
+static @_kept *@_keep(@_data *d)
 {
-    @_kept *kept = (@_kept *)*to;
-    if (kept == NULL) {
-        kept = (@_kept *)malloc(sizeof *kept);
-        if (kept == NULL) {
-            return 0;
-        }
+    @_kept *const kept = (@_kept *)calloc(1, sizeof *kept);
+    if (kept != NULL) {
         d->saved += 1.0;
         kept->of = d;
         kept->number = d->saved;
     }
-    kept->runs = d->process > 0;
-    if (kept->of != d || (kept->runs && !@_order(d, @@_SAVE, kept->number))) {
+    return kept;
+}
+
+/* Whether a state is of this instance and of the process that it has now. */
+static int @_is_ours(const @_data *d, const @_kept *kept)
+{
+    return kept != NULL && kept->of == d && (kept->process == 0 || kept->process == d->process);
+}
+
+/* Keeps the state, in room that is made where there is none; returns whether it could. */
+static int @_copy(@_data *d, void **to)
+{
+    @_kept *const kept = *to == NULL ? @_keep(d) : (@_kept *)*to;
+    if (kept == NULL) {
+        return 0;
+    }
+    if (kept->of != d || (d->process > 0 && !@_order(d, @@_SAVE, kept->number))) {
         if (*to == NULL) {
             free(kept);
         }
@@ -190,16 +238,16 @@ static int @_copy(@_data *d, void **to)
     memcpy(kept->inputs, d->inputs, sizeof d->inputs);
     memcpy(kept->said, d->said, sizeof d->said);
     kept->phase = d->phase;
+    kept->process = d->process;
     *to = kept;
     return 1;
 }
 
 /* Goes back to a state of this instance; returns whether it could. */
-static int @_restore(@_data *d, const void *state, size_t size)
+static int @_restore(@_data *d, const void *state)
 {
     const @_kept *const kept = (const @_kept *)state;
-    (void)size;
-    if (kept == NULL || kept->of != d || (kept->runs && !@_order(d, @@_RESTORE, kept->number))) {
+    if (!@_is_ours(d, kept) || (kept->process > 0 && !@_order(d, @@_RESTORE, kept->number))) {
         return 0;
     }
     d->time_s = kept->time_s;
@@ -212,8 +260,125 @@ static int @_restore(@_data *d, const void *state, size_t size)
 static void @_forget(@_data *d, void *state)
 {
     const @_kept *const kept = (const @_kept *)state;
-    if (kept != NULL && kept->of == d && kept->runs) {
+    if (@_is_ours(d, kept) && kept->process > 0) {
         (void)@_order(d, @@_DROP, kept->number);
     }
     free(state);
+}
+
+/* FNV-1a of the plant's token, then of what follows the checksum. */
+static uint64_t @_checksum(const void *packed, size_t size)
+{
+    static const char token[] = "//%here token";
+    const unsigned char *const bytes = (const unsigned char *)packed;
+    uint64_t sum = 14695981039346656037u;
+    size_t k;
+    for (k = 0; k < sizeof token; k++) {
+        sum = (sum ^ (unsigned char)token[k]) * 1099511628211u;
+    }
+    for (k = sizeof sum; k < size; k++) {
+        sum = (sum ^ bytes[k]) * 1099511628211u;
+    }
+    return sum;
+}
+
+/* A state of this instance as bytes that the caller frees; none where it could not. */
+static void *@_bytes(@_data *d, const void *state, size_t *size)
+{
+    const @_kept *const kept = (const @_kept *)state;
+    @_packed *packed;
+    double messages = 0.0;
+    if (!@_is_ours(d, kept)
+        || (kept->process > 0
+            && !(@_order(d, @@_WRITE, kept->number) && @_receive(d, &messages, sizeof messages)))) {
+        return NULL;
+    }
+    *size = sizeof *packed + (size_t)messages * sizeof(@_message);
+    packed = (@_packed *)calloc(1, *size);
+    if (packed == NULL) {
+        /* Its messages would be taken for the next answer. */
+        @_end(d);
+        return NULL;
+    }
+    if (!@_receive(d, packed + 1, *size - sizeof *packed)) {
+        free(packed);
+        return NULL;
+    }
+    packed->messages = messages;
+    packed->time_s = kept->time_s;
+    memcpy(packed->inputs, kept->inputs, sizeof packed->inputs);
+    memcpy(packed->said, kept->said, sizeof packed->said);
+    packed->phase = kept->phase;
+    packed->runs = kept->process > 0;
+    packed->checksum = @_checksum(packed, *size);
+    return packed;
+}
+
+/* Bytes that a state takes; returns whether they could be counted. */
+static int @_size(@_data *d, const void *state, size_t *size)
+{
+    void *const bytes = @_bytes(d, state, size);
+    free(bytes);
+    return bytes != NULL;
+}
+
+/* Writes a state as bytes; returns whether it could. */
+static int @_pack(@_data *d, const void *state, void *to, size_t room)
+{
+    size_t size = 0;
+    void *const bytes = @_bytes(d, state, &size);
+    const int fits = bytes != NULL && size <= room;
+    if (fits) {
+        memcpy(to, bytes, size);
+    }
+    free(bytes);
+    return fits;
+}
+
+/* Has the process repeat messages and keep where they lead; returns whether it did. */
+static int @_repeat(@_data *d, double number, double messages, const void *bytes, size_t size)
+{
+    @_message asked = {@@_READ, {0.0}};
+    double said[@@_SAID];
+    int done;
+    asked.inputs[0] = number;
+    memcpy(said, d->said, sizeof said);
+    done = (d->process > 0 || @_launch(d)) && @_send(d, &asked, sizeof asked)
+           && @_send(d, &messages, sizeof messages) && @_send(d, bytes, size) && @_listen(d);
+    memcpy(d->said, said, sizeof said);
+    return done;
+}
+
+/* The state that a unit of the same plant wrote as bytes, in room that is made where there is none; returns
+ * whether it could. */
+static int @_unpack(@_data *d, const void *bytes, size_t size, void **to)
+{
+    @_packed packed;
+    @_kept *kept;
+    if (bytes == NULL || size < sizeof packed) {
+        return 0;
+    }
+    memcpy(&packed, bytes, sizeof packed);
+    if (packed.checksum != @_checksum(bytes, size)) {
+        return 0;
+    }
+    kept = *to == NULL ? @_keep(d) : (@_kept *)*to;
+    if (kept == NULL) {
+        return 0;
+    }
+    if (kept->of != d
+        || (packed.runs && !@_repeat(d, kept->number, packed.messages, (const char *)bytes + sizeof packed,
+                                     size - sizeof packed))) {
+        if (*to == NULL) {
+            free(kept);
+        }
+        return 0;
+    }
+    kept->time_s = packed.time_s;
+    memcpy(kept->inputs, packed.inputs, sizeof kept->inputs);
+    memcpy(kept->said, packed.said, sizeof kept->said);
+    kept->phase = packed.phase;
+    kept->process = packed.runs ? d->process : 0;
+    *to = kept;
+    return 1;
 }
