@@ -12,6 +12,7 @@ mod log;
 mod quantity;
 mod weakening;
 
+pub use adaptation::fit_adaptation;
 pub(crate) use candidate::fit_observed;
 pub use dataset::cable_logs;
 pub use fit::{CableFit, FitOptions, fit_cable, fit_cable_model};

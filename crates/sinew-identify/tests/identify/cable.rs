@@ -6,8 +6,8 @@ use rand_chacha::ChaCha8Rng;
 use sinew::predictor::{CableModel, CableSample};
 use sinew::transmission::Sliding;
 use sinew::transmission::cable::EndMotion;
-use sinew::twin::cable::{CablePlant, Resolution, Specimen};
-use sinew_identify::cable::{CableLog, FitOptions, cable_logs, fit_cable, observe_log};
+use sinew::twin::cable::{CablePlant, DragHeat, Effects, Resolution, Specimen};
+use sinew_identify::cable::{CableLog, FitOptions, cable_logs, fit_adaptation, fit_cable, observe_log};
 use sinew_identify::log::{ColumnOptions, Dataset, ReadOptions, RequestedRoles, read_bytes};
 
 /// Standard deviation of both load cells, N.
@@ -145,6 +145,22 @@ fn a_specimen_with_every_unknown_effect_is_followed_after_its_own_calibration() 
         assert!(stretch < 1e-3, "specimen {seed}: stretch {stretch} m");
         assert!(after < 1.5 && after < before, "specimen {seed}: {before} N, then {after} N");
     }
+}
+
+#[test]
+fn drag_adapts_where_the_log_shows_grease_that_warms_and_nowhere_else() {
+    for seed in [4, 5, 6] {
+        let cold = Specimen::ideal();
+        let heat = DragHeat { softening: 0.1, resistance: 1.0, capacity: 40.0 };
+        let warming = Specimen { effects: Effects { heat: Some(heat), ..Effects::none() }, ..cold.clone() };
+        let gain = |specimen: &Specimen| {
+            fit_adaptation(&[bench(specimen, 60.0, seed, false).0], &CableModel::bench())
+        };
+        let [cold, warming] = [gain(&cold), gain(&warming)];
+        eprintln!("seed {seed}: {cold} of grease that keeps its drag, {warming} of one that warms");
+        assert!(cold == 0.0 && warming > 0.0, "seed {seed}: {cold} and {warming}");
+    }
+    assert!(fit_adaptation(&[], &CableModel::bench()) == 0.0);
 }
 
 #[test]
