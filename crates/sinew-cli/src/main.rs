@@ -17,6 +17,7 @@ use arguments::{Arguments, General, Verb, command, moved};
 use clap::error::ErrorKind;
 use clap::{ArgMatches, Command, CommandFactory, FromArgMatches};
 use error::Error;
+use progress::Progress;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -44,9 +45,15 @@ fn main() -> ExitCode {
 fn run(verb: &Verb, general: &General) -> Result<Answer, Error> {
     match verb {
         Verb::Identify(arguments) => verbs::identify::run(arguments, general),
-        Verb::Evaluate(arguments) => verbs::evaluate::run(arguments, general),
-        Verb::Predict(arguments) => verbs::predict::run(arguments, general),
-        Verb::Compensate(arguments) => verbs::compensate::run(arguments, general),
+        Verb::Evaluate(arguments) => {
+            Progress::during("evaluating", || verbs::evaluate::run(arguments, general))
+        }
+        Verb::Predict(arguments) => {
+            Progress::during("predicting", || verbs::predict::run(arguments, general))
+        }
+        Verb::Compensate(arguments) => {
+            Progress::during("inverting", || verbs::compensate::run(arguments, general))
+        }
         Verb::Adapt(arguments) => verbs::adapt::run(arguments, general),
         Verb::Export(arguments) => verbs::export::run(arguments, general),
         Verb::Demo(arguments) => verbs::demo::run(arguments, general),
@@ -63,7 +70,9 @@ fn run(verb: &Verb, general: &General) -> Result<Answer, Error> {
         Verb::Live(arguments) => verbs::live::run(arguments, general),
         Verb::Reproduce(arguments) => verbs::reproduce::run(arguments, general),
         Verb::Twin(arguments) => verbs::twin::run(arguments, general),
-        Verb::Example(arguments) => verbs::example::run(arguments, general),
+        Verb::Example(arguments) => {
+            Progress::during("simulating", || verbs::example::run(arguments, general))
+        }
         Verb::Doctor(_) => verbs::doctor::run(general),
         Verb::Completions(arguments) => verbs::completions::run(arguments, general),
         Verb::Man(arguments) => verbs::man::run(arguments, general),

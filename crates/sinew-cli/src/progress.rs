@@ -41,6 +41,13 @@ impl Progress {
         self.bar.set_position((100.0 * done.clamp(0.0, 1.0)) as u64);
     }
 
+    /// Shows one stage for as long as something runs: for a verb that knows no more of where it is.
+    pub(crate) fn during<T>(stage: &str, run: impl FnOnce() -> T) -> T {
+        let progress = Self::new();
+        progress.show(stage, 0.0);
+        run()
+    }
+
     /// Nothing more is shown.
     pub(crate) fn end(&self) {
         self.bar.finish_and_clear();

@@ -14,7 +14,7 @@ enum Kind {
 
 /// Units in lower case with their kind and their size in SI; a mass is the force of its weight, as on the
 /// display of a load cell.
-const UNITS: [(&str, Kind, f64); 48] = [
+const UNITS: [(&str, Kind, f64); 52] = [
     ("s", Kind::Time, 1.0),
     ("sec", Kind::Time, 1.0),
     ("secs", Kind::Time, 1.0),
@@ -63,13 +63,18 @@ const UNITS: [(&str, Kind, f64); 48] = [
     ("ma", Kind::Other, 1e-3),
     ("percent", Kind::Other, 1.0),
     ("hz", Kind::Other, 1.0),
+    ("c", Kind::Other, 1.0),
+    ("degc", Kind::Other, 1.0),
+    ("celsius", Kind::Other, 1.0),
+    ("k", Kind::Other, 1.0),
 ];
 
-/// Units that are words of names too: `T_in` is no inch, and `freq_hz` no quantity of a transmission.
-const NOT_IN_NAMES: [&str; 6] = ["in", "inch", "hz", "lb", "lbf", "kgf"];
+/// Units that are words of names too: `T_in` is no inch, `joint_c` no temperature, and `freq_hz` no quantity of
+/// a transmission.
+const NOT_IN_NAMES: [&str; 8] = ["in", "inch", "hz", "lb", "lbf", "kgf", "c", "k"];
 
 /// Units with capital letters.
-const CAPITAL_UNITS: [&str; 10] = ["N", "kN", "mN", "Nm", "mNm", "Nmm", "Ncm", "V", "A", "Hz"];
+const CAPITAL_UNITS: [&str; 12] = ["N", "kN", "mN", "Nm", "mNm", "Nmm", "Ncm", "V", "A", "Hz", "C", "K"];
 
 fn known(word: &str) -> Option<(Kind, f64)> {
     UNITS.iter().find(|(name, ..)| *name == word).map(|&(_, kind, size)| (kind, size))
@@ -177,6 +182,12 @@ mod tests {
             assert_eq!(factor(from, to), expected, "{from} to {to}");
         }
         assert!((factor("deg", "rad").unwrap_or(f64::NAN) * 180.0 - core::f64::consts::PI).abs() < 1e-12);
+    }
+
+    #[test]
+    fn temperatures_are_units_and_no_words_of_names() {
+        assert!(["[°C]", "(K)", "degC"].map(is_known) == [true; 3]);
+        assert_eq!((unit_of("joint_c"), unit_of("temperature_degc")), (String::new(), "degc".to_owned()));
     }
 
     #[test]

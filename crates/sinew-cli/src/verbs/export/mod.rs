@@ -9,18 +9,22 @@ use crate::arguments::{ExportArguments, ExportForm, ExportVerb, General, ModelEx
 use crate::arguments::{MachineExportArguments, TwinExportArguments, UnitArguments};
 use crate::error::Error;
 use crate::output::{Folder, refuse_overwrite, write_all};
+use crate::progress::Progress;
 use plant::PlantFile;
 use sinew::compensator::CompensatorSettings;
 use sinew::predictor::Model;
 use sinew_export::{ExportedFile, Name, c, fmu, onnx};
 use std::path::{Path, PathBuf};
 
+/// What a unit takes time for.
+const STAGE: &str = "writing and compiling";
+
 pub(crate) fn run(arguments: &ExportArguments, general: &General) -> Result<Answer, Error> {
     match (&arguments.plant, &arguments.model) {
-        (Some(ExportVerb::Twin(arguments)), _) => twin(arguments, general),
-        (Some(ExportVerb::Machine(arguments)), _) => machine(arguments, general),
+        (Some(ExportVerb::Twin(arguments)), _) => Progress::during(STAGE, || twin(arguments, general)),
+        (Some(ExportVerb::Machine(arguments)), _) => Progress::during(STAGE, || machine(arguments, general)),
         (Some(ExportVerb::Serve { file }), _) => serve::run(file),
-        (None, Some(arguments)) => model(arguments, general),
+        (None, Some(arguments)) => Progress::during(STAGE, || model(arguments, general)),
         // The parser asks for a model where there is no verb.
         (None, None) => Ok(Answer::done(Content::Text(String::new()), Vec::new())),
     }

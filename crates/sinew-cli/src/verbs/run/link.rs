@@ -91,7 +91,7 @@ pub(super) fn json(counts: &LinkCounts) -> serde_json::Value {
 pub(super) fn text(counts: &LinkCounts) -> String {
     let LinkCounts { packets, late_points, dropped_states } = counts;
     let mut text = format!(
-        "Link: {} packets accepted, {late_points} points late, {dropped_states} states dropped\n",
+        "Commands: {} packets accepted, {late_points} points late, {dropped_states} states dropped\n",
         packets.accepted
     );
     for (reason, count) in packets.by_reason().filter(|(_, count)| *count != 0) {
