@@ -516,3 +516,42 @@ def test_a_machine_of_the_library_moves_as_with_the_plugin_and_begins_anew_by_a_
     after = machines.d.qpos.numpy()
     np.testing.assert_array_equal(after[0], moved)
     np.testing.assert_allclose(after[1], start, atol=1e-6)
+
+
+@pytest.mark.skipif(
+    not (wp.get_device().is_cuda or hasattr(wp, "capture_save")), reason="this Warp captures on CUDA devices alone"
+)
+@pytest.mark.parametrize("transmission", ["cables", "sheaths"])
+def test_a_machine_steps_in_a_graph_and_is_changed_and_begins_anew_between_replays(transmission: Any) -> None:
+    plain, captured = (sw.load("lm_arm", worlds=4, transmission=transmission) for _ in range(2))
+    mask, random = wp.array([True, False, True, False], dtype=bool), np.random.default_rng(6)
+    factors = wp.array(random.uniform(0.05, 0.3, (4, len(plain.transmission.names))), dtype=float)
+    name = "friction" if transmission == "cables" else "mu"
+    low, high = (-1e-3, 2e-3) if transmission == "cables" else (5.0, 60.0)
+
+    def anew(machines: Any) -> None:
+        machines.reset(mask)
+        machines.transmission.set(worlds=mask, **{name: factors})
+
+    graphs = []
+    for work in (captured.step, lambda: anew(captured)):
+        work()
+        with wp.ScopedCapture() as capture:
+            work()
+        graphs.append(capture.graph)
+    captured.transmission.set(**{name: 0.1})
+    plain.transmission.set(**{name: 0.1})
+    captured.reset()
+    for k in range(60):
+        if k % 20 == 0:
+            given = random.uniform(low, high, plain.d.ctrl.shape)
+            pull(plain.d, given)
+            pull(captured.d, given)
+        if k == 30:
+            anew(plain)
+            wp.capture_launch(graphs[1])
+        plain.step()
+        wp.capture_launch(graphs[0])
+    found = captured.d.qpos.numpy()
+    np.testing.assert_array_equal(found, plain.d.qpos.numpy())
+    assert np.abs(found[0] - found[1]).max() > 1e-4
