@@ -44,15 +44,15 @@ const OPTIONAL: [&str; 27] = [
 const OLDER_MUJOCO: [&[&str]; 2] = [&["mujoco==3.3.3"], &["mujoco==3.17.0"]];
 
 /// With which the simulators of many worlds are tested by the step `batch`: the oldest of each, and the
-/// MuJoCo that belongs to the newest MJX.
+/// MuJoCo that belongs to the newest MJX and the newest Newton.
 const OLDER_BATCH: [&[&str]; 2] = [
     &["mujoco==3.6.0", "mujoco-mjx==3.6.0", "mujoco-warp==3.6.0"],
-    &["mujoco==3.17.0", "mujoco-mjx==3.17.0"],
+    &["mujoco==3.17.0", "mujoco-mjx==3.17.0", "mujoco-warp==3.17.0", "newton==1.8.0"],
 ];
 
 /// Tests with MuJoCo, and those of many worlds, for pytest.
 const MUJOCO_TESTS: &str = "mujoco";
-const BATCH_TESTS: &str = "batch or jax or mjx or warp";
+const BATCH_TESTS: &str = "batch or jax or mjx or newton or warp";
 
 /// Builds the native part, then runs the tests; skipped with a message where there is no Python.
 pub(crate) fn check(root: &Path) -> Result<(), String> {
