@@ -9,7 +9,7 @@ const PACKAGES: [&str; 6] = ["hypothesis", "jsonschema", "maturin>=1.9,<2", "myp
 
 /// What parts of the package work with; tests of those that cannot be installed are skipped with a message.
 /// Not among them: stable-baselines3, which brings gigabytes of PyTorch; where it is installed, it is tested.
-const OPTIONAL: [&str; 27] = [
+const OPTIONAL: [&str; 28] = [
     "gymnasium>=1.1",
     "canopen",
     "cantools",
@@ -30,6 +30,7 @@ const OPTIONAL: [&str; 27] = [
     "onnxruntime",
     "optuna>=4",
     "pandas",
+    "playground",
     "polars",
     "pygame",
     "pyserial",
