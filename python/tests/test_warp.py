@@ -25,6 +25,7 @@ import sinew  # noqa: E402
 from sinew import batch  # noqa: E402
 from sinew import mujoco as sm  # noqa: E402
 from sinew.warp import _check  # noqa: E402
+from sinew.warp._graph import Graph  # noqa: E402
 
 THETA = 0.6
 SHEATH = batch.Sheath(mu=0.2, bend=THETA / 0.2)
@@ -62,8 +63,19 @@ def pull(d: Any, controls: Any) -> None:
 
 
 def steps(m: Any, d: Any, count: int) -> None:
+    stepper = Graph(lambda: mjw.step(m, d), None)
     for _ in range(count):
+        stepper.launch()
+
+
+def forgetful(sheaths: Any, m: Any, d: Any) -> Graph:
+    """Steps as of the plugin, whose constraints do not begin at the force of the last step."""
+
+    def work() -> None:
+        sheaths.reset()
         mjw.step(m, d)
+
+    return Graph(work, None)
 
 
 def edge(fraction: float, way: float, theta: float = THETA) -> float:
@@ -192,6 +204,7 @@ def beside_plugin(seed: int, seconds: float) -> tuple[float, float]:
     m, d = placed(model, 1, njmax=96, naconmax=64)
     attached = sw.Sheaths(model, worlds=1)
     attached.attach(m, d)
+    stepper = forgetful(attached, m, d)
     random, far, own = np.random.default_rng(seed), 0.0, 0.0
     for k in range(int(seconds / STEP)):
         if k % 50 == 0:
@@ -201,8 +214,7 @@ def beside_plugin(seed: int, seconds: float) -> tuple[float, float]:
             pull(d, given)
         mujoco.mj_step(plugin, data)
         mujoco.mj_step(plugin, nudged)
-        attached.reset()
-        mjw.step(m, d)
+        stepper.launch()
         if k % 10 == 9:
             far = max(far, float(np.abs(d.qpos.numpy()[0] - data.qpos).max()))
             own = max(own, float(np.abs(nudged.qpos - data.qpos).max()))
@@ -235,8 +247,7 @@ def test_the_arm_moves_as_with_the_plugin_and_friction_gives_no_work_back(sound:
     start = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, start, 0)
     m, d = mjw.put_model(model), mjw.put_data(model, start, nworld=1)
-    sheaths = sw.Sheaths(model, worlds=1)
-    sheaths.attach(m, d)
+    stepper = forgetful(sw.Sheaths(model, worlds=1).attach(m, d), m, d)
     random, lost, back = np.random.default_rng(3), 0.0, 0.0
     for k in range(int(seconds / STEP)):
         if k % 50 == 0:
@@ -245,9 +256,7 @@ def test_the_arm_moves_as_with_the_plugin_and_friction_gives_no_work_back(sound:
             pull(d, given)
         before = d.qvel.numpy()[0].astype(float)
         mujoco.mj_step(plugin, data)
-        # The plugin does not begin at the force of the last step.
-        sheaths.reset()
-        mjw.step(m, d)
+        stepper.launch()
         # Work of every tendon's friction in the step, J, with the mean of the velocities at its ends.
         count = int(d.nefc.numpy()[0])
         rows = d.efc.type.numpy()[0, :count] == int(mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON)
