@@ -189,53 +189,60 @@ def random_model(seed: int) -> tuple[str, dict[str, Any], dict[str, Any]]:
     return xml, sheaths, {"names": names}
 
 
-def beside_plugin(seed: int, seconds: float) -> tuple[float, float]:
-    """Largest distance of positions from those of the plugin, and that of the plugin from itself started 1e-7 off.
-
-    The plugin's constraints do not begin at the force of the last step: here it is forgotten as well.
-    """
+def beside_c(seed: int, seconds: float, sheathed: bool = True) -> tuple[float, float]:
+    """Largest distance of positions from those of MuJoCo in C, with the plugin or without sheaths in both, and that of C from
+    itself, started by up to 1e-7 off and pulled by up to a millionth more or less, the farthest of eight."""
     xml, sheaths, _ = random_model(seed)
     spec = mujoco.MjSpec.from_string(xml)
-    sm.add_sheaths(spec, sheaths)
-    plugin = spec.compile()
-    data, nudged = mujoco.MjData(plugin), mujoco.MjData(plugin)
-    nudged.qpos += 1e-7
-    model = batch.prepare(mujoco.MjModel.from_xml_string(xml), sheaths)
-    m, d = placed(model, 1, njmax=96, naconmax=64)
-    attached = sw.Sheaths(model, worlds=1)
-    attached.attach(m, d)
-    stepper = forgetful(attached, m, d)
+    model = mujoco.MjModel.from_xml_string(xml)
+    if sheathed:
+        sm.add_sheaths(spec, sheaths)
+        model = batch.prepare(model, sheaths)
+    in_c = spec.compile()
     random, far, own = np.random.default_rng(seed), 0.0, 0.0
+    data, nudged = mujoco.MjData(in_c), [mujoco.MjData(in_c) for _ in range(8)]
+    nudges = np.random.default_rng(seed).uniform(-1.0, 1.0, (8, 2))
+    for one, (start, _) in zip(nudged, nudges, strict=True):
+        one.qpos += 1e-7 * start
+    m, d = placed(model, 1, njmax=96, naconmax=64)
+    stepper = Graph(lambda: mjw.step(m, d), None)
+    if sheathed:
+        stepper = forgetful(sw.Sheaths(model, worlds=1).attach(m, d), m, d)
     for k in range(int(seconds / STEP)):
         if k % 50 == 0:
             # Negative pulls and slack tendons among them.
             given = random.uniform(-3.0, 15.0, model.nu)
-            data.ctrl[:] = nudged.ctrl[:] = given
+            data.ctrl[:] = given
+            for one, (_, more) in zip(nudged, nudges, strict=True):
+                one.ctrl[:] = (1.0 + 1e-6 * more) * given
             pull(d, given)
-        mujoco.mj_step(plugin, data)
-        mujoco.mj_step(plugin, nudged)
+        for one in (data, *nudged):
+            mujoco.mj_step(in_c, one)
         stepper.launch()
         if k % 10 == 9:
             far = max(far, float(np.abs(d.qpos.numpy()[0] - data.qpos).max()))
-            own = max(own, float(np.abs(nudged.qpos - data.qpos).max()))
+            own = max(own, *(float(np.abs(one.qpos - data.qpos).max()) for one in nudged))
     assert np.isfinite(far)
     return far, own
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_random_models_of_tendons_move_as_with_the_plugin(seed: int, sound: None) -> None:
-    far, own = beside_plugin(seed, 0.1)
-    assert far < 1e-4 + 30.0 * own, (far, own)
+    far, own = beside_c(seed, 0.1)
+    assert far < 1e-4 + 10.0 * own, (far, own)
 
 
 @long
 def test_fifty_random_models_of_tendons_move_as_with_the_plugin_for_half_a_second(sound: None) -> None:
-    seen = np.array([beside_plugin(seed, 0.5) for seed in range(50)])
-    print("\nfar from the plugin, rad:", np.sort(seen[:, 0]))
-    assert np.median(seen[:, 0]) < 1e-4
-    # Where contacts and stops amplify, the plugin leaves itself as well. One of the fifty goes another way in Warp than in C
-    # without sheaths too.
-    assert (seen[:, 0] < 1e-3 + 100.0 * seen[:, 1]).mean() >= 0.95, seen
+    seen = [beside_c(seed, 0.5) for seed in range(50)]
+    far = np.array([one for one, _ in seen])
+    print("\nfar from the plugin, rad:", np.sort(far))
+    assert np.median(far) < 1e-5 and (far < 1e-3).mean() > 0.9
+    # Where contacts, stops and sticking amplify, the plugin leaves itself as well.
+    for seed, (off, own) in enumerate(seen):
+        if off > 5e-4 + 10.0 * own:
+            plain, _ = beside_c(seed, 0.5, sheathed=False)
+            assert plain > 0.5 * off, f"model {seed}: {off:.1e} rad, the plugin from itself {own:.1e}, without sheaths {plain:.1e}"
 
 
 def test_the_arm_moves_as_with_the_plugin_and_friction_gives_no_work_back(sound: None) -> None:
