@@ -30,7 +30,8 @@ from sinew.warp._graph import Graph  # noqa: E402
 THETA = 0.6
 SHEATH = batch.Sheath(mu=0.2, bend=THETA / 0.2)
 STEP = 1e-3
-long = pytest.mark.skipif(not os.environ.get("SINEW_LONG"), reason="minutes: SINEW_LONG=1")
+LONG = bool(os.environ.get("SINEW_LONG"))
+long = pytest.mark.skipif(not LONG, reason="minutes: SINEW_LONG=1")
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 
@@ -114,8 +115,9 @@ def test_every_world_has_its_own_friction() -> None:
     assert np.abs(d.qvel.numpy()).max() < 1e-6
 
 
-def test_no_world_sees_another_when_some_begin_anew(sound: None) -> None:
-    worlds, random = 6, np.random.default_rng(4)
+@pytest.mark.parametrize("seed", range(10 if LONG else 2))
+def test_no_world_sees_another_when_some_begin_anew(seed: int, sound: None) -> None:
+    worlds, random = 6, np.random.default_rng(seed)
     model = batch.prepare(
         mujoco.MjModel.from_xml_string(FINGER), {"*": batch.Sheath(mu=0.1, bend=4.0, turning=1.0, rise=0.3)}
     )
@@ -137,7 +139,7 @@ def test_no_world_sees_another_when_some_begin_anew(sound: None) -> None:
         return np.array(d.qpos.numpy())
 
     together = run(list(range(worlds)))
-    assert resets.any() and not resets.all() and np.abs(together).max() > 0.05
+    assert resets.any() and not resets.all() and np.abs(together).max() > 0.02
     for world in range(worlds):
         # Constraints of a world are summed in an order that changes: not bit-identical.
         np.testing.assert_allclose(run([world])[0], together[world], atol=2e-5)
@@ -246,7 +248,7 @@ def test_fifty_random_models_of_tendons_move_as_with_the_plugin_for_half_a_secon
 
 
 def test_the_arm_moves_as_with_the_plugin_and_friction_gives_no_work_back(sound: None) -> None:
-    seconds = 1.0 if os.environ.get("SINEW_LONG") else 0.3
+    seconds = 1.0 if LONG else 0.3
     plugin = sm.load("lm_arm", transmission="sheaths")
     data = mujoco.MjData(plugin)
     mujoco.mj_resetDataKeyframe(plugin, data, 0)
