@@ -31,6 +31,20 @@ def test_the_example_in_playground_runs_and_its_episodes_begin_again() -> None:
     assert np.abs(angles[24]).max() == 0.0 < np.abs(angles[29]).max()
 
 
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_the_example_that_reaches_in_worlds_runs_on_any_model(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco_warp", reason="MuJoCo Warp is not installed: pip install mujoco-warp")
+    pytest.importorskip("sinew.warp", reason="MuJoCo Warp cannot be used", exc_type=ImportError)
+    from mujoco_models import FINGER
+
+    (tmp_path / "finger.xml").write_text(FINGER)
+    example = runpy.run_path(str(FOLDER / "myosuite_reach.py"))
+    off = example["main"](str(tmp_path / "finger.xml"), "f2", 8, 16, 0.1)
+    # What was found without friction does not reach as far with it.
+    same, other = off["without friction", "without friction"], off["without friction", "with friction"]
+    assert same < 3e-3 and other > same, off
+
+
 def test_the_example_for_any_model_runs_on_the_exported_arm(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
     if not hasattr(mujoco.MjsPlugin, "config"):
