@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import mujoco
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from .. import _sinew
 from ..mujoco._machine import bare, laid
 from . import _drive_kernels, _kernels, _layout, _sensor_kernels, _task_kernels
+from ._chain import chain
 from ._graph import Graph
 from ._muscles import Muscles
 
@@ -33,6 +33,7 @@ class Environments:
 
     def __init__(self, machine: _sinew.Machine, native: _sinew.Environments, worlds: int, mode: str, device: Any) -> None:
         self._native, self._worlds, self._mode = native, worlds, mode
+        # First observations of the present episodes.
         self._begun = np.zeros((worlds, native.observations), dtype=np.float32)
         self._errors = np.zeros(worlds)
         self._ended = np.zeros(worlds, dtype=np.bool_)
@@ -165,7 +166,7 @@ class Environments:
         design.bounds = _array(np.stack(self._native.observation_bounds, axis=1), wp.vec2)
         starts = {name: start for name, _, start, _ in self._native.observation_parts}
         design.starts = _array([starts.get(name, -1) for name in _PARTS], int)
-        links = _chain(model, shared["site"])
+        links = chain(model, shared["site"])
         design.place = _array([link[0] for link in links], wp.transform)
         design.kind, design.link = (_array([link[k] for link in links], int) for k in (1, 2))
         design.axis, design.anchor = (_array([link[k] for link in links], wp.vec3) for k in (3, 4))
@@ -284,31 +285,3 @@ _LAW = {name: name for name in (*_NODES, "pretension")} | {"fade": "drag_fade"}
 
 def _array(values: Any, kind: Any = float) -> Any:
     return wp.array(np.asarray(values), dtype=kind)
-
-
-def _chain(model: Any, site: str | None) -> list[tuple[Any, int, int, Any, Any, float]]:
-    """From the world to a site: place, kind of joint, its coordinate, axis, anchor and zero."""
-    if site is None:
-        return []
-    still = np.zeros(3), np.zeros(3), 0.0
-    links: list[tuple[Any, int, int, Any, Any, float]] = []
-    one = model.site(site)
-    links.append((_transform(one.pos, one.quat), 0, 0, *still))
-    body = int(np.atleast_1d(one.bodyid)[0])
-    while body:
-        place = _transform(model.body_pos[body], model.body_quat[body])
-        own = []
-        for joint in range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body]):
-            hinge = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
-            address = int(model.jnt_qposadr[joint])
-            kind = int(_layout.HINGE if hinge else _layout.SLIDE)
-            own.append((place, kind, address, model.jnt_axis[joint], model.jnt_pos[joint], float(model.qpos0[address])))
-            place = _transform(np.zeros(3), [1.0, 0.0, 0.0, 0.0])
-        links[:0] = own or [(place, 0, 0, *still)]
-        body = int(model.body_parentid[body])
-    return links
-
-
-def _transform(position: Any, quaternion: Any) -> _Array:
-    """In the order of Warp, whose quaternions end with the real part."""
-    return np.concatenate([position, np.roll(quaternion, -1)])
