@@ -2,7 +2,7 @@
 
     python python/benches/warp_worlds.py [--small] [--worlds 1024 8192 32768] [--out result.json]
 
-With a graphics processor steps are captured in CUDA graphs; it takes some minutes, kernels included. `--small` runs on any
+Steps are captured in graphs, on processors where Warp can; it takes some minutes, kernels included. `--small` runs on any
 processor. Times of variants follow each other on one device; ratios are of them.
 """
 
@@ -28,6 +28,7 @@ import sinew.mujoco as sm
 import sinew.warp
 from sinew.batch import Sheath
 from sinew.batch._hoist import ANGLE, GRAVITY, MASS, XML
+from sinew.warp._graph import Graph
 
 #: Ratios at 8192 worlds on a graphics processor, and at 64 on a processor.
 BARS = {"plain": 1.5, "constant": 1.05, "sheaths": 1.05, "processor": 1.3}
@@ -51,33 +52,6 @@ def note(name: str, value: Any, text: str) -> None:
     if args.out:
         with open(args.out, "w") as file:
             json.dump(result, file, indent=1)
-
-
-class Stepper:
-    """Steps of a model, captured in a graph where there is one."""
-
-    def __init__(self, m: Any, d: Any) -> None:
-        self.m, self.d = m, d
-        self.graph = None
-        self._once()  # kernels are loaded before a capture
-        wp.synchronize()
-        if wp.get_device().is_cuda:
-            with wp.ScopedCapture() as capture:
-                for _ in range(STEPS):
-                    self._once()
-            self.graph = capture.graph
-
-    def _once(self) -> None:
-        mjw.step(self.m, self.d)
-
-    def run(self, steps: int) -> None:
-        """A multiple of `STEPS`."""
-        for _ in range(steps // STEPS):
-            if self.graph is not None:
-                wp.capture_launch(self.graph)
-            else:
-                for _ in range(STEPS):
-                    self._once()
 
 
 def compile_ahead(work: Callable[[], None]) -> None:
@@ -249,7 +223,14 @@ def microseconds(name: str, worlds: int) -> dict[str, float]:
     _, d, m, part = variant(name, worlds)
     seen: set[int] = set()
     memory, ours = bytes_of(d, seen), bytes_of(part, seen)
-    stepper, steps = Stepper(m, d), HOLD if wp.get_device().is_cuda else STEPS
+    def some() -> None:
+        for _ in range(STEPS):
+            mjw.step(m, d)
+
+    # The first launch loads kernels, the second one captures.
+    graph, steps = Graph(some, None), HOLD if wp.get_device().is_cuda else STEPS
+    for _ in range(2):
+        graph.launch()
     given = wp.array(controls(8, worlds, m.nu, TRAVEL if name == "cables" else RANGE), dtype=float)
     # Of a processor its own time, whatever else it does.
     clock = time.perf_counter if wp.get_device().is_cuda else time.process_time
@@ -262,7 +243,7 @@ def microseconds(name: str, worlds: int) -> dict[str, float]:
         for _ in range(steps // STEPS):
             wp.synchronize()
             start = clock()
-            stepper.run(STEPS)
+            graph.launch()
             wp.synchronize()
             spent += clock() - start
             newton.append(int(d.solver_niter.numpy().max()))

@@ -1,82 +1,100 @@
-"""A finger on two tendons in 64 worlds of MJX, each with a friction of its own: an environment as MuJoCo Playground writes them.
+"""A finger on two tendons in MuJoCo Playground, 64 worlds of MJX, each with a friction of its own.
 
-Run: `python python/examples/tendon_hand_mjx.py`. Needs MJX (`pip install mujoco-mjx`). Prints how far a policy without feedback
-closes the finger where friction differs, and the reward that it gets.
+Run: `python python/examples/tendon_hand_mjx.py`. Needs Playground (`pip install playground`). The environment is one of
+Playground's, and its wrapper randomises friction and begins episodes again. Prints how far a policy without feedback closes the
+finger where friction differs, and the reward that it gets.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 from runpy import run_path
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import mujoco
 import mujoco.mjx as mjx
 import numpy as np
+from ml_collections import config_dict
+from mujoco_playground import MjxEnv, State, wrapper
 
 import sinew.batch
 import sinew.mjx
 
-FINGER: str = run_path(str(Path(__file__).with_name("tendon_hand.py")))["FINGER"]
+HAND = Path(__file__).with_name("tendon_hand.py")
+FINGER: str = run_path(str(HAND))["FINGER"]
 
 
-class State(NamedTuple):
-    """Of an episode; one of Playground has the same fields and more."""
-
-    data: Any
-    obs: Any
-    reward: Any
-
-
-class Reach:
+class Reach(MjxEnv):
     """The knuckle is to reach an angle; the action is the difference of the tensions, N."""
 
-    substeps, goal, rest = 20, 0.6, 4.0
+    goal, rest = 0.6, 4.0
 
     def __init__(self, sheath: sinew.batch.Sheath) -> None:
-        model = sinew.batch.prepare(mujoco.MjModel.from_xml_string(FINGER), {"*": sheath})
-        #: What a randomisation replaces and maps over: the model of MJX and its sheaths.
-        self.model = sinew.mjx.put_model(model)
+        super().__init__(config_dict.create(ctrl_dt=0.02, sim_dt=0.001))
+        self._mj_model = sinew.batch.prepare(mujoco.MjModel.from_xml_string(FINGER), {"*": sheath})
+        # The model of MJX and its sheaths: what Playground's wrapper hands to a randomisation, and maps over.
+        self._mjx_model = sinew.mjx.put_model(self._mj_model)
 
-    def reset(self) -> State:
+    def reset(self, rng: Any) -> State:
         """Begins at rest."""
-        data = mjx.make_data(self.model[0])
-        return State(data, self._observed(data), jnp.zeros(()))
+        data = mjx.make_data(self._mjx_model[0])
+        return State(data, self._observed(data), jnp.zeros(()), jnp.zeros(()), {}, {})
 
-    def step(self, model: Any, state: State, action: Any) -> State:
-        """One action; `model` is `self.model`, or one of many that are randomised."""
-        tensions = self.rest + jnp.array([0.5, -0.5]) * action
-        data = sinew.mjx.env_step(model, state.data, tensions, self.substeps)
-        return State(data, self._observed(data), -jnp.abs(data.qpos[0] - self.goal))
+    def step(self, state: State, action: Any) -> State:
+        """One action."""
+        tensions = self.rest + jnp.array([0.5, -0.5]) * action[0]
+        data = sinew.mjx.env_step(self._mjx_model, state.data, tensions, self.n_substeps)
+        done = jnp.isnan(data.qpos).any().astype(jnp.float32)
+        return state.replace(data=data, obs=self._observed(data), reward=-jnp.abs(data.qpos[0] - self.goal), done=done)
 
     def _observed(self, data: Any) -> Any:
         return jnp.concatenate([data.qpos, data.qvel])
 
+    @property
+    def xml_path(self) -> str:
+        return str(HAND)
 
-def main(worlds: int = 64, actions: int = 50) -> None:
-    """Prints the knuckle's angle over friction."""
-    environment = Reach(sinew.batch.Sheath(mu=0.08, bend=4.0))
-    mx, sheaths = environment.model
-    random = np.random.default_rng(1)
-    # Domain randomisation: friction of every world and tendon.
-    sheaths = sheaths.set(mu=np.sort(random.uniform(0.0, 0.2, (worlds, 1)), 0).repeat(len(sheaths.names), 1))
+    @property
+    def action_size(self) -> int:
+        return 1
+
+    @property
+    def mj_model(self) -> mujoco.MjModel:
+        return self._mj_model
+
+    @property
+    def mjx_model(self) -> Any:
+        return self._mjx_model
+
+
+def main(worlds: int = 64, actions: int = 50, episode: int = 50) -> np.ndarray:
+    """Prints the knuckle's angle over friction; returns the angles after every action, rad, shape `(actions, worlds)`."""
+    mu = np.sort(np.random.default_rng(1).uniform(0.0, 0.2, worlds))
+
+    def randomised(model: Any) -> tuple[Any, Any]:
+        mx, sheaths = model
+        sheaths = sheaths.set(mu=np.tile(mu[:, None], (1, len(sheaths.names))))
+        return (mx, sheaths), (None, sheaths.axes)
+
+    env = wrapper.wrap_for_brax_training(Reach(sinew.batch.Sheath(mu=0.08, bend=4.0)), episode, randomization_fn=randomised)
     pulls = jnp.concatenate([jnp.linspace(0.0, 5.0, actions // 2), jnp.full(actions - actions // 2, 3.0)])
 
-    def episode(sheaths: Any) -> Any:
-        def one(state: State, action: Any) -> tuple[State, Any]:
-            state = environment.step((mx, sheaths), state, action)
-            return state, state.reward
+    def one(state: State, pull: Any) -> tuple[State, Any]:
+        state = env.step(state, jnp.full((worlds, 1), pull))
+        return state, (state.data.qpos[:, 0], state.reward)
 
-        last, rewards = jax.lax.scan(one, environment.reset(), pulls)
-        return last.data.qpos[0], rewards.mean()
-
-    angle, reward = jax.jit(jax.vmap(episode, in_axes=(sheaths.axes,)))(sheaths)
+    first = jax.jit(env.reset)(jax.random.split(jax.random.PRNGKey(0), worlds))
+    _, (angles, rewards) = jax.jit(lambda state: jax.lax.scan(one, state, pulls))(first)
+    angles, rewards = np.asarray(angles), np.asarray(rewards)
+    # The wrapper begins an episode again at once: the last action of an episode shows its first pose.
+    last = min(actions, episode) - 2
     print("mu        knuckle, rad   mean reward")
     for k in range(0, worlds, max(worlds // 8, 1)):
-        print(f"{float(sheaths.mu[k, 0]):.3f}   {float(angle[k]):12.3f}   {float(reward[k]):12.3f}")
-    print(f"the same tensions close the finger by {float(angle.min()):.3f} to {float(angle.max()):.3f} rad")
+        print(f"{mu[k]:.3f}   {angles[last, k]:12.3f}   {rewards[: last + 1, k].mean():12.3f}")
+    print(f"the same tensions close the finger by {angles[last].min():.3f} to {angles[last].max():.3f} rad")
+    return angles
 
 
 if __name__ == "__main__":

@@ -25,11 +25,13 @@ import sinew  # noqa: E402
 from sinew import batch  # noqa: E402
 from sinew import mujoco as sm  # noqa: E402
 from sinew.warp import _check  # noqa: E402
+from sinew.warp._graph import Graph  # noqa: E402
 
 THETA = 0.6
 SHEATH = batch.Sheath(mu=0.2, bend=THETA / 0.2)
 STEP = 1e-3
-long = pytest.mark.skipif(not os.environ.get("SINEW_LONG"), reason="minutes: SINEW_LONG=1")
+LONG = bool(os.environ.get("SINEW_LONG"))
+long = pytest.mark.skipif(not LONG, reason="minutes: SINEW_LONG=1")
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 
@@ -62,8 +64,19 @@ def pull(d: Any, controls: Any) -> None:
 
 
 def steps(m: Any, d: Any, count: int) -> None:
+    stepper = Graph(lambda: mjw.step(m, d), None)
     for _ in range(count):
+        stepper.launch()
+
+
+def forgetful(sheaths: Any, m: Any, d: Any) -> Graph:
+    """Steps as of the plugin, whose constraints do not begin at the force of the last step."""
+
+    def work() -> None:
+        sheaths.reset()
         mjw.step(m, d)
+
+    return Graph(work, None)
 
 
 def edge(fraction: float, way: float, theta: float = THETA) -> float:
@@ -102,8 +115,9 @@ def test_every_world_has_its_own_friction() -> None:
     assert np.abs(d.qvel.numpy()).max() < 1e-6
 
 
-def test_no_world_sees_another_when_some_begin_anew(sound: None) -> None:
-    worlds, random = 6, np.random.default_rng(4)
+@pytest.mark.parametrize("seed", range(10 if LONG else 2))
+def test_no_world_sees_another_when_some_begin_anew(seed: int, sound: None) -> None:
+    worlds, random = 6, np.random.default_rng(seed)
     model = batch.prepare(
         mujoco.MjModel.from_xml_string(FINGER), {"*": batch.Sheath(mu=0.1, bend=4.0, turning=1.0, rise=0.3)}
     )
@@ -125,7 +139,7 @@ def test_no_world_sees_another_when_some_begin_anew(sound: None) -> None:
         return np.array(d.qpos.numpy())
 
     together = run(list(range(worlds)))
-    assert resets.any() and not resets.all() and np.abs(together).max() > 0.05
+    assert resets.any() and not resets.all() and np.abs(together).max() > 0.02
     for world in range(worlds):
         # Constraints of a world are summed in an order that changes: not bit-identical.
         np.testing.assert_allclose(run([world])[0], together[world], atol=2e-5)
@@ -177,57 +191,64 @@ def random_model(seed: int) -> tuple[str, dict[str, Any], dict[str, Any]]:
     return xml, sheaths, {"names": names}
 
 
-def beside_plugin(seed: int, seconds: float) -> tuple[float, float]:
-    """Largest distance of positions from those of the plugin, and that of the plugin from itself started 1e-7 off.
-
-    The plugin's constraints do not begin at the force of the last step: here it is forgotten as well.
-    """
+def beside_c(seed: int, seconds: float, sheathed: bool = True) -> tuple[float, float]:
+    """Largest distance of positions from those of MuJoCo in C, with the plugin or without sheaths in both, and that of C from
+    itself, started by up to 1e-7 off and pulled by up to a millionth more or less, the farthest of eight."""
     xml, sheaths, _ = random_model(seed)
     spec = mujoco.MjSpec.from_string(xml)
-    sm.add_sheaths(spec, sheaths)
-    plugin = spec.compile()
-    data, nudged = mujoco.MjData(plugin), mujoco.MjData(plugin)
-    nudged.qpos += 1e-7
-    model = batch.prepare(mujoco.MjModel.from_xml_string(xml), sheaths)
-    m, d = placed(model, 1, njmax=96, naconmax=64)
-    attached = sw.Sheaths(model, worlds=1)
-    attached.attach(m, d)
+    model = mujoco.MjModel.from_xml_string(xml)
+    if sheathed:
+        sm.add_sheaths(spec, sheaths)
+        model = batch.prepare(model, sheaths)
+    in_c = spec.compile()
     random, far, own = np.random.default_rng(seed), 0.0, 0.0
+    data, nudged = mujoco.MjData(in_c), [mujoco.MjData(in_c) for _ in range(8)]
+    nudges = np.random.default_rng(seed).uniform(-1.0, 1.0, (8, 2))
+    for one, (start, _) in zip(nudged, nudges, strict=True):
+        one.qpos += 1e-7 * start
+    m, d = placed(model, 1, njmax=96, naconmax=64)
+    stepper = Graph(lambda: mjw.step(m, d), None)
+    if sheathed:
+        stepper = forgetful(sw.Sheaths(model, worlds=1).attach(m, d), m, d)
     for k in range(int(seconds / STEP)):
         if k % 50 == 0:
             # Negative pulls and slack tendons among them.
             given = random.uniform(-3.0, 15.0, model.nu)
-            data.ctrl[:] = nudged.ctrl[:] = given
+            data.ctrl[:] = given
+            for one, (_, more) in zip(nudged, nudges, strict=True):
+                one.ctrl[:] = (1.0 + 1e-6 * more) * given
             pull(d, given)
-        mujoco.mj_step(plugin, data)
-        mujoco.mj_step(plugin, nudged)
-        attached.reset()
-        mjw.step(m, d)
+        for one in (data, *nudged):
+            mujoco.mj_step(in_c, one)
+        stepper.launch()
         if k % 10 == 9:
             far = max(far, float(np.abs(d.qpos.numpy()[0] - data.qpos).max()))
-            own = max(own, float(np.abs(nudged.qpos - data.qpos).max()))
+            own = max(own, *(float(np.abs(one.qpos - data.qpos).max()) for one in nudged))
     assert np.isfinite(far)
     return far, own
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_random_models_of_tendons_move_as_with_the_plugin(seed: int, sound: None) -> None:
-    far, own = beside_plugin(seed, 0.1)
-    assert far < 1e-4 + 30.0 * own, (far, own)
+    far, own = beside_c(seed, 0.1)
+    assert far < 1e-4 + 10.0 * own, (far, own)
 
 
 @long
 def test_fifty_random_models_of_tendons_move_as_with_the_plugin_for_half_a_second(sound: None) -> None:
-    seen = np.array([beside_plugin(seed, 0.5) for seed in range(50)])
-    print("\nfar from the plugin, rad:", np.sort(seen[:, 0]))
-    assert np.median(seen[:, 0]) < 1e-4
-    # Where contacts and stops amplify, the plugin leaves itself as well. One of the fifty goes another way in Warp than in C
-    # without sheaths too.
-    assert (seen[:, 0] < 1e-3 + 100.0 * seen[:, 1]).mean() >= 0.95, seen
+    seen = [beside_c(seed, 0.5) for seed in range(50)]
+    far = np.array([one for one, _ in seen])
+    print("\nfar from the plugin, rad:", np.sort(far))
+    assert np.median(far) < 1e-5 and (far < 1e-3).mean() > 0.9
+    # Where contacts, stops and sticking amplify, the plugin leaves itself as well.
+    for seed, (off, own) in enumerate(seen):
+        if off > 5e-4 + 10.0 * own:
+            plain, _ = beside_c(seed, 0.5, sheathed=False)
+            assert plain > 0.5 * off, f"model {seed}: {off:.1e} rad, the plugin from itself {own:.1e}, without sheaths {plain:.1e}"
 
 
 def test_the_arm_moves_as_with_the_plugin_and_friction_gives_no_work_back(sound: None) -> None:
-    seconds = 1.0 if os.environ.get("SINEW_LONG") else 0.3
+    seconds = 1.0 if LONG else 0.3
     plugin = sm.load("lm_arm", transmission="sheaths")
     data = mujoco.MjData(plugin)
     mujoco.mj_resetDataKeyframe(plugin, data, 0)
@@ -235,8 +256,7 @@ def test_the_arm_moves_as_with_the_plugin_and_friction_gives_no_work_back(sound:
     start = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, start, 0)
     m, d = mjw.put_model(model), mjw.put_data(model, start, nworld=1)
-    sheaths = sw.Sheaths(model, worlds=1)
-    sheaths.attach(m, d)
+    stepper = forgetful(sw.Sheaths(model, worlds=1).attach(m, d), m, d)
     random, lost, back = np.random.default_rng(3), 0.0, 0.0
     for k in range(int(seconds / STEP)):
         if k % 50 == 0:
@@ -245,9 +265,7 @@ def test_the_arm_moves_as_with_the_plugin_and_friction_gives_no_work_back(sound:
             pull(d, given)
         before = d.qvel.numpy()[0].astype(float)
         mujoco.mj_step(plugin, data)
-        # The plugin does not begin at the force of the last step.
-        sheaths.reset()
-        mjw.step(m, d)
+        stepper.launch()
         # Work of every tendon's friction in the step, J, with the mean of the velocities at its ends.
         count = int(d.nefc.numpy()[0])
         rows = d.efc.type.numpy()[0, :count] == int(mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON)
@@ -293,7 +311,9 @@ def test_models_side_by_side_have_their_own_sheaths_and_others_their_own_callbac
     all_of[2][0].callback = all_of[1][0].callback
     for m, d in all_of:
         pull(d, [60.0])
-        steps(m, d, 10)
+        for _ in range(10):
+            # Not from a graph, which calls nothing of Python.
+            mjw.step(m, d)
     speeds = [float(d.qvel.numpy()[0, 0]) for _, d in all_of]
     assert abs(speeds[0]) < 1e-6 and called == [1] * 10
     assert speeds[1] == pytest.approx(speeds[2], rel=1e-4) and speeds[2] > 0.01
@@ -516,3 +536,42 @@ def test_a_machine_of_the_library_moves_as_with_the_plugin_and_begins_anew_by_a_
     after = machines.d.qpos.numpy()
     np.testing.assert_array_equal(after[0], moved)
     np.testing.assert_allclose(after[1], start, atol=1e-6)
+
+
+@pytest.mark.skipif(
+    not (wp.get_device().is_cuda or hasattr(wp, "capture_save")), reason="this Warp captures on CUDA devices alone"
+)
+@pytest.mark.parametrize("transmission", ["cables", "sheaths"])
+def test_a_machine_steps_in_a_graph_and_is_changed_and_begins_anew_between_replays(transmission: Any) -> None:
+    plain, captured = (sw.load("lm_arm", worlds=4, transmission=transmission) for _ in range(2))
+    mask, random = wp.array([True, False, True, False], dtype=bool), np.random.default_rng(6)
+    factors = wp.array(random.uniform(0.05, 0.3, (4, len(plain.transmission.names))), dtype=float)
+    name = "friction" if transmission == "cables" else "mu"
+    low, high = (-1e-3, 2e-3) if transmission == "cables" else (5.0, 60.0)
+
+    def anew(machines: Any) -> None:
+        machines.reset(mask)
+        machines.transmission.set(worlds=mask, **{name: factors})
+
+    graphs = []
+    for work in (captured.step, lambda: anew(captured)):
+        work()
+        with wp.ScopedCapture() as capture:
+            work()
+        graphs.append(capture.graph)
+    captured.transmission.set(**{name: 0.1})
+    plain.transmission.set(**{name: 0.1})
+    captured.reset()
+    for k in range(60):
+        if k % 20 == 0:
+            given = random.uniform(low, high, plain.d.ctrl.shape)
+            pull(plain.d, given)
+            pull(captured.d, given)
+        if k == 30:
+            anew(plain)
+            wp.capture_launch(graphs[1])
+        plain.step()
+        wp.capture_launch(graphs[0])
+    found = captured.d.qpos.numpy()
+    np.testing.assert_array_equal(found, plain.d.qpos.numpy())
+    assert np.abs(found[0] - found[1]).max() > 1e-4

@@ -32,9 +32,10 @@ def actions(count: int, env: MachineVectorEnv, seed: int = 0) -> list[NDArray[np
     return [drawn[k // 2] for k in range(count)]
 
 
-def beside(count: int, **keywords: Any) -> tuple[dict[str, float], MachineVectorEnv]:
-    """Largest differences from the native environments after so many actions, by part of the observation."""
-    native, worlds = MachineVectorEnv(3, **keywords), Worlds(3, **keywords)
+def beside(count: int, specimens: int = 3, **keywords: Any) -> tuple[dict[str, float], MachineVectorEnv]:
+    """Largest differences from the native environments after so many actions, by part of the observation; of the pose as
+    well the median over the specimens."""
+    native, worlds = MachineVectorEnv(specimens, **keywords), Worlds(specimens, **keywords)
     first, _ = native.reset(seed=11)
     assert np.array_equal(first, worlds.reset(seed=11)[0]), "episodes begin as the native ones"
     assert worlds.observation_space == native.observation_space and worlds.action_space == native.action_space
@@ -44,7 +45,8 @@ def beside(count: int, **keywords: Any) -> tuple[dict[str, float], MachineVector
         name: float(np.abs(expected[0] - found[0])[:, part.start : part.stop].max())
         for name, part in native.observation_parts.items()
     }
-    off |= {"pose": float(np.abs(native.environments.poses - worlds.environments.poses).max())}
+    poses = np.abs(native.environments.poses - worlds.environments.poses).max(axis=1)
+    off |= {"pose": float(poses.max()), "median_pose": float(np.median(poses))}
     off |= {"reward": float(np.abs(expected[1] - found[1]).max())}
     moved = np.abs(found[0] - first)[:, native.observation_parts["tension"].start]
     assert moved.max() > 1.0
@@ -65,10 +67,11 @@ def test_worlds_move_and_tell_as_native_environments(keywords: dict[str, Any]) -
 
 
 @long
-@pytest.mark.parametrize(("machine", "pose"), [("lm_arm", 5e-3), ("planar_leg", 5e-3), ("shoulder", 5e-3), ("chain10", 5e-3)])
-def test_machines_move_as_native_ones_for_half_a_second(machine: str, pose: float) -> None:
-    off, _ = beside(50, machine=machine, autoreset_mode="Disabled")
-    assert off["pose"] < pose, off
+@pytest.mark.parametrize("machine", ["lm_arm", "planar_leg", "shoulder", "chain10", "finger", "surgical_wrist"])
+def test_machines_move_as_native_ones_for_half_a_second(machine: str) -> None:
+    off, _ = beside(50, 8, machine=machine, autoreset_mode="Disabled")
+    # Where a count of an encoder or the edge of sliding decides the other way, a specimen leaves the native one by more.
+    assert off["median_pose"] < 2e-3 and off["pose"] < 0.2, off
 
 
 @pytest.mark.parametrize(("machine", "task"), [("lm_arm", "track"), ("bench_joint", "reach")])
@@ -114,6 +117,47 @@ def test_no_world_sees_another_and_one_begun_anew_is_as_a_fresh_one() -> None:
     np.testing.assert_array_equal(begun[1], first[1])
     for action in given:
         np.testing.assert_array_equal(crowd.step(action)[0][1], fresh.step(action)[0][1])
+
+
+def graphs() -> bool:
+    """Whether this version of Warp captures on this device."""
+    return bool(wp.get_device().is_cuda) or hasattr(wp, "capture_save")
+
+
+@pytest.mark.skipif(not graphs(), reason="this Warp captures on CUDA devices alone")
+def test_steps_from_a_graph_are_the_steps_to_the_bit_whatever_episodes_begin_between_them() -> None:
+    plain, captured = (Worlds(3, **JOINT, push=1.0) for _ in range(2))
+    plain.environments._graph._possible = False
+    random = np.random.default_rng(8)
+    for env in (plain, captured):
+        env.reset(seed=[1, 2, 3])
+    for k, action in enumerate(actions(12, plain)):
+        for expected, found in zip(plain.step(action)[:4], captured.step(action)[:4], strict=True):
+            np.testing.assert_array_equal(found, expected)
+        if k % 3 == 2:
+            mask = random.random(3) < 0.5
+            for env in (plain, captured):
+                env.reset(options={"reset_mask": mask})
+    assert captured.environments._graph._graph is not None and plain.environments._graph._graph is None
+
+
+def test_what_a_step_of_a_machine_launches_neither_allocates_nor_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    env = Worlds(2, **JOINT)
+    env.reset(seed=1)
+    env.step(np.zeros((2, 2)))
+    many = env.environments
+
+    def refused(*_: Any, **__: Any) -> None:
+        raise AssertionError("it allocates, or waits for the device")
+
+    for name in ("numpy", "assign", "__init__", "fill_"):
+        monkeypatch.setattr(wp.array, name, refused)
+    for name in ("synchronize", "synchronize_device", "copy", "zeros", "empty"):
+        monkeypatch.setattr(wp, name, refused)
+    many._part.act(many.m, many.d)
+    many.conclude()
+    with pytest.raises(AssertionError, match="allocates"):
+        many.reset([1, 2], None, env._observations, env._errors)
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])

@@ -9,7 +9,7 @@ const PACKAGES: [&str; 6] = ["hypothesis", "jsonschema", "maturin>=1.9,<2", "myp
 
 /// What parts of the package work with; tests of those that cannot be installed are skipped with a message.
 /// Not among them: stable-baselines3, which brings gigabytes of PyTorch; where it is installed, it is tested.
-const OPTIONAL: [&str; 27] = [
+const OPTIONAL: [&str; 28] = [
     "gymnasium>=1.1",
     "canopen",
     "cantools",
@@ -30,6 +30,7 @@ const OPTIONAL: [&str; 27] = [
     "onnxruntime",
     "optuna>=4",
     "pandas",
+    "playground",
     "polars",
     "pygame",
     "pyserial",
@@ -44,15 +45,15 @@ const OPTIONAL: [&str; 27] = [
 const OLDER_MUJOCO: [&[&str]; 2] = [&["mujoco==3.3.3"], &["mujoco==3.17.0"]];
 
 /// With which the simulators of many worlds are tested by the step `batch`: the oldest of each, and the
-/// MuJoCo that belongs to the newest MJX.
+/// MuJoCo that belongs to the newest MJX and the newest Newton.
 const OLDER_BATCH: [&[&str]; 2] = [
     &["mujoco==3.6.0", "mujoco-mjx==3.6.0", "mujoco-warp==3.6.0"],
-    &["mujoco==3.17.0", "mujoco-mjx==3.17.0"],
+    &["mujoco==3.17.0", "mujoco-mjx==3.17.0", "mujoco-warp==3.17.0", "newton==1.8.0"],
 ];
 
 /// Tests with MuJoCo, and those of many worlds, for pytest.
 const MUJOCO_TESTS: &str = "mujoco";
-const BATCH_TESTS: &str = "batch or jax or mjx or warp";
+const BATCH_TESTS: &str = "batch or jax or mjx or newton or warp";
 
 /// Builds the native part, then runs the tests; skipped with a message where there is no Python.
 pub(crate) fn check(root: &Path) -> Result<(), String> {

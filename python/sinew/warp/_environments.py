@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 import mujoco
@@ -13,11 +12,11 @@ import warp as wp
 from numpy.typing import NDArray
 
 from .. import _sinew
-from ..mujoco import Cable
 from ..mujoco._machine import bare, laid
-from . import _drive_kernels as kernels
-from . import _kernels
-from ._cables import Cables
+from . import _drive_kernels, _kernels, _layout, _sensor_kernels, _task_kernels
+from ._chain import chain
+from ._graph import Graph
+from ._muscles import Muscles
 
 _Array: TypeAlias = NDArray[Any]
 
@@ -25,41 +24,8 @@ _Array: TypeAlias = NDArray[Any]
 _PARTS = ("motor", "motor_rate", "tension", "joint", "joint_rate", "target", "target_rate", "target_point", "last_action")
 
 
-class Muscles(Cables):
-    """Cables with their drives and the sensors of a machine: one callback for a step of all of them."""
-
-    def __init__(self, model: Any, cables: Mapping[str, Cable], actions: Any, **keywords: Any) -> None:
-        super().__init__(model, cables, **keywords)
-        self.actions = actions
-        #: Numbers of all worlds, of each, and what changes in a step.
-        self.design, self.specimen, self.motion = kernels.Design(), kernels.Specimen(), kernels.Motion()
-        #: Fraction of the step of drives and sensors behind this substep, and whether they step in this one and joints are read.
-        self.left, self.stepped, self.read = 0.0, True, True
-
-    def _check(self, model: Any) -> None:
-        # Substeps are those in which the native twin is stable.
-        return
-
-    def act(self, m: Any, d: Any) -> None:
-        """Cables, then drives and sensors; MuJoCo Warp calls it."""
-        both, shape = [self.design, self.specimen, self.motion], self._state.begun.shape
-        path = [m.opt.timestep, d.ten_wrapadr, d.ten_wrapnum, d.wrap_xpos, d.wrap_obj, d.xquat]
-        self._launch(kernels.ease, shape, [*both, self._law, self._state, *path])
-        super().act(m, d)
-        forces = [0 if self.stepped else 1, d.qpos, d.qvel, d.qfrc_applied]
-        self._launch(kernels.press, (shape[0], len(self.design.freedom)), [*both, *forces])
-        if self.stepped:
-            if self.read and len(self.design.encoded):
-                self._launch(kernels.read_joints, (shape[0], len(self.design.encoded)), [*both, d.qpos])
-            self._launch(kernels.drive, shape, [*both, self._law, self._state, self.actions])
-        self._launch(kernels.wind, shape, [self.design, self.motion, self.left, self._control, d.ctrl])
-
-    def _launch(self, kernel: Any, shape: Any, inputs: list[Any]) -> None:
-        wp.launch(kernel, dim=shape, inputs=inputs, device=self._device)
-
-
 class Environments:
-    """Worlds of MuJoCo Warp under the task of native environments, which draw every episode and tell its first observation.
+    """Worlds of MuJoCo Warp under the task of native environments, which draw every episode and its first observation.
 
     `native`: as many environments as worlds, which are reset, never stepped. The calls are those of `_sinew.Environments`, and
     so is what is not found here.
@@ -67,7 +33,8 @@ class Environments:
 
     def __init__(self, machine: _sinew.Machine, native: _sinew.Environments, worlds: int, mode: str, device: Any) -> None:
         self._native, self._worlds, self._mode = native, worlds, mode
-        self._told = np.zeros((worlds, native.observations), dtype=np.float32)
+        # First observations of the present episodes.
+        self._begun = np.zeros((worlds, native.observations), dtype=np.float32)
         self._errors = np.zeros(worlds)
         self._ended = np.zeros(worlds, dtype=np.bool_)
         # Numbers of the present episodes of all worlds, and those of them that the device has.
@@ -93,8 +60,9 @@ class Environments:
             # Couplings and friction of joints are always there, nothing else is a constraint.
             self.d = mjw.put_data(model, start, nworld=worlds, njmax=int(start.nefc))
             self._part, self._device = part.attach(self.m, self.d), self.d.qpos.device
+            self._graph = Graph(self._cycle, self._device)
             self._share(machine, model, shared)
-            self._first(model, shared)
+            self._make_room(model, shared)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.__dict__["_native"], name)
@@ -108,10 +76,10 @@ class Environments:
         self, seeds: list[int] | None, mask: list[bool] | None, observations: NDArray[np.float32], errors: NDArray[np.float64]
     ) -> None:
         """Begins episodes where `mask` is true, everywhere without one; with seeds, the first episode of each."""
-        self._native.reset(seeds, mask, self._told, self._errors)
+        self._native.reset(seeds, mask, self._begun, self._errors)
         chosen = np.ones(self._worlds, dtype=np.bool_) if mask is None else np.array(mask)
         self._begin(chosen)
-        observations[chosen], errors[chosen] = self._told[chosen], self._errors[chosen]
+        observations[chosen], errors[chosen] = self._begun[chosen], self._errors[chosen]
 
     def step(
         self,
@@ -149,9 +117,14 @@ class Environments:
 
     def advance(self) -> None:
         """Steps all worlds for the interval of an action; waits for nothing."""
+        for _ in range(self._cycles):
+            self._graph.launch()
+
+    def _cycle(self) -> None:
+        """One cycle of the drives' controller."""
         part = self._part
-        for index in range(self._cycles * self._parts * self._substeps):
-            within, substep = index // self._substeps % self._parts, index % self._substeps
+        for index in range(self._parts * self._substeps):
+            within, substep = divmod(index, self._substeps)
             part.stepped, part.read = substep == 0, within + 1 == self._parts
             part.left = 1.0 - (substep + 1) / self._substeps
             mjw.step(self.m, self.d)
@@ -160,7 +133,7 @@ class Environments:
         """Observations and outcomes after an action; waits for nothing."""
         part = self._part
         inputs = [part.design, part.specimen, part.motion, self._actions, self.d.qpos, self._observations, self._outcomes]
-        wp.launch(kernels.conclude, dim=self._worlds, inputs=inputs, device=self._device)
+        wp.launch(_task_kernels.conclude, dim=self._worlds, inputs=inputs, device=self._device)
 
     def _compile(self, xml: str) -> Any:
         """A model as the native twin steps it: explicit forces, then the pose by the new speed."""
@@ -179,7 +152,7 @@ class Environments:
         most = max(len(drive["arms"]) for drive in drives)
         if any(len(drive["arms"]) != most for drive in drives):
             raise ValueError("drums with different numbers of layers cannot be stepped in MuJoCo Warp")
-        design.numbers = _array([[drive[name] for drive in drives] for name in kernels.NUMBERS])
+        design.numbers = _array([[drive[name] for drive in drives] for name in _layout.NUMBERS])
         design.arms = _array(np.array([drive["arms"] for drive in drives]).T, wp.float64)
         names = list(machine.joint_names)
         joints = [int(model.joint(name).id) for name in names]
@@ -193,13 +166,13 @@ class Environments:
         design.bounds = _array(np.stack(self._native.observation_bounds, axis=1), wp.vec2)
         starts = {name: start for name, _, start, _ in self._native.observation_parts}
         design.starts = _array([starts.get(name, -1) for name in _PARTS], int)
-        links = _chain(model, shared["site"])
+        links = chain(model, shared["site"])
         design.place = _array([link[0] for link in links], wp.transform)
         design.kind, design.link = (_array([link[k] for link in links], int) for k in (1, 2))
         design.axis, design.anchor = (_array([link[k] for link in links], wp.vec3) for k in (3, 4))
         design.zero = _array([link[5] for link in links])
 
-    def _first(self, model: Any, shared: dict[str, Any]) -> None:
+    def _make_room(self, model: Any, shared: dict[str, Any]) -> None:
         """Makes room for what differs from world to world, and begins an episode in each."""
         part, episode = self._part, json.loads(self._native.episode(0))
         motion, count, encoded = part.motion, len(self._muscles), len(shared["encoded"])
@@ -213,7 +186,7 @@ class Environments:
             int: ("now",),
             float: (
                 *("speed", "current", "correction", "reference", "integral", "tension_integral", "moved", "begin"),
-                *("position", "tension", "motor_told"),
+                *("position", "tension", "last_motor"),
             ),
         }
         for kind, names in zeros.items():
@@ -221,7 +194,7 @@ class Environments:
                 setattr(motion, name, wp.zeros((self._worlds, count), dtype=kind))
         for name in ("failed", "clock", "step"):
             setattr(motion, name, wp.zeros(self._worlds, dtype=int))
-        motion.joint, motion.joint_told = (wp.zeros((self._worlds, encoded), dtype=float) for _ in range(2))
+        motion.joint, motion.last_joint = (wp.zeros((self._worlds, encoded), dtype=float) for _ in range(2))
         motion.joint_now = wp.zeros((self._worlds, encoded), dtype=int)
         motion.positions, motion.tensions = (wp.zeros((depth, self._worlds, count), dtype=float) for _ in range(2))
         motion.joints = wp.zeros((depth, self._worlds, encoded), dtype=float)
@@ -255,7 +228,7 @@ class Environments:
         part.set(start_n=self._kept["start_n"])
         part.reset(mask)
         inputs = [mask, part.design, part.specimen, part.motion]
-        wp.launch(kernels.begin, dim=self._worlds, inputs=inputs, device=self._device)
+        wp.launch(_drive_kernels.begin, dim=self._worlds, inputs=inputs, device=self._device)
         self._ended[chosen] = False
 
     def _put(self, owner: Any, field: str, rows: _Array) -> None:
@@ -271,6 +244,7 @@ class Environments:
         kind = getattr(self.m, field).dtype if owner is self.m else _KINDS.get(field, float)
         self._own[key] = _array(rows, kind)
         setattr(owner, field, self._own[key])
+        self._graph.forget()
 
     def _rows(self, world: int) -> dict[str, _Array]:
         """Numbers of the episode that one native environment is in."""
@@ -280,9 +254,9 @@ class Environments:
         for field, name in _LAW.items():
             rows[f"law.{field}"] = np.array([cable[name] for cable in cables]).T
         sheaths = [sheath[1] if sheath else [0.0, 0.0, 0.0] for sheath in episode["sheaths"]]
-        parts = {name: self._told[world, start : start + width] for name, _, start, width in self._native.observation_parts}
+        parts = {name: self._begun[world, start : start + width] for name, _, start, width in self._native.observation_parts}
         empty = np.zeros(0, dtype=np.float32)
-        streams = [(episode["seed"] << 16) + k + 4 * int(kernels.STRIDE) for k in range(len(cables))]
+        streams = [(episode["seed"] << 16) + k + 4 * int(_sensor_kernels.STRIDE) for k in range(len(cables))]
         given: dict[str, Any] = {
             "friction": np.array([cable["friction"] for cable in cables]).T,
             **{name: [cable[name] for cable in cables] for name in ("mu", "wrap", "pulley", "weakening", "breaks")},
@@ -296,7 +270,7 @@ class Environments:
             "pushes": np.reshape(episode["pushes"], (-1, 4)),
             "targets": episode["targets"],
             "noise": np.array([stream % (1 << 64) for stream in streams], dtype=np.uint64),
-            "told": np.concatenate([parts[name] if name in parts else empty for name in ("motor", "tension", "joint")]),
+            "first": np.concatenate([parts[name] if name in parts else empty for name in ("motor", "tension", "joint")]),
         }
         rows |= {f"specimen.{name}": np.array(values) for name, values in given.items()}
         return rows | {"pose": np.array(episode["pose"]), "start_n": np.array(episode["tension_n"])}
@@ -311,31 +285,3 @@ _LAW = {name: name for name in (*_NODES, "pretension")} | {"fade": "drag_fade"}
 
 def _array(values: Any, kind: Any = float) -> Any:
     return wp.array(np.asarray(values), dtype=kind)
-
-
-def _chain(model: Any, site: str | None) -> list[tuple[Any, int, int, Any, Any, float]]:
-    """From the world to a site: place, kind of joint, its coordinate, axis, anchor and zero."""
-    if site is None:
-        return []
-    still = np.zeros(3), np.zeros(3), 0.0
-    links: list[tuple[Any, int, int, Any, Any, float]] = []
-    one = model.site(site)
-    links.append((_transform(one.pos, one.quat), 0, 0, *still))
-    body = int(np.atleast_1d(one.bodyid)[0])
-    while body:
-        place = _transform(model.body_pos[body], model.body_quat[body])
-        own = []
-        for joint in range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body]):
-            hinge = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
-            address = int(model.jnt_qposadr[joint])
-            kind = int(kernels.HINGE if hinge else kernels.SLIDE)
-            own.append((place, kind, address, model.jnt_axis[joint], model.jnt_pos[joint], float(model.qpos0[address])))
-            place = _transform(np.zeros(3), [1.0, 0.0, 0.0, 0.0])
-        links[:0] = own or [(place, 0, 0, *still)]
-        body = int(model.body_parentid[body])
-    return links
-
-
-def _transform(position: Any, quaternion: Any) -> _Array:
-    """In the order of Warp, whose quaternions end with the real part."""
-    return np.concatenate([position, np.roll(quaternion, -1)])
