@@ -7,41 +7,15 @@
 #[path = "../../sinew-record/tests/recording/common.rs"]
 mod common;
 
+use allocation_counter::measure;
 use common::{PERIOD, Setup};
-use core::alloc::{GlobalAlloc, Layout};
-use core::cell::Cell;
 use sinew::control::supervisor::Mode;
 use sinew_live::{RunParts, Server, ServerSettings, Source, Tap, tap};
 use sinew_runtime::cycle::{Cycle, CycleRecord, Timing, VirtualClock, run};
 use sinew_session::TwinPlant;
-use std::alloc::System;
 use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tungstenite::client::IntoClientRequest;
-
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-#[expect(unsafe_code, reason = "an allocator that counts has to implement the unsafe trait")]
-// SAFETY: every call goes to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller keeps the contract of `alloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller keeps the contract of `dealloc`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 fn tapped(setup: &Setup) -> (Tap, Server) {
     let (tap, run) = tap(RunParts {
@@ -61,10 +35,9 @@ fn tapped(setup: &Setup) -> (Tap, Server) {
 }
 
 /// Bits of all estimates and commands of a run on virtual time, and its allocations.
-fn run_through(setup: &Setup, mut tap: Option<&mut Tap>) -> (Vec<u64>, usize) {
+fn run_through(setup: &Setup, mut tap: Option<&mut Tap>) -> (Vec<u64>, u64) {
     let (mut bits, stop, mut timing) = (Vec::with_capacity(1 << 20), AtomicBool::new(false), Timing::new());
     let mut cycle = setup.cycle();
-    let before = ALLOCATIONS.get();
     let see = |record: &CycleRecord<'_, TwinPlant>| {
         let command = &record.command.arm;
         bits.extend(command.q.iter().chain(command.estimated_tension).map(|x| x.to_bits()));
@@ -73,8 +46,10 @@ fn run_through(setup: &Setup, mut tap: Option<&mut Tap>) -> (Vec<u64>, usize) {
         }
         Ok(())
     };
-    run(&mut cycle, &mut VirtualClock::default(), PERIOD, &stop, &mut timing, see).unwrap();
-    (bits, ALLOCATIONS.get() - before)
+    let counted = measure(|| {
+        run(&mut cycle, &mut VirtualClock::default(), PERIOD, &stop, &mut timing, see).unwrap();
+    });
+    (bits, counted.count_total)
 }
 
 /// Looks at a page until it is gone; how many states came.

@@ -7,9 +7,8 @@
 #[path = "runtime/common.rs"]
 mod common;
 
+use allocation_counter::measure;
 use common::{Setup, machine};
-use core::alloc::{GlobalAlloc, Layout};
-use core::cell::Cell;
 use sinew::control::supervisor::{Mode, Request};
 use sinew::machine::Device;
 use sinew::trajectory::online::JointLimits;
@@ -22,32 +21,7 @@ use sinew_runtime::ethercat::FrameStorage;
 use sinew_runtime::link::{LinkedMotion, domain};
 use sinew_runtime::servos::{Model, ServoBus, ServoDevice, SimulatedLines, SimulatedMachine};
 use sinew_session::Plant;
-use std::alloc::System;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-#[expect(unsafe_code, reason = "an allocator that counts has to implement the unsafe trait")]
-// SAFETY: every call goes to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller keeps the contract of `alloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller keeps the contract of `dealloc`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn a_cycle_over_ethercat_allocates_nothing() {
@@ -59,20 +33,21 @@ fn a_cycle_over_ethercat_allocates_nothing() {
         let bus = setup.segment_bus(&storage);
         let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), common::STEP);
         let mut clock = VirtualClock::default();
-        let before = ALLOCATIONS.get();
         let mut moved = 0.0_f64;
-        for _ in 0..1500 {
-            let record = cycle.step(&mut clock, 0).unwrap();
-            assert!(record.exchange.fault.is_none());
-            moved = moved.max((record.command.arm.q[0] - setup.machine.start[0]).abs());
-        }
-        for (request, cycles) in then {
-            cycle.motion_mut().ask(*request);
-            for _ in 0..*cycles {
-                cycle.step(&mut clock, 0).unwrap();
+        let counted = measure(|| {
+            for _ in 0..1500 {
+                let record = cycle.step(&mut clock, 0).unwrap();
+                assert!(record.exchange.fault.is_none());
+                moved = moved.max((record.command.arm.q[0] - setup.machine.start[0]).abs());
             }
-        }
-        assert_eq!(ALLOCATIONS.get() - before, 0, "{name}");
+            for (request, cycles) in then {
+                cycle.motion_mut().ask(*request);
+                for _ in 0..*cycles {
+                    cycle.step(&mut clock, 0).unwrap();
+                }
+            }
+        });
+        assert_eq!(counted.count_total, 0, "{name}");
         let ends = if then.is_empty() { Mode::Run } else { Mode::Hold };
         assert_eq!(cycle.supervisor().mode(), ends, "{name}");
         assert!(moved > 1e-3, "{name}: the machine moved");
@@ -92,11 +67,12 @@ fn bare_setup() -> Setup {
 fn allocates_nothing<B: Plant>(setup: &Setup, bus: B) {
     let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), setup.machine.period);
     let mut clock = VirtualClock::default();
-    let before = ALLOCATIONS.get();
-    for _ in 0..1000 {
-        assert!(cycle.step(&mut clock, 0).unwrap().exchange.fault.is_none());
-    }
-    assert_eq!(ALLOCATIONS.get() - before, 0);
+    let counted = measure(|| {
+        for _ in 0..1000 {
+            assert!(cycle.step(&mut clock, 0).unwrap().exchange.fault.is_none());
+        }
+    });
+    assert_eq!(counted.count_total, 0);
     assert_eq!(cycle.supervisor().mode(), Mode::Run);
 }
 
@@ -165,17 +141,19 @@ fn a_cycle_that_a_client_commands_allocates_nothing() {
                 let _ = client.receive(std::time::Duration::from_millis(2));
             }
         });
-        let (before, mut kinds, mut cycles) = (ALLOCATIONS.get(), [false; 2], 0);
-        while kinds != [true; 2] && cycles < 60_000 {
-            let record = cycle.step(&mut clock, 0).unwrap();
-            let running = record.command.mode == Mode::Run;
-            let link = cycle.motion().link().unwrap();
-            kinds[0] |= running && link.setpoint() == SetpointKind::Joint;
-            kinds[1] |= running && link.setpoint() == SetpointKind::EndPoint;
-            cycles += 1;
-            std::thread::sleep(std::time::Duration::from_micros(50));
-        }
-        assert_eq!(ALLOCATIONS.get() - before, 0);
+        let (mut kinds, mut cycles) = ([false; 2], 0);
+        let counted = measure(|| {
+            while kinds != [true; 2] && cycles < 60_000 {
+                let record = cycle.step(&mut clock, 0).unwrap();
+                let running = record.command.mode == Mode::Run;
+                let link = cycle.motion().link().unwrap();
+                kinds[0] |= running && link.setpoint() == SetpointKind::Joint;
+                kinds[1] |= running && link.setpoint() == SetpointKind::EndPoint;
+                cycles += 1;
+                std::thread::sleep(std::time::Duration::from_micros(50));
+            }
+        });
+        assert_eq!(counted.count_total, 0);
         stop.store(true, Ordering::Relaxed);
         assert_eq!(kinds, [true; 2], "both kinds were followed within {cycles} cycles");
     });

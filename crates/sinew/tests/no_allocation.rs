@@ -1,6 +1,5 @@
 //! A control tick never allocates: an allocator that counts watches a predictor at work.
 
-#![expect(unsafe_code, reason = "the trait of an allocator is unsafe; this one counts and hands on")]
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 mod common;
@@ -9,50 +8,11 @@ use sinew::predictor::{Model, Predictor, Sample};
 use sinew::transmission::cable::{
     Cable, CableBatch, CableLaw, CableParameters, CablePath, EndMotion, EndTensions,
 };
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 
-thread_local! {
-    /// Calls to the allocator on this thread: the test harness has threads of its own.
-    static CALLS: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-fn count() {
-    // During the end of a thread there is nothing left to count.
-    let _ = CALLS.try_with(|calls| calls.set(calls.get() + 1));
-}
-
-// SAFETY: every call goes unchanged to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: as the caller promises.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        count();
-        // SAFETY: as the caller promises.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
-        // SAFETY: as the caller promises.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-/// Allocations and releases during `work`.
+/// Allocations during `work`, and what it releases of those before.
 fn calls(work: impl FnOnce()) -> u64 {
-    let before = CALLS.with(Cell::get);
-    work();
-    CALLS.with(Cell::get) - before
+    let counted = allocation_counter::measure(work);
+    counted.count_total + counted.count_current.unsigned_abs()
 }
 
 /// Steady motion with everything a bench has seen: spikes, steps, losses, gaps, repeated rows, time running

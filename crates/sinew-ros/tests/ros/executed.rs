@@ -2,8 +2,7 @@
 
 use crate::common::{PERIOD, STEP, Setup, machine};
 use crate::messages::{Point, state, trajectory};
-use core::alloc::{GlobalAlloc, Layout};
-use core::cell::Cell;
+use allocation_counter::measure;
 use rand::{RngExt, SeedableRng};
 use sinew::control::supervisor::Mode as SupervisorMode;
 use sinew::trajectory::online::JointLimits;
@@ -14,31 +13,6 @@ use sinew_ros::{Commands, Refusal, Tap};
 use sinew_runtime::cycle::{Cycle, VirtualClock};
 use sinew_runtime::link::{LinkedMotion, domain};
 use sinew_session::TwinPlant;
-use std::alloc::System;
-
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-#[expect(unsafe_code, reason = "an allocator that counts has to implement the unsafe trait")]
-// SAFETY: every call goes to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller keeps the contract of `alloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller keeps the contract of `dealloc`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 const MS: u64 = 1_000_000;
 const NAMES: [&str; 2] = ["hip", "knee"];
@@ -323,10 +297,11 @@ fn a_cycle_that_a_node_looks_at_and_commands_allocates_nothing() {
     // The ring is full for the last of them.
     for _ in 0..1500 {
         world.commands.pass(world.now, true);
-        let before = ALLOCATIONS.get();
-        let record = world.cycle.step(&mut VirtualClock::default(), 0).unwrap();
-        tap.show(&record);
-        allocations += ALLOCATIONS.get() - before;
+        let counted = measure(|| {
+            let record = world.cycle.step(&mut VirtualClock::default(), 0).unwrap();
+            tap.show(&record);
+        });
+        allocations += counted.count_total;
         world.now += PERIOD;
     }
     assert_eq!(allocations, 0);
