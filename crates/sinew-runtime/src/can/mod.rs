@@ -4,9 +4,9 @@
 //! Link (slcan, fdcanusb, SocketCAN, simulated bus) <-> CanBus: find, compare, configure, read back -> cycle
 //! ```
 //!
-//! A cycle sends every node its command and what asks for its readings: SYNC to all, remote frames to
-//! each, or the command itself. The answers are collected when the next cycle begins, so that the bus has the whole period. Readings
-//! are as old as they are then.
+//! A cycle sends every node its command and what asks for its readings: SYNC to all, remote frames to each,
+//! or the command itself. The answers are collected when the next cycle begins, so that the bus has the whole
+//! period. Readings are as old as they are then.
 
 mod adapter;
 mod bus;
