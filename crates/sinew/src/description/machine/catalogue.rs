@@ -47,15 +47,16 @@ impl Catalogue {
         let table = document.parse()?;
         let root = document.root(&table, "catalogue");
         root.check_keys(&["motor", "reducer", "winch", "cord"])?;
+        let motors = entries(&root, "motor", &WORDS_OF_MOTOR, motor)?;
         let mut reducers = entries(&root, "reducer", &OF_REDUCER, reducer)?;
-        let motors = entries(&root, "motor", &WORDS_OF_MOTOR, |table, named| {
-            let motor = motor(table, named)?;
-            let Some(entry) = table.entry("reducer") else { return Ok(motor) };
-            match reducers.iter_mut().find(|reducer| Some(&reducer.name) == motor.reducer.as_ref()) {
+        entries(&root, "motor", &WORDS_OF_MOTOR, |table, _| {
+            let Some(entry) = table.entry("reducer") else { return Ok(()) };
+            let name = entry.text("a name")?;
+            match reducers.iter_mut().find(|reducer| reducer.name == name) {
                 Some(own) => own.built_in = true,
                 None => return Err(entry.refuse("the name of a [[reducer]]")),
             }
-            Ok(motor)
+            Ok(())
         })?;
         Ok(Self { motors, reducers, winches: entries(&root, "winch", &[], winch)?, cords: cords(&root)? })
     }
