@@ -30,6 +30,7 @@ mod rest;
 pub mod servos;
 #[cfg(target_os = "linux")]
 mod tty;
+mod virtual_time;
 mod whole;
 
 pub use bus::{AnyDevices, Bus, BusError, DeviceReader, Devices, Tables, Wire};

@@ -15,7 +15,7 @@ use sinew::trajectory::online::JointLimits;
 use sinew_link::client::Client;
 use sinew_link::host::{Server, ServerSettings, SessionSettings};
 use sinew_link::{Command, Request as LinkRequest, SetpointKind, Setpoints};
-use sinew_runtime::can::{self, CanBus, CanDevice, SimulatedLink};
+use sinew_runtime::can::{self, CanBus, CanDevice, Protocol, SimulatedLink};
 use sinew_runtime::cycle::{Cycle, VirtualClock};
 use sinew_runtime::ethercat::FrameStorage;
 use sinew_runtime::link::{LinkedMotion, domain};
@@ -80,8 +80,8 @@ fn allocates_nothing<B: Plant>(setup: &Setup, bus: B) {
 fn a_cycle_over_can_allocates_nothing() {
     let setup = bare_setup();
     let canopen = CanDevice::simulated(&setup.machine);
-    let cansimple = canopen.iter().cloned().map(CanDevice::on_cansimple).collect();
-    for nodes in [canopen, cansimple] {
+    for protocol in [Protocol::Canopen, Protocol::Cansimple, Protocol::Moteus] {
+        let nodes: Vec<_> = canopen.iter().cloned().map(|node| node.on(protocol)).collect();
         let simulated = can::SimulatedMachine::new(setup.plant.clone(), &setup.machine, &nodes, true);
         let bus = CanBus::start(SimulatedLink::new(simulated), &setup.machine, &nodes).unwrap();
         allocates_nothing(&setup, bus);

@@ -19,19 +19,23 @@ pub(crate) enum CanVerb {
 }
 
 /// List the nodes that answer on a bus: those on CANSimple (ODrive) with their versions, or else those on
-/// CANopen with name, vendor, product, profile.
+/// CANopen with name, vendor, product, profile; with --fd those of moteus with model and firmware.
 ///
 /// Nothing moves and nothing is written. Ends with exit code 3 where none answers.
 ///
 /// Example: sinew can scan /dev/ttyACM0 --bitrate 500000
 #[derive(Debug, Args)]
 pub(crate) struct CanScanArguments {
-    /// Serial port of an adapter (slcan), which has a slash, or a CAN interface such as can0
+    /// Serial port of an adapter (slcan, with --fd an fdcanusb), which has a slash, or a CAN interface such
+    /// as can0
     #[arg(value_name = "PORT")]
     pub(crate) port: PathBuf,
     /// Rate of the bus, bit/s; that of an interface is set by the system
     #[arg(long, value_name = "RATE", default_value = "1000000", value_parser = rates())]
     pub(crate) bitrate: u32,
+    /// Ask moteus controllers, by frames of CAN FD: 1 Mbit/s, octets at 5 Mbit/s
+    #[arg(long, conflicts_with = "bitrate")]
+    pub(crate) fd: bool,
 }
 
 fn rates() -> impl TypedValueParser<Value = u32> {
@@ -42,9 +46,9 @@ fn rates() -> impl TypedValueParser<Value = u32> {
 
 /// Answer another master with the simulated CAN drives of a machine, whose twin moves behind them.
 ///
-/// The first line is the path of the pseudo-terminal, which speaks slcan. Without devices in the machine's
-/// file, node n on CANopen drives its muscle n, from 1, at 1 Mbit/s. The machine is held in its start pose
-/// until a drive is enabled. Ctrl-C ends it.
+/// The first line is the path of the pseudo-terminal, which speaks slcan, with moteus the text of an
+/// fdcanusb. Without devices in the machine's file, node n on CANopen drives its muscle n, from 1, at 1
+/// Mbit/s. The machine is held in its start pose until a drive is enabled. Ctrl-C ends it.
 ///
 /// Example: sinew can simulate finger --pty
 #[derive(Debug, Args)]

@@ -60,6 +60,10 @@ pub(crate) struct DriveArguments {
     /// Motors, reducers and winches to select from [default: the built-in catalogue]
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) catalogue: Option<PathBuf>,
+    /// Drives of the catalogue to select from, such as dynamixel, feetech or moteus [default: motors that
+    /// belong to none]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) drives: Option<String>,
 }
 
 /// Print the Python program that runs a study: many designs or simulated specimens, on threads, Ray or Slurm.

@@ -2,6 +2,7 @@
 
 use super::values::number;
 use clap::{Args, Subcommand, ValueEnum};
+use sinew::drive::Catalogue;
 use std::path::PathBuf;
 
 /// Machine files: a body with its cables, drives, sensors and task.
@@ -105,6 +106,9 @@ pub(crate) struct MachineNewArguments {
     /// moving weight]
     #[arg(long, value_name = "N", value_parser = number("0 to 100000 N", |n| (0.0..=1e5).contains(&n)))]
     pub(crate) tip_force: Option<f64>,
+    /// Drives to choose from: dynamixel, feetech or moteus [default: motors with reducers of any make]
+    #[arg(long, value_name = "NAME", value_parser = drives)]
+    pub(crate) drives: Option<String>,
 }
 
 /// How tendons run over pulleys.
@@ -116,6 +120,14 @@ pub(crate) enum Routing {
     /// Two tendons for every joint
     #[value(name = "2n")]
     Two,
+}
+
+/// The name of drives of the built-in catalogue.
+fn drives(text: &str) -> Result<String, String> {
+    let catalogue = Catalogue::built_in().map_err(|error| error.to_string())?;
+    let names = catalogue.drives();
+    let known = names.contains(&text).then(|| text.to_owned());
+    known.ok_or_else(|| format!("expected drives of the catalogue: {}", names.join(", ")))
 }
 
 /// A length in m, or in mm where it says so.

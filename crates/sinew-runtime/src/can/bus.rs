@@ -3,7 +3,7 @@
 use super::device::{CanDevice, Protocol};
 use super::error::CanError;
 use super::slot::{Heard, Slot};
-use super::{Link, SimulatedMachine, canopen, cansimple};
+use super::{Link, SimulatedMachine, canopen, cansimple, moteus};
 use crate::rest::{Drives, bring_to_rest};
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
@@ -65,7 +65,7 @@ const MIN_CYCLES: u64 = 8;
 
 impl<L: Link> CanBus<L> {
     /// Finds the nodes of a machine, sets them up and reads everything back. None has power until the first
-    /// command, but for an axis on CANSimple while its watchdog is tried, at standstill.
+    /// command, but for a drive on CANSimple or moteus while its watchdog is tried, at standstill.
     ///
     /// # Errors
     /// The first node that is missing, another one, faulty, or does not take what it is told.
@@ -82,6 +82,7 @@ impl<L: Link> CanBus<L> {
             let slot = match device.protocol {
                 Protocol::Canopen => canopen::start(&mut link, device, machine)?,
                 Protocol::Cansimple => cansimple::start(&mut link, device, machine)?,
+                Protocol::Moteus => moteus::start(&mut link, device, machine)?,
             };
             let device = device.clone();
             nodes.push(Node { device, slot, silent: 0, alive: 0, left: false, wanted: false, waiting: 0 });
@@ -173,6 +174,7 @@ impl<L: Link> CanBus<L> {
                     node.silent = 0;
                 }
                 Heard::Alive { left } => (node.alive, node.left) = (self.begin, node.left | left),
+                Heard::Left => node.left = true,
                 Heard::Other => {}
             }
         }
@@ -247,11 +249,11 @@ fn check(devices: &[CanDevice], period: f64) -> Result<(), CanError> {
     }
     let Some(CanDevice { bitrate, protocol, .. }) = devices.first() else { return Err(CanError::OtherBus) };
     let (nodes, bitrate) = (devices.len(), *bitrate);
-    let bits = match protocol {
-        Protocol::Canopen => canopen::bits(nodes, period),
-        Protocol::Cansimple => cansimple::bits(nodes, period),
+    let needed = match protocol {
+        Protocol::Canopen => canopen::time(nodes, period, bitrate),
+        Protocol::Cansimple => cansimple::time(nodes, period, bitrate),
+        Protocol::Moteus => moteus::time(nodes, bitrate),
     };
-    let needed = bits / f64::from(bitrate);
     if needed > BUS_FRACTION * period {
         return Err(CanError::Slow { nodes, bitrate, needed, period });
     }

@@ -10,6 +10,8 @@ pub enum Protocol {
     Canopen,
     /// CANSimple of ODrive's firmware 0.6.
     Cansimple,
+    /// Registers of a moteus, on CAN FD.
+    Moteus,
 }
 
 /// A drive of the machine that is a node on CAN.
@@ -23,7 +25,7 @@ pub struct CanDevice {
     pub drive: DriveDevice,
     /// What it speaks.
     pub protocol: Protocol,
-    /// Its identifier: 1 to 126 on CANopen, 0 to 62 on CANSimple.
+    /// Its identifier: 1 to 126, on CANSimple 0 to 62.
     pub node: u8,
     /// On CANopen vendor ID and product code that it has to have, where they are said.
     pub identity: [Option<u32>; 2],
@@ -64,11 +66,14 @@ impl CanDevice {
         machine.devices.iter().enumerate().filter_map(node).collect()
     }
 
-    /// The same node on CANSimple, which shows turns of the motor in the direction that its counts have.
+    /// The same node with another protocol; those but CANopen show turns of the motor, in the direction that
+    /// its counts have.
     #[must_use]
-    pub fn on_cansimple(mut self) -> Self {
-        self.protocol = Protocol::Cansimple;
-        self.drive.counts_per_turn = 1_f64.copysign(self.drive.counts_per_turn);
+    pub fn on(mut self, protocol: Protocol) -> Self {
+        self.protocol = protocol;
+        if protocol != Protocol::Canopen {
+            self.drive.counts_per_turn = 1_f64.copysign(self.drive.counts_per_turn);
+        }
         self
     }
 

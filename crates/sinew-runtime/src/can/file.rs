@@ -16,12 +16,17 @@ const CANSIMPLE_NODE: Domain = Domain::new("a whole number in 0..=62", |x| is_wh
 const TURN: Domain = Domain::new("1 or -1: on CANSimple positions are turns of the motor", |x| {
     x.abs().to_bits() == 1_f64.to_bits()
 });
+const TURNS: Domain =
+    Domain::new("a finite number, not 0: the turns that it shows in one of the motor", |x| {
+        x.is_finite() && x != 0.0
+    });
 const UNSIGNED_32: Domain = Domain::new("a whole number in 0..=0xffffffff", |x| is_whole(x, 4_294_967_295.0));
 const RATE: Domain = Domain::new("10, 20, 50, 100, 125, 250, 500, 800 thousand or 1 million bit/s", |x| {
     RATES.iter().any(|rate| f64::from(*rate).to_bits() == x.to_bits())
 });
 
-const PROTOCOLS: [Protocol; 2] = [Protocol::Canopen, Protocol::Cansimple];
+const PROTOCOLS: [Protocol; 3] = [Protocol::Canopen, Protocol::Cansimple, Protocol::Moteus];
+const NAMES: &[&str] = &["canopen", "cansimple", "moteus"];
 const PORT: &str = "the path of a serial port, or the name of a CAN interface";
 
 /// How they are told.
@@ -37,7 +42,7 @@ pub struct DeviceTables {
 struct Identified {
     protocol: Protocol,
     node: u8,
-    /// On CANSimple, turns that are shown in a turn of the motor.
+    /// But on CANopen, turns that are shown in a turn of the motor.
     turn: f64,
     identity: [Option<u32>; 2],
     endpoints: Option<String>,
@@ -54,7 +59,7 @@ impl DeviceReader for DeviceTables {
         let node = |(device, (of, identified)): (usize, (&sinew::machine::Device, &Identified))| {
             let DeviceRole::Drive(mut drive) = of.role else { return None };
             let Identified { protocol, node, turn, identity, endpoints, port, bitrate } = identified.clone();
-            if protocol == Protocol::Cansimple {
+            if protocol != Protocol::Canopen {
                 drive.counts_per_turn = turn;
             }
             let name = of.name.clone();
@@ -86,18 +91,25 @@ impl BusReader for DeviceTables {
         if let Some(mode) = device.entry("mode").filter(|mode| mode.text("velocity") != Ok("velocity")) {
             return Err(mode.refuse("velocity: on CAN, drives close the loop of the torque themselves"));
         }
-        let protocol = PROTOCOLS[listing.word(device, "protocol", (&["canopen", "cansimple"], 0))?];
-        let cansimple = protocol == Protocol::Cansimple;
-        let (foreign, kind): (&[&str], _) = match protocol {
-            Protocol::Canopen => (&["endpoints"], "CANopen"),
-            Protocol::Cansimple => (&["vendor", "product", "rated_torque_nm"], "CANSimple"),
+        let protocol = PROTOCOLS[listing.word(device, "protocol", (NAMES, 0))?];
+        let (foreign, kind, ids): (&[&str], _, _) = match protocol {
+            Protocol::Canopen => (&["endpoints"], "CANopen", NODE),
+            Protocol::Cansimple => (&["vendor", "product", "rated_torque_nm"], "CANSimple", CANSIMPLE_NODE),
+            // Its bus has one rate.
+            Protocol::Moteus => {
+                (&["vendor", "product", "rated_torque_nm", "endpoints", "bitrate"], "moteus", NODE)
+            }
         };
         if let Some(entry) = foreign.iter().find_map(|key| device.entry(key)) {
             return Err(entry.refuse(&format!("no such key of a node on {kind}")));
         }
-        let turn = device.entry("counts_per_turn").filter(|_| cansimple);
-        let turn = turn.map_or(Ok(1.0), |entry| entry.number(TURN))?;
-        let node = entry.number(if cansimple { CANSIMPLE_NODE } else { NODE })?;
+        let turns = match protocol {
+            Protocol::Canopen => None,
+            Protocol::Cansimple => device.entry("counts_per_turn").map(|entry| entry.number(TURN)),
+            Protocol::Moteus => device.entry("counts_per_turn").map(|entry| entry.number(TURNS)),
+        };
+        let turn = turns.unwrap_or(Ok(1.0))?;
+        let node = entry.number(ids)?;
         listing.number("node", node, source(&entry));
         let mut number = |key: &str, domain: Domain| -> Result<Option<u32>, DescriptionError> {
             let Some(entry) = device.entry(key) else { return Ok(None) };

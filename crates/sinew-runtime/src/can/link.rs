@@ -7,6 +7,11 @@ use std::io;
 
 /// A bus with nodes.
 pub trait Link {
+    /// Whether it has frames of CAN FD.
+    fn carries_fd(&self) -> bool {
+        false
+    }
+
     /// Time, ns: of the system's monotonic clock, or virtual.
     fn now(&mut self) -> u64;
 
@@ -40,6 +45,10 @@ pub trait Link {
 }
 
 impl<L: Link + ?Sized> Link for Box<L> {
+    fn carries_fd(&self) -> bool {
+        (**self).carries_fd()
+    }
+
     fn now(&mut self) -> u64 {
         (**self).now()
     }

@@ -1,20 +1,23 @@
-//! A machine whose drives are nodes on CAN: CANopen (CiA 301) with CiA 402, or CANSimple (ODrive).
+//! A machine whose drives are nodes on CAN: CANopen (CiA 301) with CiA 402, CANSimple (ODrive), or moteus.
 //!
 //! ```text
-//! Link (slcan, SocketCAN, simulated bus) <-> CanBus: find, compare, configure, read back -> cycle
+//! Link (slcan, fdcanusb, SocketCAN, simulated bus) <-> CanBus: find, compare, configure, read back -> cycle
 //! ```
 //!
-//! A cycle sends every node its command and what asks for its readings: SYNC to all, or remote frames to
-//! each. The answers are collected when the next cycle begins, so that the bus has the whole period. Readings
-//! are as old as they are then.
+//! A cycle sends every node its command and what asks for its readings: SYNC to all, remote frames to each,
+//! or the command itself. The answers are collected when the next cycle begins, so that the bus has the whole
+//! period. Readings are as old as they are then.
 
+mod adapter;
 mod bus;
 mod canopen;
 mod cansimple;
 mod device;
 mod error;
+pub mod fdcanusb;
 mod file;
 mod link;
+mod moteus;
 mod scan;
 mod simulated;
 mod simulated_link;
@@ -22,24 +25,28 @@ pub mod slcan;
 mod slot;
 #[cfg(target_os = "linux")]
 mod socketcan;
+mod talk;
 #[cfg(target_os = "linux")]
 mod wire;
 mod words;
 
+#[cfg(target_os = "linux")]
+pub use adapter::Adapter;
+pub use adapter::Dialect;
 pub use bus::CanBus;
 pub use canopen::{SdoClient, SdoError};
 pub use device::{CanDevice, Protocol};
 pub use error::CanError;
 pub use file::DeviceTables;
 pub use link::Link;
-pub use scan::{FoundNode, scan};
+pub use scan::{FoundNode, scan, scan_fd};
 pub use simulated::SimulatedMachine;
 pub use simulated_link::SimulatedLink;
 pub use sinew_segment::{CanFault, CanFrame as Frame, CanNode};
 #[cfg(target_os = "linux")]
 pub use socketcan::SocketCan;
 #[cfg(target_os = "linux")]
-pub use wire::{Slcan, connect, serve};
+pub use wire::{connect, serve};
 pub use words::words;
 
 #[cfg(not(target_os = "linux"))]
@@ -49,7 +56,7 @@ use crate::bus::Bus;
 /// Nodes behind a serial adapter.
 pub const BUS: Bus = Bus {
     name: "can",
-    about: "drives on CAN (CANopen, ODrive), behind the serial adapter or CAN interface of the machine file or of --interface",
+    about: "drives on CAN (CANopen, ODrive, moteus), behind the serial adapter or CAN interface of the machine file or of --interface",
     needs_interface: false,
     reads_ahead: true,
     open: wire::open,

@@ -1,7 +1,7 @@
 //! What answers on a bus.
 
 use super::canopen::{SdoClient, SdoError};
-use super::{Link, cansimple};
+use super::{Link, cansimple, moteus};
 use sinew_segment::CanFrame as Frame;
 use std::io;
 use std::ops::RangeInclusive;
@@ -28,6 +28,15 @@ pub enum FoundNode {
         hardware: [u8; 3],
         /// As hardware.
         firmware: [u8; 3],
+    },
+    /// A moteus.
+    Moteus {
+        /// Its identifier.
+        node: u8,
+        /// Model and firmware, as they say of themselves.
+        model: i32,
+        /// As model.
+        firmware: i32,
     },
 }
 
@@ -81,6 +90,22 @@ pub fn scan<L: Link>(link: &mut L) -> io::Result<Vec<FoundNode>> {
         Ok(FoundNode::Canopen { node, profile, identity: [vendor?, product?], name })
     });
     found.collect()
+}
+
+/// The moteus controllers that answer on a bus with CAN FD, by their identifiers; nothing is written.
+///
+/// # Errors
+/// Of the operating system.
+pub fn scan_fd<L: Link>(link: &mut L) -> io::Result<Vec<FoundNode>> {
+    let mut found = Vec::new();
+    let ask = |link: &mut L, nodes: RangeInclusive<u8>| {
+        link.send(&nodes.map(moteus::ask_identity).collect::<Vec<_>>())
+    };
+    each(link, 1..=moteus::MAX_NODE, ask, |frame| found.extend(moteus::identity(frame)))?;
+    found.sort_unstable();
+    found.dedup();
+    let node = |(node, [model, firmware, _]): (u8, [i32; 3])| FoundNode::Moteus { node, model, firmware };
+    Ok(found.into_iter().map(node).collect())
 }
 
 /// Asks some nodes after the other, and shows every frame that comes.

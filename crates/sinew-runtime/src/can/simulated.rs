@@ -3,6 +3,7 @@
 
 use super::device::{CanDevice, Protocol};
 use crate::cia402::{Axis, Measured, WinchFault};
+use crate::virtual_time::Simulated;
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew::twin::arm::ArmTwin;
@@ -28,10 +29,9 @@ pub struct SimulatedMachine {
     answers: Vec<Frame>,
 }
 
-/// Errors of an axis on CANSimple.
-const MISSING_ESTIMATE: u32 = 1 << 3;
-const MOTOR_OVER_TEMP: u32 = 1 << 13;
-const POSITION_LIMIT_VIOLATION: u32 = 1 << 16;
+/// Errors of an axis on CANSimple, and faults of a moteus: encoder, heat, position.
+const CANSIMPLE_ERRORS: [u32; 3] = [1 << 3, 1 << 13, 1 << 16];
+const MOTEUS_FAULTS: [u32; 3] = [35, 38, 39];
 /// Frames under way, at most; more are lost.
 const CAPACITY: usize = 4096;
 
@@ -46,6 +46,7 @@ impl SimulatedMachine {
                 Protocol::Cansimple => {
                     CanNode::cansimple(device.node, (1e9 * watchdog(machine.period)) as u64)
                 }
+                Protocol::Moteus => CanNode::moteus(device.node),
             };
             (node, Axis { drive, parameters })
         };
@@ -118,10 +119,8 @@ impl SimulatedMachine {
             self.started |= node.has_power();
             commands[axis.drive.muscle] = match node.drive_mut() {
                 CanDrive::Canopen(drive) => axis.command(arm, drive),
-                // A brake holds the winch without power.
-                CanDrive::Cansimple(drive) => {
-                    drive.command().map_or(DriveCommand::Brake, |turns| axis.velocity(arm, f64::from(turns)))
-                }
+                CanDrive::Cansimple(drive) => axis.turns(arm, drive.command()),
+                CanDrive::Moteus(drive) => axis.turns(arm, drive.command()),
             };
         }
         self.free = self.free.max(now);
@@ -132,13 +131,8 @@ impl SimulatedMachine {
         }
     }
 
-    /// What is wrong by injection with the exchange of a cycle of a period, ns.
-    pub(super) fn injected(&mut self, period: u64) -> Option<BusFault> {
-        BusFault::injected(self.arm.exchange_failure(), &mut self.stale_for, period as f64 * 1e-9)
-    }
-
     fn time(&self, frame: &Frame) -> u64 {
-        self.bitrate.map_or(0, |rate| frame.bits() * 1_000_000_000 / u64::from(rate))
+        self.bitrate.map_or(0, |rate| frame.time(rate))
     }
 
     /// The frames of the nodes go over the bus, the one with the lowest identifier first.
@@ -156,19 +150,41 @@ impl SimulatedMachine {
     fn show(&mut self) {
         let Self { nodes, arm, .. } = self;
         for (node, axis) in nodes {
+            let (faults, fault) = match node.drive_mut() {
+                CanDrive::Canopen(drive) => {
+                    axis.show(arm, drive);
+                    continue;
+                }
+                CanDrive::Cansimple(_) => (CANSIMPLE_ERRORS, axis.fault(arm)),
+                CanDrive::Moteus(_) => (MOTEUS_FAULTS, axis.fault(arm)),
+            };
+            match fault {
+                Some(WinchFault::Encoder) => node.raise_fault(faults[0]),
+                Some(WinchFault::Hot) => node.raise_fault(faults[1]),
+                Some(WinchFault::DrumEnd) => node.raise_fault(faults[2]),
+                None => {}
+            }
+            let Measured { position, velocity, current } = axis.measured(arm);
+            let (position, velocity) = (position as f32, velocity as f32);
             match node.drive_mut() {
-                CanDrive::Canopen(drive) => axis.show(arm, drive),
-                CanDrive::Cansimple(drive) => {
-                    match axis.fault(arm) {
-                        Some(WinchFault::Encoder) => drive.raise_fault(MISSING_ESTIMATE),
-                        Some(WinchFault::Hot) => drive.raise_fault(MOTOR_OVER_TEMP),
-                        Some(WinchFault::DrumEnd) => drive.raise_fault(POSITION_LIMIT_VIOLATION),
-                        None => {}
-                    }
-                    let Measured { position, velocity, current } = axis.measured(arm);
-                    drive.set_actual(position as f32, velocity as f32, current as f32);
+                CanDrive::Canopen(_) => {}
+                CanDrive::Cansimple(drive) => drive.set_actual(position, velocity, current as f32),
+                CanDrive::Moteus(drive) => {
+                    let torque = axis.parameters.motor.torque_constant * current;
+                    let torque = torque / axis.drive.counts_per_turn.abs();
+                    drive.set_actual(position, velocity, torque as f32);
                 }
             }
         }
+    }
+}
+
+impl Simulated for SimulatedMachine {
+    fn injected(&mut self, period: u64) -> Option<BusFault> {
+        BusFault::injected(self.arm.exchange_failure(), &mut self.stale_for, period as f64 * 1e-9)
+    }
+
+    fn advance(&mut self, period: u64, now: u64) {
+        Self::advance(self, period, now);
     }
 }

@@ -5,7 +5,9 @@
 //! S8\r  1 Mbit/s   O\r  open   C\r  closed
 //! ```
 
+use super::adapter::{Dialect, Host};
 use sinew_segment::CanFrame as Frame;
+use std::io;
 
 /// Bit rates by the digit of their command, bit/s.
 pub const RATES: [u32; 9] = [10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];
@@ -78,4 +80,77 @@ fn frame(digits: &[u8], remote: bool) -> Option<Frame> {
         *octet = number(digits)? as u8;
     }
     fits.then(|| if remote { Frame::remote(id, length) } else { Frame::new(id, &data[..length.min(8)]) })
+}
+
+/// What the adapter says to its host.
+#[derive(Debug, Clone, Default)]
+pub struct Slcan(Decoder);
+
+impl Dialect for Slcan {
+    const CARRIES_FD: bool = false;
+    const CLOSE: &[u8] = b"C\r";
+
+    fn open(bitrate: u32) -> io::Result<String> {
+        let rate = RATES.iter().position(|rate| *rate == bitrate);
+        let rate = rate.ok_or_else(|| io::Error::other(format!("slcan has no rate of {bitrate} bit/s")))?;
+        // What was begun before ends; a bus that was open is closed.
+        Ok(format!("\r\r\rC\rS{rate}\rO\r"))
+    }
+
+    fn encode(out: &mut Vec<u8>, frame: &Frame) {
+        encode(out, frame);
+    }
+
+    fn feed(&mut self, octet: u8) -> Option<Frame> {
+        match self.0.feed(octet)? {
+            Line::Frame(frame) => Some(frame),
+            Line::Command(..) => None,
+        }
+    }
+}
+
+/// An adapter with simulated nodes on a bus of a rate, as its host sees it.
+#[derive(Debug)]
+pub(super) struct SlcanHost {
+    decoder: Decoder,
+    bitrate: u32,
+    rate: u32,
+    open: bool,
+}
+
+impl SlcanHost {
+    pub(super) fn new(bitrate: u32) -> Self {
+        Self { decoder: Decoder::default(), bitrate, rate: 0, open: false }
+    }
+
+    /// Nodes hear nothing at another rate than theirs, and are not heard.
+    fn hears(&self) -> bool {
+        self.open && self.rate == self.bitrate
+    }
+}
+
+impl Host for SlcanHost {
+    fn take(&mut self, octet: u8, out: &mut Vec<u8>) -> Option<Frame> {
+        match self.decoder.feed(octet)? {
+            Line::Frame(frame) => return Some(frame).filter(|_| self.hears()),
+            Line::Command(b'S', digit) => {
+                self.rate = RATES.get(usize::from(digit.wrapping_sub(b'0'))).copied().unwrap_or(0);
+                out.push(b'\r');
+            }
+            Line::Command(command @ (b'O' | b'C'), _) => {
+                self.open = command == b'O';
+                out.push(b'\r');
+            }
+            Line::Command(b'V', _) => out.extend(b"V0000\r"),
+            Line::Command(b'N', _) => out.extend(b"N0000\r"),
+            Line::Command(..) => {}
+        }
+        None
+    }
+
+    fn show(&self, frame: &Frame, out: &mut Vec<u8>) {
+        if self.hears() {
+            encode(out, frame);
+        }
+    }
 }

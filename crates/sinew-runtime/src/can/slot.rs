@@ -59,4 +59,6 @@ pub(super) enum Heard {
         /// It starts anew, or has ended its operation.
         left: bool,
     },
+    /// With it the readings of a cycle are complete, and it has left operation by itself.
+    Left,
 }

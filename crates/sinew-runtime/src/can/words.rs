@@ -1,5 +1,6 @@
 use super::bus::{HEARTBEAT_LOST, RESTARTED};
 use super::cansimple::{ERROR_CODES, error_name};
+use super::moteus::{FAULT_CODES, fault_name};
 use sinew_session::BusFault;
 
 /// The code of a fault in words, which follow the name of the device where there is one.
@@ -15,6 +16,9 @@ pub fn words(fault: BusFault) -> String {
         BusFault::Drive { code: 0, .. } => "is not enabled".to_owned(),
         BusFault::Drive { code, .. } if ERROR_CODES.contains(&code) => {
             format!("reports {}", error_name(code))
+        }
+        BusFault::Drive { code, .. } if FAULT_CODES.contains(&code) => {
+            format!("reports {}", fault_name(code))
         }
         BusFault::Drive { code, .. } => format!("reports emergency {code:#06x}"),
         BusFault::Lost | BusFault::Late { .. } | BusFault::Stale { .. } => String::new(),

@@ -76,6 +76,12 @@ impl Axis {
         DriveCommand::Velocity(counts * (core::f64::consts::TAU / device.counts_per_turn) * per_radian)
     }
 
+    /// The command of a drive whose motor shall follow a velocity in its counts or turns per second; a brake
+    /// holds the winch of one without power.
+    pub(crate) fn turns(&self, arm: &ArmTwin, turns: Option<f32>) -> DriveCommand {
+        turns.map_or(DriveCommand::Brake, |turns| self.velocity(arm, f64::from(turns)))
+    }
+
     /// Angle of the motor by its encoder, rad; NaN where the encoder gives none.
     fn motor_angle(&self, arm: &ArmTwin) -> f64 {
         let muscle = self.drive.muscle;

@@ -5,10 +5,11 @@ use proptest::prelude::*;
 use sinew::control::arm::ArmStatus;
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
+use sinew_runtime::can::fdcanusb::Fdcanusb;
 use sinew_runtime::can::slcan::{Decoder, Line, encode};
 use sinew_runtime::can::{
-    CanBus, CanDevice, CanFault, CanNode, FoundNode, Frame, Link, Protocol, SdoClient, SdoError,
-    SimulatedLink, SimulatedMachine, scan, words,
+    CanBus, CanDevice, CanFault, CanNode, Dialect, FoundNode, Frame, Link, Protocol, SdoClient, SdoError,
+    SimulatedLink, SimulatedMachine, scan, scan_fd, words,
 };
 use sinew_segment::CanDrive;
 use sinew_session::{BusFault, Exchange, Feedback, Plant};
@@ -20,6 +21,7 @@ use std::rc::Rc;
 const PERIOD: f64 = 4e-3;
 /// A cycle in the middle of the motion.
 const MIDDLE: u64 = 1000;
+const PROTOCOLS: [Protocol; 3] = [Protocol::Canopen, Protocol::Cansimple, Protocol::Moteus];
 const NAMES: [&str; 3] = ["bench_joint", "planar_leg", "finger"];
 
 /// What happens in the middle of a motion, to the node of this index.
@@ -43,6 +45,8 @@ struct Inner {
     unplugged: bool,
     /// Every frame that comes is changed by this.
     damage: Option<fn(&Frame) -> Frame>,
+    /// Whether it has frames of CAN FD.
+    fd: bool,
 }
 
 impl Watched {
@@ -55,6 +59,7 @@ impl Watched {
             cycle: 0,
             unplugged: false,
             damage: None,
+            fd: true,
         })))
     }
 
@@ -63,13 +68,15 @@ impl Watched {
         self
     }
 
-    /// Whether a node has power; an axis on CANSimple, which has no brake, may stand with it.
+    /// Whether a node has power; one on CANSimple or moteus, which has no brake, may stand with it.
     fn moves(&self, k: usize) -> bool {
         let mut inner = self.0.borrow_mut();
         let node = inner.link.machine_mut().nodes_mut().nth(k).unwrap();
         match node.drive_mut() {
             CanDrive::Canopen(drive) => drive.brake_released(),
             CanDrive::Cansimple(axis) => axis.command().is_some_and(|velocity| velocity != 0.0),
+            // A position that is held is not reached to the last bit.
+            CanDrive::Moteus(node) => node.command().is_some_and(|velocity| velocity.abs() > 1e-3),
         }
     }
 
@@ -79,6 +86,9 @@ impl Watched {
 }
 
 impl Link for Watched {
+    fn carries_fd(&self) -> bool {
+        self.0.borrow().fd
+    }
     fn now(&mut self) -> u64 {
         self.0.borrow_mut().link.now()
     }
@@ -119,13 +129,12 @@ impl Link for Watched {
 
 /// What a node on CANSimple that heard nothing for the time of its watchdog shows.
 const WATCHDOG_EXPIRED: u32 = 1 << 24;
+/// What a moteus shows then.
+const TIMED_OUT: u32 = 11;
 
 fn setup_on(name: &str, protocol: Protocol) -> (Setup, Vec<CanDevice>) {
     let (setup, nodes) = setup(name);
-    match protocol {
-        Protocol::Canopen => (setup, nodes),
-        Protocol::Cansimple => (setup, nodes.into_iter().map(CanDevice::on_cansimple).collect()),
-    }
+    (setup, nodes.into_iter().map(|node| node.on(protocol)).collect())
 }
 
 fn setup(name: &str) -> (Setup, Vec<CanDevice>) {
@@ -142,7 +151,7 @@ fn bus(setup: &Setup, nodes: &[CanDevice]) -> CanBus<SimulatedLink> {
 
 #[test]
 fn a_machine_tracks_behind_drives_on_can_as_without_wires() {
-    for protocol in [Protocol::Canopen, Protocol::Cansimple] {
+    for protocol in PROTOCOLS {
         for name in NAMES {
             let (setup, nodes) = setup_on(name, protocol);
             let (direct, _) = tracked(&setup, setup.twin_bus());
@@ -189,8 +198,8 @@ fn stopped(setup: &Setup, watched: &Watched, nodes: &[CanDevice]) -> Option<(u64
     if found.is_some() {
         assert_eq!(moving, 0, "the second drive does not move again by itself");
     }
-    // What hears no heartbeat is stopped by its own watchdog.
-    let left = watched.nodes(CanNode::has_power);
+    // What hears no heartbeat is stopped by its own watchdog; a moteus then holds still, with power.
+    let left = watched.nodes(|node| node.has_power() && node.error() != TIMED_OUT);
     assert!(left.iter().all(|powered| !powered), "no power at the end");
     found
 }
@@ -202,18 +211,19 @@ fn what_fails_in_the_middle_of_a_motion_is_found_named_and_leads_to_a_safe_stop(
     // The second node, in the middle of the motion; cycles until the stop, at most: a heartbeat is missed
     // after four of its intervals, and on CANSimple says what is wrong.
     let cases = [
-        (Act::Fault(1, CanFault::Silent), not_ready(0), "Drive(1)", [5, 5]),
-        (Act::Fault(1, CanFault::NoHeartbeat), not_ready(1), "Drive(1)", [65, 40]),
-        (Act::Restart(1), not_ready(2), "Drive(1)", [5, 9]),
-        (Act::Raise(1, 0x2310), drive(0x2310), "Drive(1)", [5, 0]),
-        (Act::Raise(1, 1 << 13), drive(14), "Drive(1)", [0, 9]),
-        (Act::Cut, BusFault::Lost, "Bus", [5, 5]),
-        (Act::Unplug, BusFault::Lost, "Bus", [5, 5]),
+        (Act::Fault(1, CanFault::Silent), not_ready(0), "Drive(1)", [5, 5, 5]),
+        (Act::Fault(1, CanFault::NoHeartbeat), not_ready(1), "Drive(1)", [65, 40, 0]),
+        (Act::Restart(1), not_ready(2), "Drive(1)", [5, 9, 5]),
+        (Act::Raise(1, 0x2310), drive(0x2310), "Drive(1)", [5, 0, 0]),
+        (Act::Raise(1, 1 << 13), drive(14), "Drive(1)", [0, 9, 0]),
+        (Act::Raise(1, 38), drive(0x126), "Drive(1)", [0, 0, 5]),
+        (Act::Cut, BusFault::Lost, "Bus", [5, 5, 5]),
+        (Act::Unplug, BusFault::Lost, "Bus", [5, 5, 5]),
     ];
-    for protocol in [Protocol::Canopen, Protocol::Cansimple] {
+    for (k, protocol) in PROTOCOLS.into_iter().enumerate() {
         let (setup, nodes) = setup_on("planar_leg", protocol);
         for (act, expected, named, within) in cases {
-            let within = within[usize::from(protocol == Protocol::Cansimple)];
+            let within = within[k];
             if within == 0 {
                 continue;
             }
@@ -226,12 +236,14 @@ fn what_fails_in_the_middle_of_a_motion_is_found_named_and_leads_to_a_safe_stop(
             println!("    {}", words(expected));
         }
     }
+    assert_eq!(words(drive(0x126)), "reports over temperature (fault 38)");
+    assert_eq!(words(drive(0x10b)), "reports no command within its watchdog timeout (mode 11)");
     assert_eq!(words(drive(14)), "reports MOTOR_OVER_TEMP (bit 13)");
 }
 
 #[test]
 fn frames_that_are_lost_now_and_then_are_bridged() {
-    for protocol in [Protocol::Canopen, Protocol::Cansimple] {
+    for protocol in PROTOCOLS {
         let (setup, nodes) = setup_on("planar_leg", protocol);
         let watched = Watched::new(&setup, &nodes).with(10, Act::Fault(1, CanFault::Loses(50)));
         assert_eq!(stopped(&setup, &watched, &nodes), None, "{protocol:?}");
@@ -240,7 +252,7 @@ fn frames_that_are_lost_now_and_then_are_bridged() {
 
 #[test]
 fn a_computer_that_falls_silent_leaves_no_drive_with_power() {
-    for (protocol, error) in [(Protocol::Canopen, 0x8130), (Protocol::Cansimple, WATCHDOG_EXPIRED)] {
+    for (protocol, error) in PROTOCOLS.into_iter().zip([0x8130, WATCHDOG_EXPIRED, TIMED_OUT]) {
         let (setup, nodes) = setup_on("finger", protocol);
         let watched = Watched::new(&setup, &nodes);
         let mut bus = CanBus::start(watched.clone(), &setup.machine, &nodes).unwrap();
@@ -260,16 +272,17 @@ fn a_computer_that_falls_silent_leaves_no_drive_with_power() {
         let mut link = watched.0.borrow_mut();
         (0..30).for_each(|_| link.link.begin_cycle(period));
         drop(link);
+        // A moteus holds still then, with power, as its configuration from the factory has it.
+        let powered = protocol == Protocol::Moteus;
         let faults = watched.nodes(|node| (node.has_power(), node.error()));
-        assert_eq!(faults, vec![(false, error); nodes.len()]);
+        assert_eq!(faults, vec![(powered, error); nodes.len()]);
+        assert!((0..nodes.len()).all(|k| !watched.moves(k)), "{protocol:?}");
     }
 }
 
 #[test]
 fn the_readings_of_the_others_count_while_a_node_is_silent() {
-    for (protocol, silent) in
-        [Protocol::Canopen, Protocol::Cansimple].iter().flat_map(|p| (0..5).map(move |k| (*p, k)))
-    {
+    for (protocol, silent) in PROTOCOLS.iter().flat_map(|p| (0..5).map(move |k| (*p, k))) {
         let (setup, nodes) = setup_on("finger", protocol);
         let watched = Watched::new(&setup, &nodes);
         let mut bus = CanBus::start(watched.clone(), &setup.machine, &nodes).unwrap();
@@ -350,7 +363,7 @@ fn what_is_wrong_with_an_axis_on_cansimple_is_refused_before_anything_moves() {
     let configured = |watchdog, heartbeat| {
         on_wire(&move |node| match node.drive_mut() {
             CanDrive::Cansimple(axis) => axis.configure(watchdog, heartbeat),
-            CanDrive::Canopen(_) => unreachable!(),
+            CanDrive::Canopen(_) | CanDrive::Moteus(_) => unreachable!(),
         })
     };
     let heartbeat = 20_000_000;
@@ -488,6 +501,97 @@ fn axes_on_cansimple_are_listed_and_are_not_asked_as_nodes_on_canopen() {
     assert_eq!(watched.nodes(CanNode::error), [0; 4], "none was told to stop");
 }
 
+/// A frame of CAN FD with other octets at a place.
+fn changed(frame: &Frame, at: usize, octets: &[u8]) -> Frame {
+    let mut all = frame.octets().to_vec();
+    all[at..at + octets.len()].copy_from_slice(octets);
+    Frame::fd(frame.id(), &all)
+}
+
+#[test]
+fn what_is_wrong_with_a_moteus_is_refused_before_anything_moves() {
+    let (setup, nodes) = setup_on("finger", Protocol::Moteus);
+    let name = nodes[2].name.as_str();
+    let with = |change: &dyn Fn(&mut CanDevice)| {
+        let mut changed = nodes.clone();
+        change(&mut changed[2]);
+        changed
+    };
+    let fine = || Watched::new(&setup, &nodes);
+    let damaged = |damage| {
+        let watched = fine();
+        watched.0.borrow_mut().damage = Some(damage);
+        watched
+    };
+    let deaf = fine();
+    for node in deaf.0.borrow_mut().link.machine_mut().nodes_mut() {
+        let CanDrive::Moteus(node) = node.drive_mut() else { unreachable!() };
+        node.set_watching(false);
+    }
+    let classical = fine();
+    classical.0.borrow_mut().fd = false;
+    let twice = Watched::new(&setup, &with(&|node| node.node = 1));
+    // Register map 4 in place of 5; a position that is none.
+    let older = |frame: &Frame| match frame.octets() {
+        [0x2b, 0x80, 2, ..] => changed(frame, 11, &[4]),
+        _ => *frame,
+    };
+    let nowhere = |frame: &Frame| match frame.octets() {
+        [0x21, 0, _, 0x2f, 1, ..] => changed(frame, 5, &f32::NAN.to_le_bytes()),
+        _ => *frame,
+    };
+    let broken = |frame: &Frame| match frame.octets() {
+        // Of motors with 5 nodes, all.
+        [0x21, 0, _, 0x2f, 1, ..] => changed(&changed(frame, 2, &[1]), 21, &[36]),
+        _ => *frame,
+    };
+    let short = |frame: &Frame| Frame::fd(frame.id(), &frame.octets()[..frame.octets().len().min(8)]);
+    // Only mode 0 is known of one that has no power in any other.
+    let never = |frame: &Frame| match frame.octets() {
+        [0x21, 0, _, 0x2f, 1, ..] => changed(frame, 2, &[0]),
+        _ => *frame,
+    };
+    let cases: [(Watched, Vec<CanDevice>, &[&str]); 10] = [
+        (fine(), with(&|node| node.node = 77), &[name, "id 77", "no node answers"]),
+        (fine(), with(&|node| node.node = 1), &[name, "a node of its own"]),
+        (fine(), with(&|node| node.protocol = Protocol::Canopen), &[name, "the same protocol"]),
+        (twice, nodes.clone(), &["id 1", "two nodes answer"]),
+        (damaged(older), nodes.clone(), &["register map 4", "expected 5"]),
+        (damaged(nowhere), nodes.clone(), &["no position"]),
+        (damaged(broken), nodes.clone(), &["motor not configured (fault 36)", "mode 0 (stopped)"]),
+        (damaged(short), nodes.clone(), &["no node answers"]),
+        (damaged(never), nodes.clone(), &["mode 0 (stopped)", "mode 10 (position)"]),
+        (classical, nodes.clone(), &["no CAN FD", "fdcanusb"]),
+    ];
+    let deaf = (deaf, nodes.clone(), &["mode 10 (position) 0.030 s after", "after 0.02 s"][..]);
+    for (watched, nodes, parts) in cases.into_iter().chain([deaf]) {
+        let before = watched.0.borrow_mut().link.machine_mut().arm().reading().motor.clone();
+        let refused = CanBus::start(watched.clone(), &setup.machine, &nodes);
+        let message = refused.err().map(|error| error.to_string()).unwrap_or_default();
+        println!("{message}");
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}: {parts:?}");
+        let moves = (0..nodes.len()).any(|k| watched.moves(k));
+        assert!(!moves, "{message}");
+        let after = watched.0.borrow_mut().link.machine_mut().arm().reading().motor.clone();
+        assert!(before.iter().zip(&after).all(|(before, after)| (before - after).abs() < 1e-4), "{message}");
+    }
+    assert!(CanBus::start(fine(), &setup.machine, &nodes).is_ok());
+}
+
+#[test]
+fn moteus_controllers_are_listed() {
+    let (setup, mut nodes) = setup_on("planar_leg", Protocol::Moteus);
+    nodes.iter_mut().zip([1, 16, 77, 126]).for_each(|(node, id)| node.node = id);
+    let found = scan_fd(&mut Watched::new(&setup, &nodes)).unwrap();
+    let of = |node| FoundNode::Moteus { node, model: 0x204, firmware: 0x100 };
+    assert_eq!(found, [1, 16, 77, 126].map(of));
+}
+
+fn fd_frames() -> impl Strategy<Value = Frame> {
+    (any::<u16>(), proptest::collection::vec(any::<u8>(), 0..=64))
+        .prop_map(|(id, octets)| Frame::fd(id, &octets))
+}
+
 fn frames() -> impl Strategy<Value = Frame> {
     let id = prop_oneof![Just(0_u16), Just(0x80), 0x581_u16..0x585, 0x601_u16..0x605, 0_u16..0x800];
     (id, proptest::collection::vec(any::<u8>(), 0..=8), any::<bool>()).prop_map(|(id, octets, remote)| {
@@ -524,6 +628,20 @@ proptest! {
     }
 
     #[test]
+    fn any_frames_of_can_fd_come_back_from_their_text(frames in proptest::collection::vec(fd_frames(), 0..20),
+        noise in proptest::collection::vec(text(), 0..400)) {
+        let (mut octets, mut adapter) = (noise, Fdcanusb::default());
+        octets.push(b'\n');
+        octets.iter().for_each(|octet| { adapter.feed(*octet); });
+        let mut text = Vec::new();
+        frames.iter().for_each(|frame| Fdcanusb::encode(&mut text, frame));
+        // An adapter tells a frame that has come in the words in which it is told to send one.
+        let text = String::from_utf8(text).unwrap().replace("can send", "rcv");
+        let found: Vec<_> = text.bytes().filter_map(|octet| adapter.feed(octet)).collect();
+        prop_assert_eq!(found, frames);
+    }
+
+    #[test]
     fn no_text_is_more_than_frames_and_commands(text in proptest::collection::vec(text(), 0..400)) {
         let mut decoder = Decoder::default();
         for line in text.iter().filter_map(|octet| decoder.feed(*octet)) {
@@ -543,6 +661,8 @@ fn play(count: u32, mut seed: u64) -> u32 {
     let ids = [0, 0x80, 0x81, 0x101, 0x181, 0x201, 0x301, 0x581, 0x601, 0x602, 0x701, 0x77f];
     let mut node = CanNode::canopen(1, [None; 2]);
     let mut axis = CanNode::cansimple(1, 20_000_000);
+    let (mut moteus, mut adapter) = (CanNode::moteus(1), Fdcanusb::default());
+    let subframes = [0x01, 0x00, 0x0a, 0x0d, 0x0e, 0x20, 0x11, 0x13, 0x1f, 0x1c, 0x14, 0x50, 0x27, 0x80];
     let (mut answers, mut decoder, mut played) = (Vec::new(), Decoder::default(), 0);
     for now in 0..u64::from(count) {
         let octets: [u8; 8] = std::array::from_fn(|_| number(256) as u8);
@@ -566,6 +686,17 @@ fn play(count: u32, mut seed: u64) -> u32 {
         if let CanDrive::Cansimple(axis) = axis.drive_mut() {
             assert!(axis.command().is_none_or(f32::is_finite));
         }
+        let octets: [u8; 64] = std::array::from_fn(|_| {
+            if number(3) == 0 { number(256) as u8 } else { subframes[number(14) as usize] }
+        });
+        let frame =
+            Frame::fd([0x8001, 0x8001, 0x0001, 0x8101][number(4) as usize], &octets[..number(65) as usize]);
+        moteus.process(&frame, now * 100_000, &mut answers);
+        moteus.advance(now * 100_000, 100_000, &mut answers);
+        if let CanDrive::Moteus(moteus) = moteus.drive_mut() {
+            assert!(moteus.command().is_none_or(f32::is_finite));
+        }
+        let _ = adapter.feed(octets[1]);
         answers.clear();
         let _ = decoder.feed(octets[0]);
         played += 1;
@@ -587,37 +718,37 @@ fn long_nodes_take_ten_million_frames() {
 
 #[test]
 fn a_master_takes_any_frame() {
-    [Protocol::Canopen, Protocol::Cansimple]
-        .into_iter()
-        .for_each(|protocol| takes_any_frame(protocol, 20_000));
+    PROTOCOLS.into_iter().for_each(|protocol| takes_any_frame(protocol, 20_000));
 }
 
-/// Of four nodes on CANopen a cycle has four frames, of four axes on CANSimple eight.
+/// Of four nodes on CANopen or moteus a cycle has four frames, of four axes on CANSimple eight.
 #[test]
 fn long_a_master_takes_a_million_frames() {
     if std::env::var_os("SINEW_LONG").is_some() {
         takes_any_frame(Protocol::Canopen, 250_000);
         takes_any_frame(Protocol::Cansimple, 125_000);
+        takes_any_frame(Protocol::Moteus, 250_000);
     }
 }
 
 #[cfg(target_os = "linux")]
 #[test]
 fn what_is_no_can_interface_is_refused_with_what_to_do() {
-    let refused = |port: &str| match sinew_runtime::can::connect(port, 500_000) {
+    let refused = |port: &str, fd| match sinew_runtime::can::connect(port, 500_000, fd) {
         Err(error) => error.to_string(),
         Ok(_) => panic!("{port} was opened"),
     };
-    let missing = refused("nocan0");
+    let missing = refused("nocan0", false);
     assert!(missing.contains("no such network interface"), "{missing}");
     assert!(missing.contains("`ip link set nocan0 up txqueuelen 1000 type can bitrate 500000`"), "{missing}");
+    assert!(refused("nocan0", true).contains("dbitrate 5000000"));
     // There, but of another kind: refused by the kernel, whether it has CAN or not.
     if std::path::Path::new("/sys/class/net/lo").exists() {
-        let other = refused("lo");
+        let other = refused("lo", false);
         assert!(other.contains("expected a CAN interface") && !other.contains('\n'), "{other}");
     }
     // A slash makes it a serial port.
-    assert!(refused("/dev/nowhere").contains("No such file"));
+    assert!(refused("/dev/nowhere", true).contains("No such file"));
 }
 
 fn takes_any_frame(protocol: Protocol, cycles: u32) {
@@ -628,10 +759,13 @@ fn takes_any_frame(protocol: Protocol, cycles: u32) {
         let seed = SEED.get().wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         SEED.set(seed);
         let octets = (seed.wrapping_mul(0x9e37_79b9_7f4a_7c15)).to_le_bytes();
-        if seed >> 58 == 0 {
-            Frame::new((seed >> 20) as u16, &octets[..(seed >> 40) as usize % 9])
-        } else {
-            *frame
+        let length = (seed >> 40) as usize % 9;
+        match seed >> 57 {
+            0 => Frame::new((seed >> 20) as u16, &octets[..length]),
+            // One octet of it is.
+            1 if frame.is_fd() => changed(frame, (seed >> 20) as usize % frame.length(), &octets[..1]),
+            1 => Frame::new((seed >> 20) as u16, &octets[..length]),
+            _ => *frame,
         }
     }
     let watched = Watched::new(&setup, &nodes);

@@ -205,6 +205,14 @@ fn nodes_on_can_are_read_and_what_is_none_of_theirs_is_refused() {
     let of = |axis: &CanDevice| (axis.protocol, axis.node, axis.drive.counts_per_turn);
     assert_eq!(of(flexor), (Protocol::Cansimple, 0, 1.0));
     assert_eq!(of(extensor), (Protocol::Cansimple, 62, -1.0));
+    let moteus = drives(
+        "node = 1\nprotocol = \"moteus\"",
+        "node = 126\nprotocol = \"moteus\"\ncounts_per_turn = -0.1",
+    );
+    let (_, devices) = read_all(&moteus).unwrap();
+    let [flexor, extensor] = devices.of::<CanDevice>() else { panic!("{devices:?}") };
+    assert_eq!(of(flexor), (Protocol::Moteus, 1, 1.0));
+    assert_eq!(of(extensor), (Protocol::Moteus, 126, -0.1));
     for (more, parts) in [
         ("node = 127", ["node", "1..=126"]),
         ("node = 4\nbitrate = 9600", ["bitrate", "500"]),
@@ -212,7 +220,11 @@ fn nodes_on_can_are_read_and_what_is_none_of_theirs_is_refused() {
         ("node = 0", ["node", "1..=126"]),
         ("node = 4\nendpoints = \"a\"", ["endpoints", "CANopen"]),
         ("node = 63\nprotocol = \"cansimple\"", ["node", "0..=62"]),
-        ("node = 4\nprotocol = \"moteus\"", ["protocol", "cansimple"]),
+        ("node = 4\nprotocol = \"mit\"", ["protocol", "moteus"]),
+        ("node = 0\nprotocol = \"moteus\"", ["node", "1..=126"]),
+        ("node = 4\nprotocol = \"moteus\"\nbitrate = 500000", ["bitrate", "moteus"]),
+        ("node = 4\nprotocol = \"moteus\"\nendpoints = \"a\"", ["endpoints", "moteus"]),
+        ("node = 4\nprotocol = \"moteus\"\ncounts_per_turn = 0", ["counts_per_turn", "not 0"]),
         ("node = 4\nprotocol = \"cansimple\"\nvendor = 1", ["vendor", "CANSimple"]),
         ("node = 4\nprotocol = \"cansimple\"\nrated_torque_nm = 1", ["rated_torque_nm", "CANSimple"]),
         ("node = 4\nprotocol = \"cansimple\"\ncounts_per_turn = 8192", ["counts_per_turn", "1 or -1"]),

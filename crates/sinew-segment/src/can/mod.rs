@@ -3,12 +3,14 @@
 mod canopen;
 mod cansimple;
 mod frame;
+mod moteus;
 
 use crate::drive::Drive;
 use canopen::Canopen;
 
 pub use cansimple::Cansimple;
 pub use frame::CanFrame;
+pub use moteus::Moteus;
 
 /// How a simulated node fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +35,7 @@ pub struct CanNode {
 enum Speaks {
     Canopen(Box<Canopen>),
     Cansimple(Cansimple),
+    Moteus(Moteus),
 }
 
 /// The drive in a node, by its protocol.
@@ -42,6 +45,8 @@ pub enum CanDrive<'a> {
     Canopen(&'a mut Drive),
     /// CANSimple.
     Cansimple(&'a mut Cansimple),
+    /// moteus.
+    Moteus(&'a mut Moteus),
 }
 
 impl CanNode {
@@ -59,6 +64,12 @@ impl CanNode {
         Self::of(Speaks::Cansimple(Cansimple::new(id, watchdog)))
     }
 
+    /// A moteus controller that has started, with this identifier of 1 to 126.
+    #[must_use]
+    pub fn moteus(id: u8) -> Self {
+        Self::of(Speaks::Moteus(Moteus::new(id)))
+    }
+
     fn of(speaks: Speaks) -> Self {
         Self { speaks, sent: 0, fault: None }
     }
@@ -68,6 +79,7 @@ impl CanNode {
         match &mut self.speaks {
             Speaks::Canopen(node) => CanDrive::Canopen(node.drive_mut()),
             Speaks::Cansimple(node) => CanDrive::Cansimple(node),
+            Speaks::Moteus(node) => CanDrive::Moteus(node),
         }
     }
 
@@ -77,16 +89,18 @@ impl CanNode {
         match &self.speaks {
             Speaks::Canopen(node) => node.drive().brake_released(),
             Speaks::Cansimple(node) => node.is_armed(),
+            Speaks::Moteus(node) => node.has_power(),
         }
     }
 
-    /// Error code of the present or last fault of a drive on CANopen, error bits of one on CANSimple; 0 is
-    /// none.
+    /// Error code of the present or last fault of a drive on CANopen, error bits of one on CANSimple, fault
+    /// code of a moteus, or 11 where it has timed out; 0 is none.
     #[must_use]
     pub fn error(&self) -> u32 {
         match &self.speaks {
             Speaks::Canopen(node) => u32::from(node.drive().error_code()),
             Speaks::Cansimple(node) => node.errors(),
+            Speaks::Moteus(node) => node.error(),
         }
     }
 
@@ -95,6 +109,7 @@ impl CanNode {
         match self.drive_mut() {
             CanDrive::Canopen(drive) => drive.raise_fault(error as u16),
             CanDrive::Cansimple(node) => node.raise_fault(error),
+            CanDrive::Moteus(node) => node.raise_fault(error as u8),
         }
     }
 
@@ -108,6 +123,7 @@ impl CanNode {
         match &mut self.speaks {
             Speaks::Canopen(node) => node.restart(),
             Speaks::Cansimple(node) => node.restart(),
+            Speaks::Moteus(node) => node.restart(),
         }
     }
 
@@ -120,6 +136,7 @@ impl CanNode {
         match &mut self.speaks {
             Speaks::Canopen(node) => node.process(frame, now, out),
             Speaks::Cansimple(node) => node.process(frame, now, out),
+            Speaks::Moteus(node) => node.process(frame, now, out),
         }
         self.lose(start, out);
     }
@@ -130,6 +147,7 @@ impl CanNode {
         match &mut self.speaks {
             Speaks::Canopen(node) => node.advance(now, elapsed, beats, out),
             Speaks::Cansimple(node) => node.advance(now, beats, out),
+            Speaks::Moteus(node) => node.advance(now, elapsed),
         }
         self.lose(start, out);
     }

@@ -42,6 +42,10 @@ pub struct CatalogueMotor {
     pub mass: f64,
     /// No-load current, A.
     pub no_load_current: f64,
+    /// The drives that it belongs to, such as `feetech`, and whose machines alone it is offered to.
+    pub drives: Option<String>,
+    /// Name of the reducer that it is built together with, which is offered with it alone.
+    pub reducer: Option<String>,
     /// The motor itself.
     pub parameters: Motor,
 }
@@ -67,6 +71,8 @@ pub struct CatalogueReducer {
     pub peak_torque: f64,
     /// Of the motor's shaft, rad/s.
     pub top_speed: f64,
+    /// Whether it is a part of motors that name it, and comes with no other.
+    pub built_in: bool,
     /// Losses and backlash.
     pub parameters: ReducerLosses,
 }
@@ -140,6 +146,29 @@ impl CatalogueReducer {
 }
 
 impl Catalogue {
+    /// The same without the motors of other drives; none leaves those that belong to no drives.
+    #[must_use]
+    pub fn for_drives(mut self, drives: Option<&str>) -> Self {
+        self.motors.retain(|motor| motor.drives.as_deref() == drives);
+        self
+    }
+
+    /// The drives that motors belong to, by name.
+    #[must_use]
+    pub fn drives(&self) -> Vec<&str> {
+        let mut drives: Vec<&str> = self.motors.iter().filter_map(|motor| motor.drives.as_deref()).collect();
+        drives.sort_unstable();
+        drives.dedup();
+        drives
+    }
+
+    /// Whether a motor and a reducer can be put together.
+    #[must_use]
+    pub fn is_pair(&self, motor: &CatalogueMotor, reducer: &CatalogueReducer) -> bool {
+        let own = |motor: &CatalogueMotor| motor.reducer.as_deref() == Some(&*reducer.name);
+        own(motor) || motor.reducer.is_none() && !reducer.built_in
+    }
+
     /// A motor by its name.
     #[must_use]
     pub fn motor(&self, name: &str) -> Option<&CatalogueMotor> {

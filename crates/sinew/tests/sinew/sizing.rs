@@ -2,13 +2,13 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 use proptest::prelude::*;
-use sinew::drive::sizing::{Design, Limit, Requirement, choose};
+use sinew::drive::sizing::{Choice, Design, Limit, Requirement, choose};
 use sinew::drive::{Catalogue, Drive, DriveCommand, DriveParameters};
 
 const H: f64 = 1e-3;
 
 fn catalogue() -> Catalogue {
-    Catalogue::built_in().unwrap()
+    Catalogue::built_in().unwrap().for_drives(None)
 }
 
 fn mc_am() -> Design {
@@ -79,7 +79,8 @@ fn feasible_designs_come_first_in_the_order_of_mass() {
     let parts = catalogue();
     let desired = Requirement { tension: 250.0, speed: 0.14, acceleration: 3.0, stroke: 0.3 };
     let choices = choose(&parts, &desired).unwrap();
-    assert_eq!(choices.len(), parts.motors.len() * parts.reducers.len());
+    let free = parts.reducers.iter().filter(|reducer| !reducer.built_in).count();
+    assert_eq!(choices.len(), parts.motors.len() * free);
     let able: Vec<_> = choices.iter().take_while(|choice| choice.demand.is_met()).collect();
     assert!(able.len() >= 3 && able.len() < choices.len(), "{}", able.len());
     assert!(able.windows(2).all(|pair| pair[0].design.mass <= pair[1].design.mass));
@@ -92,6 +93,34 @@ fn feasible_designs_come_first_in_the_order_of_mass() {
     // No design of the catalogue reaches ten kilonewtons.
     let hopeless = choose(&parts, &Requirement { tension: 1e4, ..desired }).unwrap();
     assert!(hopeless.iter().all(|choice| !choice.demand.is_met() && choice.ratios.is_none()));
+}
+
+#[test]
+fn servos_come_with_their_gears_and_reach_what_is_published_of_their_horns() {
+    let all = Catalogue::built_in().unwrap();
+    assert_eq!(all.drives(), ["dynamixel", "feetech", "moteus"]);
+    let desired = Requirement { tension: 5.0, speed: 0.05, acceleration: 0.5, stroke: 0.05 };
+    for drives in all.drives() {
+        let parts = all.clone().for_drives(Some(drives));
+        let choices = choose(&parts, &desired).unwrap();
+        assert!(choices[0].demand.is_met() && !parts.motors.is_empty(), "{drives}: {:?}", choices[0].demand);
+        for Choice { motor, reducer, .. } in &choices {
+            assert_eq!(motor.reducer.is_some(), reducer.built_in, "{} {}", motor.name, reducer.name);
+            assert!(motor.reducer.as_ref().is_none_or(|own| *own == reducer.name));
+        }
+        for motor in parts.motors.iter().filter(|motor| motor.reducer.is_some()) {
+            let gears = all.reducer(motor.reducer.as_ref().unwrap()).unwrap();
+            let (m, n) = (motor.parameters, gears.ratios[0]);
+            // Without load the voltage is that of the motor's speed, at stall that of its current and torque.
+            let near = |a: f64, b: f64| (a - b).abs() < 2e-3 * b;
+            assert!(near(m.torque_constant * m.top_speed, m.voltage), "{}", motor.name);
+            assert!(near(m.resistance * m.peak_current, m.voltage), "{}", motor.name);
+            let stall = m.torque_constant * m.peak_current * n * gears.parameters.efficiency;
+            assert!(near(stall, gears.peak_torque), "{}: {stall} {}", motor.name, gears.peak_torque);
+        }
+    }
+    assert!(all.clone().for_drives(Some("none")).motors.is_empty());
+    assert!(catalogue().motors.iter().all(|motor| motor.drives.is_none()));
 }
 
 #[test]

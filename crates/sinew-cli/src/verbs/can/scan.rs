@@ -4,13 +4,13 @@ use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{CanScanArguments, General};
 use crate::error::Error;
 use crate::table::table;
-use sinew_runtime::can::{CanError, FoundNode, connect, scan};
+use sinew_runtime::can::{CanError, FoundNode, connect, scan, scan_fd};
 
 pub(super) fn run(arguments: &CanScanArguments, general: &General) -> Result<Answer, Error> {
     let port = arguments.port.display().to_string();
     let refused = |source| CanError::Port { port: port.clone(), source };
-    let mut link = connect(&port, arguments.bitrate).map_err(refused)?;
-    let found = scan(&mut link).map_err(refused)?;
+    let mut link = connect(&port, arguments.bitrate, arguments.fd).map_err(refused)?;
+    let found = if arguments.fd { scan_fd(&mut link) } else { scan(&mut link) }.map_err(refused)?;
     let content = if general.json { Content::json(&json(&found))? } else { Content::Text(text(&found)) };
     Ok(Answer { outcome: Outcome::new(!found.is_empty()), content, written: Vec::new() })
 }
@@ -26,6 +26,9 @@ fn json(found: &[FoundNode]) -> serde_json::Value {
             FoundNode::Cansimple { node, hardware, firmware } => serde_json::json!({
                 "node": node, "protocol": "cansimple", "hardware": version(hardware),
                 "firmware": version(firmware),
+            }),
+            FoundNode::Moteus { node, model, firmware } => serde_json::json!({
+                "node": node, "protocol": "moteus", "model": model, "firmware": firmware,
             }),
         })
         .collect();
@@ -49,15 +52,19 @@ fn text(found: &[FoundNode]) -> String {
             format!("{product:#x}"),
             profile.to_string(),
         ],
-        FoundNode::Cansimple { node, hardware, firmware } => vec![
-            node.to_string(),
-            "cansimple".to_owned(),
-            format!("hardware {}, firmware {}", version(hardware), version(firmware)),
-            String::new(),
-            String::new(),
-            String::new(),
-        ],
+        FoundNode::Cansimple { node, hardware, firmware } => {
+            let versions = format!("hardware {}, firmware {}", version(hardware), version(firmware));
+            versioned(*node, "cansimple", versions)
+        }
+        FoundNode::Moteus { node, model, firmware } => {
+            versioned(*node, "moteus", format!("model {model:#06x}, firmware {firmware:#06x}"))
+        }
     };
     let rows: Vec<Vec<String>> = found.iter().map(row).collect();
     table(&["id", "protocol", "name", "vendor", "product", "profile"], &rows, 6)
+}
+
+/// The row of a node that says no more than its versions.
+fn versioned(node: u8, protocol: &str, versions: String) -> Vec<String> {
+    [node.to_string(), protocol.to_owned(), versions].into_iter().chain(vec![String::new(); 3]).collect()
 }

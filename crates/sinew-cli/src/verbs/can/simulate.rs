@@ -28,8 +28,8 @@ pub(super) fn run(arguments: &CanSimulateArguments, general: &General) -> Result
     }
     let stop = interrupt::answer();
     end_after(arguments.simulated.duration, stop);
-    let times = (first.bitrate, step_ns(&machine));
-    let frames = serve(&mut terminal, &mut simulated, times, stop).map_err(refused)?;
+    let of = (first, step_ns(&machine));
+    let frames = serve(&mut terminal, &mut simulated, of, stop).map_err(refused)?;
     let powered = simulated.nodes().filter(|node| node.has_power()).count();
     let content = if general.json {
         Content::json(&serde_json::json!({

@@ -15,7 +15,8 @@ const ENVELOPE_POINTS: usize = 13;
 
 pub(super) fn run(arguments: &DriveArguments, general: &General) -> Result<Answer, Error> {
     let required = requirement(arguments);
-    let catalogue = catalogue(arguments.catalogue.as_deref())?;
+    let all = catalogue(arguments.catalogue.as_deref())?;
+    let catalogue = all.for_drives(arguments.drives.as_deref());
     let choices = choose(&catalogue, &required)?;
     let answers: Vec<FoundDrive<'_>> =
         choices.iter().map(|choice| FoundDrive::new(choice, &required)).collect();

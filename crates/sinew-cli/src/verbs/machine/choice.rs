@@ -43,13 +43,15 @@ pub(super) struct Choice {
     pub(super) used: Vec<f64>,
 }
 
-/// Chooses cables and drives for a motion, and a force at the end point, N.
+/// Chooses cables and drives for a motion, and a force at the end point, N; of those of a name, where there
+/// is one.
 pub(super) fn drives(
     machine: &Machine,
     motion: &SizingMotion,
     tip_force: Option<f64>,
+    names: Option<&str>,
 ) -> Result<Choice, Error> {
-    let mut catalogue = Catalogue::built_in()?;
+    let mut catalogue = Catalogue::built_in()?.for_drives(names);
     let scaling = Scaling::new(machine, &catalogue.cords, tip_force)?;
     let machine = scaling.as_ref().map_or_else(|| machine.clone(), |scaling| scaling.applied(machine));
     let demands = drive_demands(&machine, motion)?;

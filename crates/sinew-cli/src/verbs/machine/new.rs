@@ -37,7 +37,7 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
     machine.task = movable(&machine)?;
     let motion = SizingMotion { period: arguments.period, fraction: arguments.fraction };
     progress.show("choosing cables and drives", 0.1);
-    let choice = choice::drives(&machine, &motion, arguments.tip_force)?;
+    let choice = choice::drives(&machine, &motion, arguments.tip_force, arguments.drives.as_deref())?;
     let body = match source {
         Source::Robot { .. } if arguments.pulleys.is_some() => Body::Tables(to_toml(machine.robot.parts())),
         Source::Robot { muscles } => Body::File {

@@ -39,10 +39,10 @@ pub(super) fn heartbeat() -> Frame {
     Frame::new(HEARTBEAT + u16::from(MASTER), &[OPERATIONAL])
 }
 
-/// Bits of a cycle of so many nodes and a period, s, at most: SYNC and a heartbeat of the master, PDOs both
-/// ways, and their share of the nodes' heartbeats.
-pub(super) fn bits(nodes: usize, period: f64) -> f64 {
-    let of = |octets: usize| Frame::new(0, &[0; 8][..octets]).bits() as f64;
+/// Time of a cycle of so many nodes and a period, s, on a bus of a rate, bit/s, at most, s: SYNC and a
+/// heartbeat of the master, PDOs both ways, and their share of the nodes' heartbeats.
+pub(super) fn time(nodes: usize, period: f64, bitrate: u32) -> f64 {
+    let of = |octets: usize| 1e-9 * Frame::new(0, &[0; 8][..octets]).time(bitrate) as f64;
     let share = (1e3 * period / f64::from(HEARTBEAT_MS)).min(1.0);
     of(0) + of(1) + nodes as f64 * (of(6) + of(8) + share * of(1))
 }

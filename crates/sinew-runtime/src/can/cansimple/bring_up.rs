@@ -9,19 +9,13 @@ use super::{
 };
 use crate::can::Link;
 use crate::can::device::CanDevice;
-use crate::can::error::{CanError, TWO_ANSWER};
+use crate::can::error::CanError;
 use crate::can::slot::Slot;
+use crate::can::talk::{SILENCE, STATE_TIME, Talk};
 use sinew::machine::Machine;
 use sinew_segment::CanFrame as Frame;
 use sinew_session::watchdog;
 
-/// Time for an answer, and in which a second node of the same identifier has answered, ns.
-const PATIENCE: u64 = 100_000_000;
-const TWICE: u64 = 5_000_000;
-/// Times that something is asked for.
-const TRIES: usize = 3;
-/// Time in which an axis takes a state and says so in its heartbeat, ns.
-const STATE_TIME: u64 = 1_000_000_000;
 /// Time for which heartbeats are counted, ns, and the part of those expected that come.
 const COUNT_TIME: u64 = 200_000_000;
 const COUNTED: f64 = 0.7;
@@ -29,9 +23,6 @@ const COUNTED: f64 = 0.7;
 const VELOCITY: [u32; 2] = [2, 1];
 /// Limit of the velocity over the motor's highest.
 const HEADROOM: f64 = 1.1;
-/// Silence after which a watchdog has to have taken the power, of the time that it may have.
-const SILENCE: f64 = 1.5;
-
 /// Finds an axis, sets it up for a machine and sees its watchdog take its power. Nothing moves: it has power
 /// for that time, at a velocity of 0.
 pub(in crate::can) fn start<L: Link>(
@@ -39,7 +30,7 @@ pub(in crate::can) fn start<L: Link>(
     device: &CanDevice,
     machine: &Machine,
 ) -> Result<Box<dyn Slot>, CanError> {
-    let mut axis = Axis { link, device, period: machine.period_ns() };
+    let mut axis = Axis { talk: Talk { link, device, period: machine.period_ns() } };
     let version = axis.identify()?;
     let parameters = machine.muscles[device.drive.muscle].drive;
     let (node, motor) = (device.node, parameters.motor);
@@ -60,7 +51,7 @@ pub(in crate::can) fn start<L: Link>(
     }
     axis.count_heartbeats()?;
     let limits = limits.map(|limit| (limit as f32).to_bits());
-    axis.send(&[
+    axis.talk.send(&[
         set_axis_state(node, IDLE),
         tell(node, CLEAR_ERRORS, &[0]),
         tell(node, SET_CONTROLLER_MODE, &pair(VELOCITY[0], VELOCITY[1])),
@@ -81,49 +72,35 @@ pub(in crate::can) fn start<L: Link>(
 
 /// An axis that is being set up.
 struct Axis<'a, L> {
-    link: &'a mut L,
-    device: &'a CanDevice,
-    period: u64,
+    talk: Talk<'a, L>,
 }
 
 impl<L: Link> Axis<'_, L> {
-    fn send(&mut self, frames: &[Frame]) -> Result<(), CanError> {
-        self.link.send(frames).map_err(|source| self.device.unusable(source))
+    /// That something is wrong with it.
+    fn wrong(&self, problem: impl Into<String>) -> CanError {
+        self.talk.device.wrong(problem)
     }
 
     /// The next message of the axis until a deadline, ns.
     fn next(&mut self, deadline: u64) -> Result<Option<(u16, [u8; 8])>, CanError> {
-        while let Some(frame) = self.link.receive(deadline).map_err(|source| self.device.unusable(source))? {
-            if let Some(message) = command(self.device.node, &frame) {
-                return Ok(Some(message));
-            }
-        }
-        Ok(None)
+        let node = self.talk.device.node;
+        self.talk.next(deadline, |frame| command(node, frame))
     }
 
     /// What a message carries that is asked for.
     fn get(&mut self, asked: u16) -> Result<[u8; 8], CanError> {
-        for _ in 0..TRIES {
-            self.send(&[ask(self.device.node, asked)])?;
-            let deadline = self.link.now() + PATIENCE;
-            while let Some((command, octets)) = self.next(deadline)? {
-                if command == asked {
-                    return Ok(octets);
-                }
-            }
-        }
-        let CanDevice { name, node, bitrate, .. } = self.device;
-        Err(CanError::Silent { device: name.clone(), node: *node, bitrate: *bitrate })
+        let node = self.talk.device.node;
+        self.talk.answer(&ask(node, asked), |frame| content(node, asked, frame))
     }
 
     /// Sets a parameter where it has another value, and reads it back.
     fn set(&mut self, endpoints: &Endpoints, name: &str, value: f64) -> Result<(), CanError> {
-        let parameter = endpoints.parameter(name, value).map_err(|problem| self.device.wrong(problem))?;
+        let parameter = endpoints.parameter(name, value).map_err(|problem| self.wrong(problem))?;
         if !self.has(&parameter)? {
             let (octets, length) = parameter.request(true);
-            self.send(&[tell(self.device.node, RX_SDO, &octets[..length])])?;
+            self.talk.send(&[tell(self.talk.device.node, RX_SDO, &octets[..length])])?;
             if !self.has(&parameter)? {
-                return Err(self.device.wrong(format!("{name} does not take {value}")));
+                return Err(self.wrong(format!("{name} does not take {value}")));
             }
         }
         Ok(())
@@ -132,42 +109,32 @@ impl<L: Link> Axis<'_, L> {
     /// Whether a parameter has its value.
     fn has(&mut self, parameter: &Parameter) -> Result<bool, CanError> {
         let (octets, length) = parameter.request(false);
-        for _ in 0..TRIES {
-            self.send(&[tell(self.device.node, RX_SDO, &octets[..length])])?;
-            let deadline = self.link.now() + PATIENCE;
-            while let Some((command, octets)) = self.next(deadline)? {
-                if let (TX_SDO, Some(has)) = (command, parameter.is_in(&octets)) {
-                    return Ok(has);
-                }
-            }
-        }
-        Err(self.device.wrong(format!("does not say its parameter {:#x}", parameter.number)))
+        let node = self.talk.device.node;
+        let see = |frame: &Frame| parameter.is_in(&content(node, TX_SDO, frame)?);
+        let has = self.talk.try_answer(&tell(node, RX_SDO, &octets[..length]), see)?;
+        has.ok_or_else(|| self.wrong(format!("does not say its parameter {:#x}", parameter.number)))
     }
 
     /// Its firmware, which is supported.
     fn identify(&mut self) -> Result<String, CanError> {
         let [_, _, _, _, major, minor, revision, _] = self.get(GET_VERSION)?;
-        let deadline = self.link.now() + TWICE;
-        while let Some((command, _)) = self.next(deadline)? {
-            if command == GET_VERSION {
-                return Err(self.device.wrong(TWO_ANSWER));
-            }
-        }
+        let node = self.talk.device.node;
+        self.talk.is_alone(|frame| content(node, GET_VERSION, frame))?;
         let version = format!("{major}.{minor}.{revision}");
         if (major, minor) < (0, 6) {
-            return Err(self.device.wrong(format!("firmware {version}: expected 0.6 or later")));
+            return Err(self.wrong(format!("firmware {version}: expected 0.6 or later")));
         }
         Ok(version)
     }
 
     /// Counts its heartbeats behind the first: a rate that has just been set holds from then on.
     fn count_heartbeats(&mut self) -> Result<(), CanError> {
-        let mut now = self.link.now();
+        let mut now = self.talk.link.now();
         while self.next(now)?.is_some() {}
         let (mut end, mut count) = (now + STATE_TIME, None);
         while now < end {
-            self.pass(self.period);
-            now = self.link.now();
+            self.talk.pass(self.talk.period);
+            now = self.talk.link.now();
             while let Some((command, _)) = self.next(now)? {
                 match &mut count {
                     Some(count) => *count += u32::from(command == HEARTBEAT),
@@ -180,7 +147,7 @@ impl<L: Link> Axis<'_, L> {
         if f64::from(count) < COUNTED * most as f64 {
             let time = 1e-9 * COUNT_TIME as f64;
             let expected = format!("expected a heartbeat_msg_rate_ms of at most {HEARTBEAT_MS}");
-            return Err(self.device.wrong(format!("{count} heartbeats in {time} s: {expected}")));
+            return Err(self.wrong(format!("{count} heartbeats in {time} s: {expected}")));
         }
         Ok(())
     }
@@ -192,12 +159,12 @@ impl<L: Link> Axis<'_, L> {
 
     /// Waits until its heartbeat shows a state, and feeds its watchdog once a period.
     fn takes(&mut self, state: u8) -> Result<(), CanError> {
-        let end = self.link.now() + STATE_TIME;
+        let end = self.talk.link.now() + STATE_TIME;
         let mut shown = "no heartbeat".to_owned();
-        while self.link.now() < end {
-            self.send(&[set_input_vel(self.device.node, 0.0)])?;
-            self.pass(self.period);
-            let now = self.link.now();
+        while self.talk.link.now() < end {
+            self.talk.send(&[set_input_vel(self.talk.device.node, 0.0)])?;
+            self.talk.pass(self.talk.period);
+            let now = self.talk.link.now();
             while let Some((command, octets)) = self.next(now)? {
                 let [errors, is] = words(octets);
                 let is = is as u8;
@@ -209,40 +176,35 @@ impl<L: Link> Axis<'_, L> {
                 }
             }
         }
-        Err(self.device.wrong(format!("{shown}: expected {} after it was asked for", state_name(state))))
-    }
-
-    /// Time passes, ns.
-    fn pass(&mut self, time: u64) {
-        let end = self.link.now() + time;
-        while self.link.now() < end {
-            let next = (self.link.now() + self.period).min(end);
-            self.link.rest_until(next);
-            self.link.begin_cycle(self.period);
-        }
+        Err(self.wrong(format!("{shown}: expected {} after it was asked for", state_name(state))))
     }
 
     /// Power at velocity 0, then silence: a watchdog of at most this time, ns, takes the power.
     fn prove_watchdog(&mut self, most: u64) -> Result<(), CanError> {
-        let node = self.device.node;
-        self.send(&[set_axis_state(node, CLOSED_LOOP)])?;
+        let node = self.talk.device.node;
+        self.talk.send(&[set_axis_state(node, CLOSED_LOOP)])?;
         let enabled = self.takes(CLOSED_LOOP);
-        self.pass((SILENCE * most as f64) as u64);
+        self.talk.pass((SILENCE * most as f64) as u64);
         // This one feeds it no more: the power is gone, or it stays.
         let errors = self.errors();
-        self.send(&[set_axis_state(node, IDLE), tell(node, CLEAR_ERRORS, &[0])])?;
+        self.talk.send(&[set_axis_state(node, IDLE), tell(node, CLEAR_ERRORS, &[0])])?;
         enabled?;
         match errors? {
             errors if errors & WATCHDOG_EXPIRED != 0 => self.takes(IDLE),
             0 => {
                 let most = 1e-9 * most as f64;
-                Err(self.device.wrong(format!(
+                Err(self.wrong(format!(
                     "keeps its power for {:.3} s without commands: expected enable_watchdog and a \
                     watchdog_timeout of at most {most} s",
                     SILENCE * most
                 )))
             }
-            errors => Err(self.device.wrong(format!("{} at standstill", error_names(errors)))),
+            errors => Err(self.wrong(format!("{} at standstill", error_names(errors)))),
         }
     }
+}
+
+/// What a message of a node carries, where a frame is that one.
+fn content(node: u8, of: u16, frame: &Frame) -> Option<[u8; 8]> {
+    command(node, frame).filter(|(command, _)| *command == of).map(|(_, octets)| octets)
 }

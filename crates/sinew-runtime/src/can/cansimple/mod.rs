@@ -161,10 +161,10 @@ fn floats(octets: [u8; 8]) -> [f64; 2] {
     words(octets).map(|word| f64::from(f32::from_bits(word)))
 }
 
-/// Bits of a cycle of so many nodes and a period, s, at most: a command, two requests with their answers, and
-/// a share of the heartbeat.
-pub(super) fn bits(nodes: usize, period: f64) -> f64 {
+/// Time of a cycle of so many nodes and a period, s, on a bus of a rate, bit/s, at most, s: a command, two
+/// requests with their answers, and a share of the heartbeat.
+pub(super) fn time(nodes: usize, period: f64, bitrate: u32) -> f64 {
     let share = (1e3 * period / f64::from(HEARTBEAT_MS)).min(1.0);
-    let (data, remote) = (tell(0, 0, &[0; 8]).bits() as f64, ask(0, 0).bits() as f64);
+    let [data, remote] = [tell(0, 0, &[0; 8]), ask(0, 0)].map(|frame| 1e-9 * frame.time(bitrate) as f64);
     nodes as f64 * ((3.0 + share) * data + 2.0 * remote)
 }

@@ -5,6 +5,7 @@ use super::servo::{ENCODER, OVERHEATING, OVERLOAD, ServoGoal, SimulatedServo};
 use crate::servos::device::ServoDevice;
 use crate::servos::registers::BAUD;
 use crate::servos::series::Series;
+use crate::virtual_time::Simulated;
 use sinew::drive::{DriveCommand, DriveFault, DriveParameters};
 use sinew::machine::{DriveDevice, Machine};
 use sinew::twin::arm::ArmTwin;
@@ -89,11 +90,6 @@ impl SimulatedMachine {
         &mut self.chains
     }
 
-    /// What is wrong by injection with the exchange of a cycle of a period, ns.
-    pub(in crate::servos) fn injected(&mut self, period: u64) -> Option<BusFault> {
-        BusFault::injected(self.arm.exchange_failure(), &mut self.stale_for, period as f64 * 1e-9)
-    }
-
     /// The machine follows the goals of its servos for a period, ns, that ends at `now`, and shows its
     /// measurements. It is held until all of them have had torque.
     pub fn advance(&mut self, period: u64, now: u64) {
@@ -140,6 +136,16 @@ impl SimulatedMachine {
             let position = place.drive.counts(angle).round() as i32;
             servo.show(current, speed, position, self.arm.winding(muscle));
         }
+    }
+}
+
+impl Simulated for SimulatedMachine {
+    fn injected(&mut self, period: u64) -> Option<BusFault> {
+        BusFault::injected(self.arm.exchange_failure(), &mut self.stale_for, period as f64 * 1e-9)
+    }
+
+    fn advance(&mut self, period: u64, now: u64) {
+        Self::advance(self, period, now);
     }
 }
 

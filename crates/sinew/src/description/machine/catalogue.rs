@@ -16,6 +16,7 @@ use alloc::vec::Vec;
 /// Keys of every entry, and those of a motor and of a reducer beside them.
 const ENTRY: [&str; 4] = ["name", "source", "assumed", "parameters"];
 const OF_MOTOR: [&str; 2] = ["mass_kg", "no_load_current_a"];
+const WORDS_OF_MOTOR: [&str; 4] = ["mass_kg", "no_load_current_a", "drives", "reducer"];
 const OF_REDUCER: [&str; 6] =
     ["ratios", "mass_kg", "inertia_kg_m2", "continuous_torque_nm", "peak_torque_nm", "top_speed_rad_per_s"];
 /// The word in `assumed` for every number of an entry.
@@ -36,7 +37,8 @@ impl Catalogue {
     ///
     /// TOML: tables `[[motor]]`, `[[reducer]]`, `[[winch]]` and, where there are any, `[[cord]]`, each with a
     /// `name`, a `source`, the keys of the numbers that have none in `assumed` (`"all"` for every one),
-    /// catalogue data, and `parameters` as [`Motor`], [`ReducerLosses`], [`Winch`], [`Cord`].
+    /// catalogue data, and `parameters` as [`Motor`], [`ReducerLosses`], [`Winch`], [`Cord`]. A motor of
+    /// `drives` is offered only to their machines; one with a `reducer` comes with that alone.
     ///
     /// # Errors
     /// The first error: file, line, entry, key, value and what was expected.
@@ -45,12 +47,18 @@ impl Catalogue {
         let table = document.parse()?;
         let root = document.root(&table, "catalogue");
         root.check_keys(&["motor", "reducer", "winch", "cord"])?;
-        Ok(Self {
-            motors: entries(&root, "motor", &OF_MOTOR, motor)?,
-            reducers: entries(&root, "reducer", &OF_REDUCER, reducer)?,
-            winches: entries(&root, "winch", &[], winch)?,
-            cords: cords(&root)?,
-        })
+        let motors = entries(&root, "motor", &WORDS_OF_MOTOR, motor)?;
+        let mut reducers = entries(&root, "reducer", &OF_REDUCER, reducer)?;
+        entries(&root, "motor", &WORDS_OF_MOTOR, |table, _| {
+            let Some(entry) = table.entry("reducer") else { return Ok(()) };
+            let name = entry.text("a name")?;
+            match reducers.iter_mut().find(|reducer| reducer.name == name) {
+                Some(own) => own.built_in = true,
+                None => return Err(entry.refuse("the name of a [[reducer]]")),
+            }
+            Ok(())
+        })?;
+        Ok(Self { motors, reducers, winches: entries(&root, "winch", &[], winch)?, cords: cords(&root)? })
     }
 }
 
@@ -65,7 +73,7 @@ fn entries<T>(
     root: &Table<'_>,
     kind: &str,
     own: &[&'static str],
-    read: fn(&Table<'_>, Named) -> Result<T, DescriptionError>,
+    read: impl FnMut(&Table<'_>, Named) -> Result<T, DescriptionError>,
 ) -> Result<Vec<T>, DescriptionError> {
     let found = any_entries(root, kind, own, read)?;
     if found.is_empty() {
@@ -79,10 +87,10 @@ fn any_entries<T>(
     root: &Table<'_>,
     kind: &str,
     own: &[&'static str],
-    read: fn(&Table<'_>, Named) -> Result<T, DescriptionError>,
+    read: impl FnMut(&Table<'_>, Named) -> Result<T, DescriptionError>,
 ) -> Result<Vec<T>, DescriptionError> {
     let known: Vec<&str> = ENTRY.iter().chain(own).copied().collect();
-    let tables = root.tables(kind, "name", &known)?;
+    let (tables, mut read) = (root.tables(kind, "name", &known)?, read);
     tables.into_iter().map(|(table, named)| read(&table, named)).collect()
 }
 
@@ -118,6 +126,11 @@ fn parameters<T>(
     complete(&[inner], fields, on, validate, &mut Listing::default(), ("", ValueSource::Catalogue))
 }
 
+/// A name, where one is said.
+fn word(table: &Table<'_>, key: &str) -> Result<Option<String>, DescriptionError> {
+    table.entry(key).map(|entry| entry.text("a name").map(ToString::to_string)).transpose()
+}
+
 fn motor(table: &Table<'_>, named: Named) -> Result<CatalogueMotor, DescriptionError> {
     let Head { name, source, assumed } = head(table, named, &OF_MOTOR, MOTOR)?;
     Ok(CatalogueMotor {
@@ -126,6 +139,8 @@ fn motor(table: &Table<'_>, named: Named) -> Result<CatalogueMotor, DescriptionE
         assumed,
         mass: table.required("mass_kg")?.number(POSITIVE)?,
         no_load_current: table.required("no_load_current_a")?.number(NON_NEGATIVE)?,
+        drives: word(table, "drives")?,
+        reducer: word(table, "reducer")?,
         parameters: parameters(table, MOTOR, Motor::class_35_mm(), |motor| motor.validate())?,
     })
 }
@@ -161,6 +176,7 @@ fn reducer(table: &Table<'_>, named: Named) -> Result<CatalogueReducer, Descript
         continuous_torque,
         peak_torque,
         top_speed: table.required("top_speed_rad_per_s")?.number(POSITIVE)?,
+        built_in: false,
         // Every number has a domain of its own: nothing is left to validate.
         parameters: parameters(table, REDUCER, losses, |_| Ok(()))?,
     })
@@ -248,6 +264,8 @@ mod tests {
             has(wrong("ratios = [53.0]", &format!("ratios = [53.0, {ratio}]")), &["ratios", ratio, ">= 1"]);
         }
         has(wrong("\"viscous_nm_s_per_rad\"", "\"colour\""), &["assumed", "colour"]);
+        let gears = "reducer = \"feetech_sts3215_12v_gears\"";
+        has(wrong(gears, "reducer = \"gears\""), &["feetech_sts3215_12v", "gears", "[[reducer]]"]);
         has(wrong("name = \"drum_20mm\"", "name = \"drum_15mm\""), &["a name of its own"]);
         has(wrong("{ radius_m = 0.020", "{ radius_m = 0.0"), &["drum_20mm", "radius_m is 0.0", "> 0"]);
     }

@@ -23,8 +23,8 @@ pub struct Choice<'a> {
     pub copper_loss: f64,
 }
 
-/// Designs of every motor with every reducer: first those that meet the requirement, by mass and then by
-/// margin, then those that do not, by deficit.
+/// Designs of every motor with every reducer that it can be put together with: first those that meet the
+/// requirement, by mass and then by margin, then those that do not, by deficit.
 ///
 /// The ratio and the winch of a pair are those with the largest margin to the nearest limit.
 ///
@@ -46,6 +46,7 @@ pub fn choose<'a>(catalogue: &'a Catalogue, desired: &Requirement) -> Result<Vec
         .motors
         .iter()
         .flat_map(|motor| catalogue.reducers.iter().map(move |reducer| (motor, reducer)))
+        .filter(|(motor, reducer)| catalogue.is_pair(motor, reducer))
         .filter_map(|(motor, reducer)| best(catalogue, motor, reducer, desired))
         .collect();
     choices.sort_by(|a, b| {
