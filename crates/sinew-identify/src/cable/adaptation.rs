@@ -23,8 +23,8 @@ pub fn fit_adaptation(logs: &[CableLog], model: &CableModel) -> f64 {
     best.filter(|(_, error)| *error < worth).map_or(0.0, |(gain, _)| gain)
 }
 
-/// Mean square of the far side's error where the estimate is no guess, N^2; how many these are differs a little
-/// between gains. Not finite where there is none.
+/// Mean square of the far side's error where the estimate is no guess, N^2; how many these are differs a
+/// little between gains. Not finite where there is none.
 fn far_squares(model: &CableModel, logs: &[CableLog]) -> f64 {
     let squares = |log: &CableLog| {
         let estimates = observe_log(model, log).ok()?;

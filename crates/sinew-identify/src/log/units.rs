@@ -69,8 +69,8 @@ const UNITS: [(&str, Kind, f64); 52] = [
     ("k", Kind::Other, 1.0),
 ];
 
-/// Units that are words of names too: `T_in` is no inch, `joint_c` no temperature, and `freq_hz` no quantity of
-/// a transmission.
+/// Units that are words of names too: `T_in` is no inch, `joint_c` no temperature, and `freq_hz` no quantity
+/// of a transmission.
 const NOT_IN_NAMES: [&str; 8] = ["in", "inch", "hz", "lb", "lbf", "kgf", "c", "k"];
 
 /// Units with capital letters.
