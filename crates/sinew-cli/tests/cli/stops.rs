@@ -46,14 +46,20 @@ fn go(client: &mut Client, request: Request, goal: u64) -> Mode {
 
 /// A session with this request, kept until the machine is in a mode.
 fn keep(client: &mut Client, request: Request, mode: Mode) {
+    assert!(leads(client, request, mode), "{request:?} does not lead to {mode:?} but to a fault");
+}
+
+/// Whether a session with this request, which is kept until then, leads to a mode and not to a fault.
+fn leads(client: &mut Client, request: Request, mode: Mode) -> bool {
     let begin = Instant::now();
     loop {
         client.send(&LinkCommand::from_request(request)).unwrap();
-        if client.receive(Duration::from_millis(20)).is_ok_and(|state| state.mode == mode) {
-            return;
+        let now = client.receive(Duration::from_millis(20)).map(|state| state.mode);
+        match now {
+            Ok(now) if now == mode => return true,
+            Ok(Mode::Fault) => return false,
+            _ => assert!(begin.elapsed() < PATIENCE, "{request:?} does not lead to {mode:?} but to {now:?}"),
         }
-        let state = client.session().state();
-        assert!(begin.elapsed() < PATIENCE, "{request:?} does not lead to {mode:?} but to {:?}", state.mode);
     }
 }
 
@@ -308,9 +314,7 @@ fn disabled_after(end: End) -> bool {
     let reached = if end == End::LostClient {
         let address = address_in(&mut lines, "listens on ");
         let mut client = Client::connect(address, None, PATIENCE).unwrap();
-        keep(&mut client, Request::Run, Mode::Run);
-        drop(client);
-        true
+        leads(&mut client, Request::Run, Mode::Run)
     } else {
         let page = (end == End::StoppedByThePage).then(|| address_in(&mut lines, "http://"));
         let moves = moves_for_seconds(&mut run, &bench.path("run.mcap"));
