@@ -250,8 +250,9 @@ const INSIDE: &str = "SINEW_STOPS_INSIDE";
 fn drives_of_another_process_are_disabled_whatever_ends_the_run() {
     if std::env::var_os(INSIDE).is_some() {
         for end in [End::Terminated, End::InterruptedTwice, End::StoppedByThePage, End::LostClient] {
-            // On a computer with other work a run may end by itself before.
-            assert!((0..10).any(|_| disabled_after(end)), "{end:?} is never reached");
+            // On a computer with other work most runs end by themselves before, within seconds: a drive stops
+            // where frames are late.
+            assert!((0..40).any(|_| disabled_after(end)), "{end:?} is never reached");
         }
         return;
     }
