@@ -100,4 +100,4 @@ def main(
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:3], *map(int, sys.argv[3:4]))
+    main(*sys.argv[1:3], *map(int, sys.argv[3:4]))  # type: ignore[arg-type]

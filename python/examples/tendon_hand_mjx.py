@@ -16,8 +16,8 @@ import jax.numpy as jnp
 import mujoco
 import mujoco.mjx as mjx
 import numpy as np
-from ml_collections import config_dict
-from mujoco_playground import MjxEnv, State, wrapper
+from ml_collections import config_dict  # type: ignore[import-not-found, unused-ignore]
+from mujoco_playground import MjxEnv, State, wrapper  # type: ignore[import-not-found, unused-ignore]
 
 import sinew.batch
 import sinew.mjx
@@ -26,7 +26,7 @@ HAND = Path(__file__).with_name("tendon_hand.py")
 FINGER: str = run_path(str(HAND))["FINGER"]
 
 
-class Reach(MjxEnv):
+class Reach(MjxEnv):  # type: ignore[misc, unused-ignore]
     """The knuckle is to reach an angle; the action is the difference of the tensions, N."""
 
     goal, rest = 0.6, 4.0

@@ -30,6 +30,8 @@ def test_the_blocks_of_a_page_run_one_after_the_other(
     if "batch" in page:
         pytest.importorskip("mujoco.mjx", reason="MJX is not installed", exc_type=ImportError)
         pytest.importorskip("mujoco_warp", reason="MuJoCo Warp is not installed")
+    if "worlds" in page:
+        pytest.importorskip("mujoco_warp", reason="MuJoCo Warp is not installed")
     if "gradients" in page:
         pytest.importorskip("jax", reason="JAX is not installed")
     if "policy" in page:
