@@ -116,10 +116,10 @@ impl Distribution {
         }
     }
 
-    /// Drops the last solution: the next one starts from nothing.
+    /// Drops the last solution and the groups of its arms: the next one starts from nothing, and has the bits
+    /// that a new distribution gives.
     pub fn forget(&mut self) {
-        self.lambda.fill(0.0);
-        self.infeasible.fill(false);
+        self.pattern.clear();
     }
 
     /// The tensions for a torque, or for the closest that can be reached.
@@ -132,7 +132,9 @@ impl Distribution {
         if self.pattern.groups().is_empty() || self.gather_arms(problem) != arms {
             self.pattern.find(problem.moment_arms);
             self.gather_arms(problem);
-            self.forget();
+            self.lambda.fill(0.0);
+            self.infeasible.fill(false);
+            self.solver.forget();
         }
         self.gather(problem);
         let (mut status, mut iterations) = (Status::Optimal, 0);
@@ -189,8 +191,10 @@ impl Distribution {
     fn gather_arms(&mut self, problem: &Problem) -> u64 {
         let mut count = 0;
         for (arm, &place) in self.arms.iter_mut().zip(self.pattern.source()) {
-            *arm = problem.moment_arms[place];
-            count += u64::from(is_nonzero(*arm));
+            let given = problem.moment_arms[place];
+            let counts = is_nonzero(given);
+            *arm = if counts { given } else { 0.0 };
+            count += u64::from(counts);
         }
         count
     }

@@ -64,6 +64,11 @@ impl Pattern {
         &self.groups[..self.group_count]
     }
 
+    /// Drops the groups.
+    pub(super) fn clear(&mut self) {
+        self.group_count = 0;
+    }
+
     /// Place of each entry in the problem's matrix.
     pub(super) fn source(&self) -> &[usize] {
         &self.source[..self.start[self.muscles.len()]]

@@ -40,6 +40,12 @@ impl Solver {
         }
     }
 
+    /// Drops the closest torques of earlier problems, which certify later ones.
+    pub(super) fn forget(&mut self) {
+        self.double.closest.fill(0.0);
+        self.wide.closest.fill(Wide::ZERO);
+    }
+
     /// Tensions and residual of the group solved last.
     pub(super) fn answer(&self) -> &Ascent<f64> {
         &self.double.ascent

@@ -319,6 +319,34 @@ fn equal_questions_get_equal_bits_and_a_warm_start_saves_steps() {
 }
 
 #[test]
+fn what_was_solved_before_leaves_nothing_once_it_is_forgotten() {
+    let mut random = Random::new(12);
+    for_all(10, |name, owned| {
+        // Other arms vanish in each of the problems, altogether or nearly.
+        let [first, second] = [(); 2].map(|()| {
+            let mut thinned = owned.clone();
+            for arm in &mut thinned.arms {
+                match below(&mut random, 6) {
+                    0 | 1 => *arm = 0.0,
+                    2 => *arm *= 1e-200,
+                    3 => *arm = f64::MIN_POSITIVE,
+                    _ => {}
+                }
+            }
+            thinned
+        });
+        let mut used = Distribution::new(owned.muscles, owned.joints);
+        used.solve(&first.problem()).unwrap();
+        used.forget();
+        let used = used.solve(&second.problem()).unwrap();
+        let mut fresh = Distribution::new(owned.muscles, owned.joints);
+        let fresh = fresh.solve(&second.problem()).unwrap();
+        assert_eq!(used, fresh, "{name}");
+        assert!(fresh.residual.iter().all(|residual| residual.is_finite()), "{name}: {fresh:?}");
+    });
+}
+
+#[test]
 fn tensions_that_are_desired_and_give_the_torque_are_returned() {
     for_all(10, |name, owned| {
         let mut distribution = Distribution::new(owned.muscles, owned.joints);
