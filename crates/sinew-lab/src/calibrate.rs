@@ -17,7 +17,7 @@ use sinew_identify::fit::perceptron::{TrainOptions, train};
 use sinew_identify::identify::{Keep, Options, identify};
 use sinew_identify::log::{ReadOptions, RequestedRoles, read_bytes};
 
-/// Gain of every observer's drag adaptation in operation, 1/(N m): the lab's choice, near the time constant
+/// Gain of the observer's drag adaptation in operation, 1/(N m): the lab's choice, near the time constant
 /// of the grease's temperature.
 const DRAG_ADAPTATION: f64 = 1.0;
 
@@ -73,8 +73,7 @@ pub fn observer(fit: &CableFit) -> Result<Compensation, Error> {
 }
 
 /// The inverse of a model that [`identify()`] makes of the runs as a log: no parameter of the bench is known.
-/// Its candidate is the cable's observer, which reads both displacements. In operation its drag is adapted at
-/// the rate of [`observer`]'s, not at the one that the log gives: both compensations follow the grease alike.
+/// Its candidate is the cable's observer, which reads both displacements.
 ///
 /// # Errors
 /// As [`identify()`].
@@ -88,10 +87,7 @@ pub fn inverted(logs: &[Vec<BenchRow>], seed: u64) -> Result<Compensation, Error
     let data = read_bytes(&files, &roles, &read)?;
     let options =
         Options { seed, models: vec!["observer".to_owned()], keep: Keep::All, ..Options::default() };
-    let mut model = identify(&data, &options, &|_, _| {})?.model;
-    if let Some(cable) = &mut model.estimator.law.cable {
-        cable.model.learning = DRAG_ADAPTATION;
-    }
+    let model = identify(&data, &options, &|_, _| {})?.model;
     Ok(Compensation::Inverse(Box::new(InverseCompensation::new(model).map_err(refused)?)))
 }
 

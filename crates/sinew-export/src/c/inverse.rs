@@ -27,8 +27,8 @@ pub(super) fn fill(
     filling.when("everywhere", constants.direction != 0.0 && everywhere);
     filling.set("near_column", comment(&model.inputs[constants.near].column));
     filling.set("max_evaluations", MAX_EVALUATIONS);
-    let adapts = cable.is_some_and(|cable| cable.model.learning > 0.0);
-    filling.set("drag_factor", if adapts { "c->model.law_drag_factor" } else { "1.0" });
+    let changes = cable.is_some_and(|cable| cable.model.learning > 0.0 || cable.model.warming.is_some());
+    filling.set("drag_factor", if changes { "c->model.drag_factor" } else { "1.0" });
     let mut tables = tables(&constants, name.as_str(), everywhere);
     if let Some(cable) = cable {
         let initial = if cable.model.start < 0.0 { -1.0 } else { 1.0 };

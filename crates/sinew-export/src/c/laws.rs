@@ -85,8 +85,11 @@ fn fill_cable(filling: &mut Filling, cable: &ObservedCable, n: &str) -> Result<(
     })?;
     let cells = law.cells();
     let (adaptation, weakening) = (model.learning > 0.0, law.weakening());
+    let changes = adaptation || model.warming.is_some();
     filling.when("cable", true);
     filling.when("adaptation", adaptation);
+    filling.when("warming", model.warming.is_some());
+    filling.when("drag_changes", changes);
     filling.when("zero_stretch", model.zero_stretch.is_some());
     filling.when("weakening", weakening.is_some());
     filling.when("gaussian", weakening.is_some_and(|w| w.form == WeakeningForm::Gaussian));
@@ -101,7 +104,7 @@ fn fill_cable(filling: &mut Filling, cable: &ObservedCable, n: &str) -> Result<(
         .set("sweep_state", if weakening.is_some() { format!("const {n}_state *s,") } else { String::new() });
     filling.set("sweep_argument", if weakening.is_some() { "s," } else { "" });
     let drag = format!("{n}_drag[i]");
-    filling.set("drag", if adaptation { format!("{drag} * s->law_drag_factor") } else { drag });
+    filling.set("drag", if changes { format!("{drag} * s->drag_factor") } else { drag });
     filling.set("cable_tables", cable_tables(cable, &law, n));
     Ok(())
 }
@@ -139,6 +142,10 @@ fn cable_tables(cable: &ObservedCable, law: &CableLaw, n: &str) -> String {
     one("correction", model.correction);
     if model.learning > 0.0 {
         one("learning", model.learning);
+    }
+    if let Some(warming) = model.warming {
+        one("warming_rate", warming.rate);
+        one("warming_time", warming.time);
     }
     one("motor_scale", cable.columns.motor_scale);
     one("anchor_scale", cable.columns.anchor_scale);

@@ -1,9 +1,9 @@
 //! The cable observer fitted to conditioned sequences, as a candidate of the comparison.
 
-use super::adaptation::fit_adaptation;
 use super::fit::FitOptions;
 use super::initial::identify_cable;
 use super::log::CableLog;
+use super::warming::fit_warming;
 use super::weakening::fit_weakening;
 use crate::fit::cell::START_PRIOR_SEQUENCES;
 use crate::fit::run::Run;
@@ -16,8 +16,8 @@ const INTERVAL_S: f64 = 4e-3;
 /// Fits a cable to runs; `None` where they do not show one.
 pub(crate) fn fit_observed(runs: &[&Run], columns: CableColumns) -> Option<ObservedCable> {
     let logs: Vec<CableLog> = runs.iter().map(|run| thinned(run, &columns)).collect();
-    let mut model = fit_weakening(&logs, identify_cable(&logs, &FitOptions::default()).ok()?).model;
-    model.learning = fit_adaptation(&logs, &model);
+    let fit = fit_weakening(&logs, identify_cable(&logs, &FitOptions::default()).ok()?);
+    let mut model = fit_warming(&logs, fit.model);
     model.start = start_position(&model, &logs)?;
     Some(ObservedCable { model, columns })
 }

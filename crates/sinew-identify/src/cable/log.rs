@@ -29,6 +29,11 @@ impl CableLog {
         self.samples.is_empty()
     }
 
+    /// How long it lasts, s.
+    pub(super) fn seconds(&self) -> f64 {
+        self.interval_s.iter().sum()
+    }
+
     /// Appends a sample.
     pub fn push(&mut self, interval_s: f64, sample: CableSample, far: f64) {
         self.interval_s.push(interval_s);
@@ -104,6 +109,13 @@ pub(super) fn shortened(logs: &[CableLog], most: usize) -> Vec<CableLog> {
     pieces
 }
 
+/// The same part of every log from its beginning, `most` samples of all together.
+pub(super) fn beginnings(logs: &[CableLog], most: usize) -> Vec<CableLog> {
+    let total: usize = logs.iter().map(CableLog::len).sum();
+    let kept = |log: &CableLog| if total <= most { log.len() } else { log.len() * most / total };
+    logs.iter().map(|log| log.part(0..kept(log))).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -120,5 +132,8 @@ mod tests {
         assert!(pieces[..4].iter().all(|piece| piece.len() > 15_000 && piece.check(0).is_ok()));
         assert!(pieces[3].samples[0].motor > 350_000.0);
         assert_eq!(shortened(std::slice::from_ref(&log), 500_000)[0].len(), 500_000);
+        let begun = beginnings(&[log.clone(), log.part(0..1000)], 50_100);
+        assert_eq!(begun.iter().map(CableLog::len).collect::<Vec<_>>(), [50_000, 100]);
+        assert!(begun[0].samples[0].motor < 1.0 && beginnings(&begun, 50_100)[1].len() == 100);
     }
 }

@@ -30,6 +30,8 @@ pub enum Quantity {
     WeakeningSpeed,
     /// `tau` of the velocity weakening, s: its lag.
     WeakeningLag,
+    /// `s` of the grease's warming, 1/J: how much drag falls per heat of friction.
+    WarmingRate,
 }
 
 /// A fitted quantity with its 95 % interval.
@@ -89,6 +91,7 @@ impl Quantity {
             Self::Rise => "friction_rise",
             Self::WeakeningSpeed => "weakening_speed_m_per_s",
             Self::WeakeningLag => "weakening_lag_s",
+            Self::WarmingRate => "warming_rate_per_j",
         }
     }
 
@@ -107,6 +110,7 @@ impl Quantity {
             Self::Rise => model.parameters.weakening.map_or(0.0, |weakening| weakening.rise),
             Self::WeakeningSpeed => model.parameters.weakening.unwrap_or(INITIAL_WEAKENING).speed,
             Self::WeakeningLag => model.parameters.weakening.unwrap_or(INITIAL_WEAKENING).lag,
+            Self::WarmingRate => model.warming.map_or(f64::NAN, |warming| warming.rate),
         }
     }
 
@@ -144,6 +148,7 @@ impl Quantity {
             Self::Rise => weakening(model).rise = value,
             Self::WeakeningSpeed => weakening(model).speed = value,
             Self::WeakeningLag => weakening(model).lag = value,
+            Self::WarmingRate => model.warming.as_mut()?.rate = value,
         }
         Some(())
     }
@@ -163,6 +168,7 @@ impl Quantity {
             // Slower than creep or faster than any stroke it is no weakening.
             Self::WeakeningSpeed => value.clamp(1e-4, 0.3),
             Self::WeakeningLag => value.clamp(0.005, 2.0),
+            Self::WarmingRate => value.min(1.0),
             _ => value,
         }
     }

@@ -1,30 +1,79 @@
-//! How fast the drag of a cable is adapted as it runs, from logs.
+//! How the drag of a cable falls as friction warms its grease, from logs.
 
-use super::log::{CableLog, observe_log};
+use super::fit::{FitOptions, fit_cable_model};
+use super::log::{CableLog, beginnings, observe_log};
+use super::quantity::Quantity;
 use rayon::prelude::*;
 use sinew::predictor::CableModel;
+use sinew::transmission::Warming;
 
-/// Gains of the adaptation that are tried, 1/(N m).
-const GAINS: [f64; 6] = [0.03, 0.1, 0.2, 0.5, 1.0, 2.0];
-
-/// Less than this of the error without an adaptation has to be left by one: what noise gains does not count.
+/// Times in which the sheath cools that are tried, as parts of the longest log: with a longer one, drag would
+/// fall in operation below what any log shows.
+const TIMES: [f64; 3] = [0.1, 0.3, 1.0];
+/// Softening at the end of the longest log from which a search starts, 1.
+const START: f64 = 0.1;
+/// Samples that are searched over, at most, from the beginnings of the logs.
+const SAMPLES: usize = 160_000;
+/// Accepted steps of a search, at most: everything else begins near its optimum.
+const STEPS: usize = 12;
+/// Less than this of the error has to be left: what noise gains does not count.
 const LEFT: f64 = 0.98;
 
-/// The gain of a model's drag adaptation, 1/(N m), by which it follows the far side of the logs best; 0 where
-/// no adaptation leaves 2 % less of the error, or where the model has no law.
+/// The model with the warming of its grease, and with friction, drag and pretension as they are beside it;
+/// the model as it is where that does not leave 2 % less of the error of the far side.
 ///
-/// For a model whose other numbers are fitted: grease warms as a cable slides, and a log of minutes shows it.
+/// For a model whose other numbers are fitted. Every log is taken to begin with cold grease.
 #[must_use]
-pub fn fit_adaptation(logs: &[CableLog], model: &CableModel) -> f64 {
-    let error = |learning: f64| far_squares(&CableModel { learning, ..model.clone() }, logs);
-    let errors: Vec<(f64, f64)> = GAINS.par_iter().map(|gain| (*gain, error(*gain))).collect();
-    let best = errors.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
-    let worth = LEFT * LEFT * error(0.0);
-    best.filter(|(_, error)| *error < worth).map_or(0.0, |(gain, _)| gain)
+pub fn fit_warming(logs: &[CableLog], model: CableModel) -> CableModel {
+    let logs = &beginnings(logs, SAMPLES);
+    let longest = logs.iter().map(CableLog::seconds).fold(0.0, f64::max);
+    let power = power(logs);
+    if !(power > 0.0 && longest > 0.0) {
+        return model;
+    }
+    let free = [
+        Quantity::FrictionAngle,
+        Quantity::Drag,
+        Quantity::Pretension,
+        Quantity::Rise,
+        Quantity::WarmingRate,
+    ];
+    let options = FitOptions {
+        free: free.to_vec(),
+        samples: usize::MAX,
+        steps: STEPS,
+        multistart: false,
+        ..FitOptions::default()
+    };
+    let warmed = TIMES.par_iter().filter_map(|part| {
+        let time = (part * longest).max(1.0);
+        let warming = Some(Warming { rate: (START / (power * time)).min(1.0), time });
+        let start = CableModel { warming, ..model.clone() };
+        let fitted = fit_cable_model(logs, &start, &options).ok()?;
+        Some((far_squares(&fitted, logs), fitted))
+    });
+    let best = warmed.min_by(|a, b| a.0.total_cmp(&b.0));
+    let worth = LEFT * LEFT * far_squares(&model, logs);
+    best.filter(|(squares, _)| *squares < worth).map_or(model, |(_, warmed)| warmed)
 }
 
-/// Mean square of the far side's error where the estimate is no guess, N^2; how many these are differs a
-/// little between gains. Not finite where there is none.
+/// Mean power of friction, W: what the ends' forces leave in the cable.
+fn power(logs: &[CableLog]) -> f64 {
+    let (mut work, mut seconds) = (0.0, 0.0);
+    for log in logs {
+        for row in 1..log.len() {
+            let (a, b) = (&log.samples[row - 1], &log.samples[row]);
+            let done = b.tension_in * (b.motor - a.motor) - log.far[row] * (b.anchor - a.anchor);
+            if done.is_finite() && log.weight[row] > 0.0 {
+                work += done;
+                seconds += log.interval_s[row];
+            }
+        }
+    }
+    work / seconds
+}
+
+/// Mean square of the far side's error where the estimate is no guess, N^2. Not finite where there is none.
 fn far_squares(model: &CableModel, logs: &[CableLog]) -> f64 {
     let squares = |log: &CableLog| {
         let estimates = observe_log(model, log).ok()?;

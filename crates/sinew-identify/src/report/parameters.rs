@@ -37,8 +37,10 @@ fn cable_parameters(model: &CableModel, folds: &[&CableModel]) -> Vec<Parameter>
             m.law().ok().and_then(|law| law.compliance().first().copied()).unwrap_or(f64::NAN)
         }),
     ];
-    let adapts: (&str, &str, Number) = ("adaptation of the drag as it warms", "1/(N m)", |m| m.learning);
-    let adapts = (model.learning > 0.0).then_some(adapts);
+    let warming: (&str, &str, Number) = ("softening of the grease per power of friction", "1/W", |m| {
+        m.warming.map_or(0.0, |warming| warming.rate * warming.time)
+    });
+    let warming = model.warming.map(|_| warming);
     let one = |(name, unit, number): (&str, &str, Number)| {
         let others: Vec<f64> = folds.iter().map(|m| number(m)).collect();
         let (value, (low, high)) = (number(model), jackknife(number(model), &others));
@@ -60,7 +62,7 @@ fn cable_parameters(model: &CableModel, folds: &[&CableModel]) -> Vec<Parameter>
             remark: remark.into(),
         }
     };
-    numbers.into_iter().chain(adapts).map(one).collect()
+    numbers.into_iter().chain(warming).map(one).collect()
 }
 
 /// Name and unit of a number of an axis, and the number.

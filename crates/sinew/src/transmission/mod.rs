@@ -19,6 +19,7 @@ mod sheath;
 mod sheath_bend;
 mod sliding;
 mod stribeck;
+mod warming;
 
 pub use bouc_wen::BoucWen;
 pub use capstan::capstan_tension_out;
@@ -33,3 +34,4 @@ pub use sheath::SheathLaw;
 pub use sheath_bend::SheathBend;
 pub use sliding::Sliding;
 pub use stribeck::Stribeck;
+pub use warming::Warming;

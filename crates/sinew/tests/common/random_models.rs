@@ -5,7 +5,7 @@ use sinew::predictor::{
     Model, ObservedCable, Role, Signal,
 };
 use sinew::random::Random;
-use sinew::transmission::{BasisTerm, Branch, ClampCell, Perceptron, PerceptronWeights};
+use sinew::transmission::{BasisTerm, Branch, ClampCell, Perceptron, PerceptronWeights, Warming};
 
 /// Kinds of [`model`], in turn.
 pub(crate) const KINDS: [&str; 8] =
@@ -135,6 +135,8 @@ fn observer(model: &mut Model, draw: &mut Draw) {
     cable.far_gain = draw.between(0.9, 1.1);
     cable.start = draw.between(-1.0, 1.0);
     cable.learning = if draw.yes(0.5) { 1.0 } else { 0.0 };
+    cable.warming =
+        draw.yes(0.5).then(|| Warming { rate: draw.between(0.0, 5e-3), time: draw.between(1.0, 100.0) });
     cable.zero_stretch = draw.yes(0.3).then(|| draw.between(-0.01, 0.01));
     let columns = CableColumns { tension: 0, motor: 1, anchor: 2, motor_scale, anchor_scale: 1.0 };
     model.estimator.law = MemoryLaw {

@@ -56,9 +56,9 @@ void @_init(@_state *state)
         state->tanh_half[i] = @_tanh(state->half_angle[i]);
     }
 //%end
-//%if adaptation
+//%if drag_changes
+    state->adapted = 1.0;
     state->drag_factor = 1.0;
-    state->law_drag_factor = 1.0;
 //%end
 }
 

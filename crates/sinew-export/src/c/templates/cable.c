@@ -332,25 +332,30 @@ static void @_follow(@_state *s, double interval, double motor, double anchor)
         }
     }
 }
+//%if warming
+
+/* Friction warms the grease; implicit, so that pauses of any length cool it. */
+static void @_warm(@_state *s, double work, double interval)
+{
+    const double pause = interval > 0.0 ? interval : 0.0;
+    const double warmed = (s->warmth + @_warming_rate * work) / (1.0 + pause / @_warming_time);
+    s->warmth = warmed < 0.0 ? 0.0 : warmed > 4.0 ? 4.0 : warmed;
+}
+//%end
 //%if adaptation
 
 /* Adapts the drag while the whole cable slides, by gradient descent on the innovation. */
 static void @_adapt(@_state *s)
 {
-    double change;
     if (s->converged && s->interval > 0.0) {
         if (s->converged_time < 2.0) {
             s->converged_time += s->interval;
         } else if (@_slides(s)) {
             const double speed = s->anchor_displacement / s->interval;
             const double weight = s->anchor_displacement * (speed / 0.1) * (speed / 0.1);
-            const double factor = s->drag_factor + @_learning * @_bounded_innovation(s) * weight;
-            s->drag_factor = factor < 0.2 ? 0.2 : factor > 5.0 ? 5.0 : factor;
+            const double factor = s->adapted + @_learning * @_bounded_innovation(s) * weight;
+            s->adapted = factor < 0.2 ? 0.2 : factor > 5.0 ? 5.0 : factor;
         }
-    }
-    change = @_magnitude(s->drag_factor - s->law_drag_factor);
-    if (change > 2e-3) {
-        s->law_drag_factor = s->drag_factor;
     }
 }
 //%end
@@ -362,6 +367,9 @@ static void @_observe(@_state *s, double interval, double tension)
     const double anchor = @_anchor_scale * s->values[//%here anchor_input];
     if (!s->memory_started) {
         s->moved = 0;
+//%if warming
+        s->warmth = 0.0;
+//%end
     }
     if (s->moved && interval <= 0.02) {
         double by_motor = motor - s->motor, by_anchor = anchor - s->anchor;
@@ -370,7 +378,8 @@ static void @_observe(@_state *s, double interval, double tension)
         by_anchor = @_magnitude(by_anchor) <= 0.05 ? by_anchor : 0.0;
         s->motor = motor;
         s->anchor = anchor;
-//%if adaptation
+//%if drag_changes
+        s->motor_displacement = by_motor;
         s->anchor_displacement = by_anchor;
         s->interval = interval;
 //%end
@@ -382,8 +391,13 @@ static void @_observe(@_state *s, double interval, double tension)
         s->moved = 1;
         s->converged = 0;
         s->sliding_time = 0.0;
-//%if adaptation
+//%if warming
+        @_warm(s, 0.0, interval);
+//%end
+//%if drag_changes
+        s->motor_displacement = 0.0;
         s->anchor_displacement = 0.0;
+        s->interval = 0.0;
         s->converged_time = 0.0;
 //%end
         @_settle(s, start);
@@ -401,7 +415,13 @@ static void @_observe(@_state *s, double interval, double tension)
         s->low = @_smaller(low, high);
         s->high = @_larger(high, low);
     }
+//%if warming
+    @_warm(s, s->tension_in * s->motor_displacement - s->tension_out * s->anchor_displacement, s->interval);
+//%end
 //%if adaptation
     @_adapt(s);
+//%end
+//%if drag_changes
+    s->drag_factor = s->adapted * (1.0 / (1.0 + s->warmth));
 //%end
 }

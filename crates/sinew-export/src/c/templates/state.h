@@ -31,8 +31,8 @@
 //%end
     double motor, anchor, innovation, sliding_time;
     int moved, converged;
-//%if adaptation
-    double anchor_displacement, interval, converged_time, drag_factor, law_drag_factor;
+//%if drag_changes
+    double motor_displacement, anchor_displacement, interval, converged_time, warmth, adapted, drag_factor;
 //%end
 //%end
 //%if axis_force

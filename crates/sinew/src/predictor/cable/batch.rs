@@ -90,8 +90,7 @@ impl CableObservers {
         for (k, ((state, sample), estimate)) in self.states.iter_mut().zip(samples).zip(estimates).enumerate()
         {
             *estimate = state.update(sample, self.ends[k], self.cables.stretch(k).unwrap_or(0.0));
-            state.adapt_drag(self.cables.slides_everywhere(k));
-            if let Some(factor) = state.changed_drag_factor() {
+            if let Some(factor) = state.changed_drag(self.cables.slides_everywhere(k), self.ends[k]) {
                 self.cables.scale_drag(k, factor)?;
             }
         }
@@ -107,7 +106,7 @@ impl CableObservers {
         from.cables.save(cable, profile)?;
         self.cables.restore(cable, profile)?;
         self.states[cable].clone_from(&from.states[cable]);
-        self.cables.scale_drag(cable, self.states[cable].law_drag_factor())
+        self.cables.scale_drag(cable, self.states[cable].drag_factor())
     }
 
     /// The estimated cables with their profiles.

@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::error::{finite, positive, within};
+use crate::transmission::Warming;
 use crate::transmission::cable::{CableLaw, CableParameters, CablePath};
 use serde::{Deserialize, Serialize};
 
@@ -29,6 +30,10 @@ pub struct CableModel {
     /// drag.
     #[serde(rename = "learning_per_n_m", default)]
     pub learning: f64,
+    /// How drag falls as friction warms the grease, from the first sample of a sequence on; none where it
+    /// does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warming: Option<Warming>,
     /// Stretch, m, at zero positions of motor and anchor, where their zeros are fixed: it replaces
     /// [`start`](Self::start). None for incremental encoders.
     #[serde(rename = "zero_stretch_m", default, skip_serializing_if = "Option::is_none")]
@@ -47,6 +52,7 @@ impl CableModel {
             start: 0.0,
             correction: 2e-3,
             learning: 0.0,
+            warming: None,
             zero_stretch: None,
         }
     }
@@ -62,6 +68,9 @@ impl CableModel {
         within("correction", "a number in [0, 1] m/(N s)", self.correction, valid)?;
         let valid = (0.0..=100.0).contains(&self.learning);
         within("learning", "a number in [0, 100] 1/(N m)", self.learning, valid)?;
+        if let Some(warming) = self.warming {
+            warming.check()?;
+        }
         if let Some(stretch) = self.zero_stretch {
             finite("zero_stretch", stretch)?;
         }

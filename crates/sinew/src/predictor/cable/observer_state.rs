@@ -1,6 +1,7 @@
 //! State of one cable's observer between samples: inputs of the law, correction, drag adaptation.
 
 use super::model::{CableModel, CableSample};
+use crate::transmission::Warming;
 use crate::transmission::cable::{CableLaw, EndMotion, EndTensions};
 
 /// Estimate of a cable's state after a sample.
@@ -29,7 +30,7 @@ pub struct CableEstimate {
     pub known: bool,
     /// Whether a position was missing or jumped and was held.
     pub held: bool,
-    /// Adapted drag as a multiple of the model's.
+    /// Drag, warmed and adapted, as a multiple of the model's.
     pub drag_factor: f64,
 }
 
@@ -54,8 +55,6 @@ const DRAG_FACTOR: [f64; 2] = [0.2, 5.0];
 /// Speed at which the innovation is dominated by drag, m/s: the adaptation's weight is the square of the
 /// speed over it.
 const DRAG_SPEED: f64 = 0.1;
-/// Change of the drag factor from which on it is set in the law.
-const DRAG_RESOLUTION: f64 = 2e-3;
 
 /// Initial profile of a cable.
 #[derive(Debug, Clone, Copy)]
@@ -87,14 +86,17 @@ pub(super) struct ObserverState {
     pub(super) converged: bool,
     held: bool,
     adaptation: f64,
-    /// Displacement of the anchor in the last interval, m, and the interval, s.
+    warming: Option<Warming>,
+    /// Softening of the grease since the first sample, 1.
+    warmth: f64,
+    /// Displacements of the ends in the last interval, m, and the interval, s.
+    motor_displacement: f64,
     anchor_displacement: f64,
     interval: f64,
     /// Time since convergence, s, up to [`ADAPTATION_DELAY`].
     converged_time: f64,
-    drag_factor: f64,
-    /// The factor as set in the law.
-    law_drag_factor: f64,
+    /// Adapted drag as a multiple of the model's.
+    adapted: f64,
 }
 
 impl ObserverState {
@@ -112,11 +114,13 @@ impl ObserverState {
             converged: false,
             held: false,
             adaptation: model.learning,
+            warming: model.warming,
+            warmth: 0.0,
+            motor_displacement: 0.0,
             anchor_displacement: 0.0,
             interval: 0.0,
             converged_time: 0.0,
-            drag_factor: 1.0,
-            law_drag_factor: 1.0,
+            adapted: 1.0,
         }
     }
 
@@ -127,20 +131,26 @@ impl ObserverState {
 
     pub(super) fn reset(&mut self) {
         self.last = None;
+        self.warmth = 0.0;
     }
 
     /// Displacements of the ends since the last sample, with the correction; `None` where the observer has to
     /// start.
     pub(super) fn end_motion(&mut self, interval: f64, sample: &CableSample) -> Option<EndMotion> {
-        let (motor, anchor) = self.last.filter(|_| interval <= MAX_INTERVAL)?;
+        let Some((motor, anchor)) = self.last.filter(|_| interval <= MAX_INTERVAL) else {
+            self.warm(0.0, interval);
+            return None;
+        };
         let displacements = (displacement(motor, sample.motor), displacement(anchor, sample.anchor));
         let (motor_displacement, anchor_displacement) = displacements;
         self.held = motor_displacement.is_none() || anchor_displacement.is_none();
         self.last = Some((finite_or(sample.motor, motor), finite_or(sample.anchor, anchor)));
-        (self.anchor_displacement, self.interval) = (anchor_displacement.unwrap_or(0.0), interval);
+        self.motor_displacement = motor_displacement.unwrap_or(0.0);
+        self.anchor_displacement = anchor_displacement.unwrap_or(0.0);
+        self.interval = interval;
         Some(EndMotion {
-            motor: motor_displacement.unwrap_or(0.0) + self.correction_speed() * interval.max(0.0),
-            anchor: anchor_displacement.unwrap_or(0.0),
+            motor: self.motor_displacement + self.correction_speed() * interval.max(0.0),
+            anchor: self.anchor_displacement,
         })
     }
 
@@ -157,8 +167,8 @@ impl ObserverState {
     pub(super) fn initialize(&mut self, sample: &CableSample) -> InitialProfile {
         let measured = sample.motor.is_finite() && sample.anchor.is_finite();
         self.last = measured.then_some((sample.motor, sample.anchor));
-        (self.converged, self.sliding_time, self.held, self.anchor_displacement) =
-            (false, 0.0, !measured, 0.0);
+        (self.converged, self.sliding_time, self.held) = (false, 0.0, !measured);
+        (self.motor_displacement, self.anchor_displacement, self.interval) = (0.0, 0.0, 0.0);
         self.converged_time = 0.0;
         let zero = self.zero_stretch.filter(|_| measured);
         InitialProfile {
@@ -191,7 +201,26 @@ impl ObserverState {
             stretch,
             known: self.converged,
             held: self.held,
-            drag_factor: self.drag_factor,
+            drag_factor: self.drag_factor(),
+        }
+    }
+
+    /// Drag as a multiple of the model's after a sample, where the model says that it changes.
+    pub(super) fn changed_drag(&mut self, slides_everywhere: bool, ends: EndTensions) -> Option<f64> {
+        let work = ends.tension_in * self.motor_displacement - ends.tension_out * self.anchor_displacement;
+        self.warm(work, self.interval);
+        self.adapt_drag(slides_everywhere);
+        (self.warming.is_some() || self.adaptation > 0.0).then(|| self.drag_factor())
+    }
+
+    /// Drag as a multiple of the model's.
+    pub(super) fn drag_factor(&self) -> f64 {
+        self.adapted * Warming::drag_factor(self.warmth)
+    }
+
+    fn warm(&mut self, work: f64, interval: f64) {
+        if let Some(warming) = self.warming {
+            self.warmth = warming.step(self.warmth, work, interval);
         }
     }
 
@@ -200,7 +229,7 @@ impl ObserverState {
     /// ```text
     /// f <- clip(f + g_d i dx (v/v_d)^2, f_min, f_max)     i innovation, dx displacement of the anchor, v = dx/dt
     /// ```
-    pub(super) fn adapt_drag(&mut self, slides_everywhere: bool) {
+    fn adapt_drag(&mut self, slides_everywhere: bool) {
         if !self.converged || self.interval <= 0.0 || self.adaptation <= 0.0 {
             return;
         }
@@ -209,28 +238,14 @@ impl ObserverState {
         } else if slides_everywhere {
             let speed = self.anchor_displacement / self.interval;
             let weight = self.anchor_displacement * (speed / DRAG_SPEED) * (speed / DRAG_SPEED);
-            let factor = self.drag_factor + self.adaptation * self.bounded_innovation() * weight;
-            self.drag_factor = factor.clamp(DRAG_FACTOR[0], DRAG_FACTOR[1]);
+            let factor = self.adapted + self.adaptation * self.bounded_innovation() * weight;
+            self.adapted = factor.clamp(DRAG_FACTOR[0], DRAG_FACTOR[1]);
         }
     }
 
     /// Last positions of motor and anchor, m; none before the first sample.
     pub(super) fn positions(&self) -> Option<(f64, f64)> {
         self.last
-    }
-
-    /// The drag factor as it was set in the law last.
-    pub(super) fn law_drag_factor(&self) -> f64 {
-        self.law_drag_factor
-    }
-
-    /// The drag factor, where it has changed enough to be set in the law.
-    pub(super) fn changed_drag_factor(&mut self) -> Option<f64> {
-        let changed = (self.drag_factor - self.law_drag_factor).abs() > DRAG_RESOLUTION;
-        if changed {
-            self.law_drag_factor = self.drag_factor;
-        }
-        changed.then_some(self.law_drag_factor)
     }
 }
 
@@ -350,23 +365,34 @@ mod tests {
     }
 
     #[test]
-    fn drag_is_set_in_the_law_where_it_has_changed_by_more_than_two_thousandths() {
-        for sign in [1.0, -1.0] {
-            let mut sliding = Sliding::settled(0.5, sign * 3.0);
-            assert_eq!(sliding.state.changed_drag_factor(), None);
-            let mut set = 1.0;
-            let mut times = 0;
-            for _ in 0..40 {
-                let factor = sliding.factor(Sliding::INTERVAL, true);
-                let changed = sliding.state.changed_drag_factor();
-                assert_eq!(changed.is_some(), (factor - set).abs() > 2e-3);
-                if let Some(changed) = changed {
-                    assert!((changed - factor).abs() < f64::EPSILON);
-                    (set, times) = (factor, times + 1);
-                }
+    fn work_of_the_ends_warms_the_grease_and_a_new_sequence_begins_cold() {
+        let warming = Warming { rate: 2e-3, time: 40.0 };
+        let mut state = state(|model| model.warming = Some(warming));
+        state.initialize(&sample(0.0, 0.0, 40.0));
+        // 40 N pull, 30 N arrive, at 0.1 m/s: a watt.
+        let pull = |state: &mut ObserverState, from: u32, to: u32| {
+            for k in from..to {
+                let slid = 1e-3 * f64::from(k + 1);
+                state.end_motion(0.01, &sample(slid, slid, 40.0)).unwrap();
+                state.changed_drag(true, ENDS).unwrap();
             }
-            assert!((3..15).contains(&times), "{times}");
-        }
+            state.drag_factor()
+        };
+        let warm = pull(&mut state, 0, 6000);
+        let exact = 1.0 / (1.0 + 2e-3 * 40.0 * (1.0 - libm::exp(-1.5)));
+        assert!((warm - exact).abs() < 1e-4, "{warm} {exact}");
+        let estimate = state.update(&sample(6.0, 6.0, 40.0), ENDS, 0.0);
+        assert!((estimate.drag_factor - warm).abs() < f64::EPSILON);
+        // A pause cools it; the start after it is not the first of a sequence.
+        assert!(state.end_motion(40.0, &sample(6.0, 6.0, 40.0)).is_none());
+        assert!((1.0 / state.drag_factor() - 1.0 - (1.0 / warm - 1.0) / 2.0).abs() < 1e-12);
+        state.reset();
+        assert!(is_one(state.drag_factor()));
+        // A model whose drag does not change sets none in its law.
+        let mut plain = self::state(|_| ());
+        plain.initialize(&sample(0.0, 0.0, 40.0));
+        plain.end_motion(0.01, &sample(0.01, 0.01, 40.0)).unwrap();
+        assert_eq!(plain.changed_drag(true, ENDS), None);
     }
 
     #[test]

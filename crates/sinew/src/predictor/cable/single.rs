@@ -89,8 +89,8 @@ impl CableObserver {
             }
         }
         let estimate = self.state.update(sample, self.cable.ends(), self.cable.stretch());
-        self.state.adapt_drag(self.cable.slides_everywhere());
-        if let Some(factor) = self.state.changed_drag_factor() {
+        let slides = self.cable.slides_everywhere();
+        if let Some(factor) = self.state.changed_drag(slides, self.cable.ends()) {
             // Never refused: the factor is within its bounds.
             let _ = self.cable.scale_drag(factor);
         }
@@ -105,7 +105,7 @@ impl CableObserver {
             motor,
             anchor,
             stretch: self.cable.stretch(),
-            drag_factor: self.state.law_drag_factor(),
+            drag_factor: self.state.drag_factor(),
         })
     }
 
