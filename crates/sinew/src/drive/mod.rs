@@ -4,10 +4,12 @@
 //! command -> tension loop -> velocity loop -> current loop -> motor -> reducer -> winch -> cable
 //! ```
 
+mod batch;
 #[cfg(feature = "description")]
 mod catalogue;
 mod current_loop;
 mod endurance;
+mod lanes;
 mod machine;
 mod motor;
 mod parameters;
@@ -17,10 +19,12 @@ mod sensors;
 #[cfg(feature = "description")]
 pub mod sizing;
 mod speed_control;
+mod state;
 mod tension_loop;
 mod velocity_loop;
 mod winch;
 
+pub(crate) use batch::DriveBatch;
 #[cfg(feature = "description")]
 pub use catalogue::{
     Catalogue, CatalogueCord, CatalogueMotor, CatalogueReducer, CatalogueWinch, Cord, ReducerLosses,

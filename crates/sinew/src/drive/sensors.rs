@@ -1,4 +1,5 @@
 use crate::error::{Error, non_negative, positive, within};
+use crate::lanes::abreast;
 use crate::random::Random;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -25,6 +26,8 @@ pub struct Encoder {
     pub zero: f64,
 }
 
+abreast!(EncoderRows of Encoder { f64: counts zero });
+
 impl Encoder {
     /// Checks the numbers.
     ///
@@ -37,7 +40,7 @@ impl Encoder {
     }
 
     /// Measured angle, rad.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn read(&self, angle: f64) -> f64 {
         let count = 2.0 * core::f64::consts::PI / self.counts;
@@ -145,6 +148,8 @@ pub struct LoadCell {
     pub range: f64,
 }
 
+abreast!(LoadCellRows of LoadCell { f64: gain offset noise resolution range });
+
 impl LoadCell {
     /// A cell of 1 kN with 0.4 N of noise.
     #[must_use]
@@ -166,7 +171,7 @@ impl LoadCell {
     }
 
     /// Measured tension, N.
-    #[inline]
+    #[inline(always)]
     pub fn read(&self, tension: f64, random: &mut Random) -> f64 {
         let raw = self.gain * tension + self.offset + self.noise * random.normal();
         let counted =
@@ -176,7 +181,7 @@ impl LoadCell {
 }
 
 /// Rounds to the nearest integer, ties to even, for magnitudes up to 2^51.
-#[inline]
+#[inline(always)]
 fn nearest(x: f64) -> f64 {
     // 1.5 * 2^52: adding it leaves the nearest integer in the low bits of the mantissa.
     const ROUND: f64 = 6_755_399_441_055_744.0;
