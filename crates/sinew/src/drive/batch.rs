@@ -78,3 +78,111 @@ impl DriveBatch {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive::{DriveFault, DriveParameters};
+    use crate::random::Random;
+    use std::format;
+
+    /// Parameters that differ in everything, some of a drive that is soon hot, empty or short of voltage.
+    fn parameters(random: &mut Random) -> DriveParameters {
+        let mut p = DriveParameters::mc_am();
+        let mut factor = |most: f64| libm::exp(most * (2.0 * random.unit() - 1.0));
+        for number in [
+            &mut p.motor.torque_constant,
+            &mut p.motor.resistance,
+            &mut p.motor.inertia,
+            &mut p.motor.voltage,
+            &mut p.reducer.ratio,
+            &mut p.reducer.friction,
+            &mut p.reducer.backlash,
+            &mut p.winch.radius,
+            &mut p.encoder.counts,
+            &mut p.load_cell.noise,
+            &mut p.acceleration,
+        ] {
+            *number *= factor(0.5);
+        }
+        p.motor.winding_capacity *= factor(5.0);
+        p.motor.inductance *= if factor(1.0) > 1.5 { 0.0 } else { factor(3.0) };
+        p.winch.turns_per_layer *= factor(2.0);
+        p.reducer.efficiency = 0.3 + 0.7 * random.unit();
+        p.winch.layers = 1 + (8.0 * random.unit() * random.unit()) as u8;
+        p.delay_ms = 3.0 * random.unit() * random.unit();
+        p.has_load_cell = random.unit() < 0.8;
+        p.load_cell.resolution *= f64::from(random.unit() < 0.8);
+        p
+    }
+
+    fn command(random: &mut Random) -> DriveCommand {
+        let value = random.normal();
+        match (16.0 * random.unit()) as u8 {
+            0 => DriveCommand::Off,
+            1 => DriveCommand::Brake,
+            2..5 => DriveCommand::Current(5.0 * value),
+            5..10 => DriveCommand::Velocity(0.2 * value),
+            10 => DriveCommand::Velocity(f64::NAN),
+            11 => DriveCommand::Tension { tension: 50.0, feed: f64::INFINITY },
+            _ => DriveCommand::Tension { tension: 200.0 + 200.0 * value, feed: 0.02 * value },
+        }
+    }
+
+    #[test]
+    fn drives_at_once_are_each_drive_alone_to_the_bit_on_every_instruction_set() {
+        let (mut faults, mut moved, mut random) = ([0; 3], 0.0, Random::new(5));
+        for count in (1..=19).chain([8, 15]) {
+            let drive = |k| Drive::in_steps(parameters(&mut random), k, 1e-3).unwrap();
+            let mut alone: Vec<Drive> = (0..count).map(drive).collect();
+            let sets = InstructionSet::available();
+            let batch = |instructions| DriveBatch { instructions, ..DriveBatch::new(&alone) };
+            let mut batches: Vec<DriveBatch> = sets.into_iter().map(batch).collect();
+            for (k, drive) in alone.iter_mut().enumerate() {
+                let tension = 100.0 * random.normal();
+                drive.settle(tension);
+                batches.iter_mut().for_each(|batch| batch.settle(k, tension));
+            }
+            let mut commands: Vec<_> = alone.iter().map(|_| command(&mut random)).collect();
+            for step in 0..400 {
+                // The length of a step changes once.
+                let h = if step < 300 { 1e-3 } else { 5e-4 };
+                let tensions: Vec<f64> = alone
+                    .iter()
+                    .map(|_| match random.unit() {
+                        x if x < 0.1 => 0.0,
+                        x if x < 0.12 => f64::NAN,
+                        x => 500.0 * x,
+                    })
+                    .collect();
+                for command in &mut commands {
+                    if random.unit() < 0.05 {
+                        *command = self::command(&mut random);
+                    }
+                }
+                let mut told = std::vec![DriveStep::STANDING; alone.len()];
+                let mut expected = Vec::new();
+                for ((drive, command), tension) in alone.iter_mut().zip(&commands).zip(&tensions) {
+                    let step = drive.step(*command, *tension, h);
+                    moved += step.moved.abs();
+                    for (count, fault) in faults.iter_mut().zip([
+                        matches!(step.fault, Some(DriveFault::Hot { .. })),
+                        step.fault == Some(DriveFault::DrumFull),
+                        step.fault == Some(DriveFault::DrumEmpty),
+                    ]) {
+                        *count += usize::from(fault);
+                    }
+                    expected.push((step, drive.reading(), drive.winding()));
+                }
+                for batch in &mut batches {
+                    batch.step(|k| (commands[k], tensions[k]), h, &mut told);
+                    let told: Vec<_> =
+                        told.iter().enumerate().map(|(k, s)| (*s, batch.reading(k), batch.winding(k))).collect();
+                    assert_eq!(format!("{told:?}"), format!("{expected:?}"), "{count} drives, step {step}");
+                }
+            }
+            assert!(batches[0].winding(alone.len()).is_nan());
+        }
+        assert!(faults.iter().all(|count| *count > 100) && moved > 10.0, "{faults:?} {moved}");
+    }
+}

@@ -256,7 +256,7 @@ impl<const N: usize> Work for Step<'_, N> {
     fn run<A: Arithmetic>(self, _: A) {
         let Self { lanes, exchange, h } = self;
         let Exchange { asked, tension, powered, moved, impact } = exchange;
-        let (mut measured, mut angle) = (Row::default(), Row::default());
+        let (mut measured, mut angle) = (Row::<N>::default(), Row::<N>::default());
         for k in 0..N {
             [measured.0[k], angle.0[k]] = lanes.shown(k, tension.0[k]);
         }

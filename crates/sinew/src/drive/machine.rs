@@ -379,7 +379,7 @@ mod tests {
     fn a_fast_shaft_is_braked_with_all_of_the_voltage_where_the_desired_current_needs_more() {
         let mut parameters = exact();
         (parameters.motor.resistance, parameters.motor.voltage) = (2.0, 12.0);
-        let mut drive = Drive::new(parameters, 1).unwrap();
+        let drive = Drive::new(parameters, 1).unwrap();
         let desired = -parameters.motor.torque_constant * parameters.motor.peak_current;
         let mut state = DriveState { speed: 300.0, torque: desired, ..drive.lane.state(0) };
         state.motor.prepare(&parameters.motor, H);

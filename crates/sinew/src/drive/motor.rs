@@ -169,7 +169,7 @@ abreast!(MotorStateRows of MotorState {
 
 /// Coefficients of a step, precomputed to avoid divisions.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Rates {
+pub(super) struct Rates {
     /// J per kelvin between winding and housing.
     to_housing: f64,
     /// J per kelvin between housing and room.
