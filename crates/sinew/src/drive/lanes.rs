@@ -4,7 +4,7 @@ use super::machine::{DriveCommand, DriveFault, DriveReading, DriveStep};
 use super::motor::MotorState;
 use super::parameters::DriveParameters;
 use super::quadrant::Quadrant;
-use super::sensors::Delay;
+use super::sensors::Delays;
 use super::speed_control::{MeasuredShaft, SpeedControl};
 use super::state::{Asked, DriveState, Mode, Powered};
 use super::tension_loop::TensionLoop;
@@ -29,7 +29,7 @@ pub(super) struct DriveLanes<const N: usize> {
     /// Angles at which the drums are full, rad.
     full: Row<N>,
     /// Of position, tension and current.
-    delays: [[Delay; 3]; N],
+    delays: Delays<N, 3>,
     random: [Random; N],
     pub(super) fault: [Option<DriveFault>; N],
 }
@@ -52,7 +52,7 @@ impl DriveLanes<1> {
         let winch = 0.5 * p.winch.full();
         let drum = Drum::new([p.winch]);
         let Row([wound]) = drum.wound(Row([winch]));
-        let delay = |value| Delay::new(p.delay_ms * (MILLISECOND / step), value);
+        let delay = p.delay_ms * (MILLISECOND / step);
         let state = DriveState {
             motor: MotorState::cold(&p.motor),
             angle: winch * p.reducer.ratio,
@@ -72,10 +72,28 @@ impl DriveLanes<1> {
             per_ratio: Row([1.0 / p.reducer.ratio]),
             full: Row([p.winch.full()]),
             drum,
-            delays: [[delay(wound)?, delay(0.0)?, delay(0.0)?]],
+            delays: Delays::new(delay, [wound, 0.0, 0.0])?,
             random: [Random::new(seed)],
             fault: [None],
         })
+    }
+
+    /// [`Drive::settle`](super::Drive::settle).
+    pub(super) fn settle(&mut self, tension: f64) {
+        if tension > 0.0 {
+            let reducer = DriveParameters::at(&self.parameters, 0).reducer;
+            self.state.angle[0] = (self.state.winch[0] + 0.5 * reducer.backlash) * reducer.ratio;
+            let wound = self.drum.wound(Row(self.state.angle) * self.per_ratio);
+            self.delays.fill(0, 0, wound.0[0]);
+        }
+        self.stand(tension);
+    }
+
+    /// [`Drive::stand`](super::Drive::stand).
+    pub(super) fn stand(&mut self, tension: f64) {
+        let tension = pulling(tension);
+        self.rest(0, tension);
+        self.sense(Row([tension]));
     }
 
     /// These side by side, at least one and at most `N`; idle lanes copy the last.
@@ -89,7 +107,7 @@ impl DriveLanes<1> {
             per_ratio: Row(core::array::from_fn(|k| of(k).per_ratio.0[0])),
             full: Row(core::array::from_fn(|k| of(k).full.0[0])),
             drum: Drum::new(core::array::from_fn(|k| DriveParameters::at(&of(k).parameters, 0).winch)),
-            delays: core::array::from_fn(|k| of(k).delays[0].clone()),
+            delays: Delays::gathered(core::array::from_fn(|k| &of(k).delays)),
             random: core::array::from_fn(|k| of(k).random[0].clone()),
             fault: core::array::from_fn(|k| of(k).fault[0]),
         };
@@ -115,50 +133,27 @@ impl<const N: usize> DriveLanes<N> {
         self.state.motor.winding[k]
     }
 
-    /// [`Drive::settle`](super::Drive::settle) of one.
-    pub(super) fn settle(&mut self, k: usize, tension: f64) {
-        if tension > 0.0 {
-            let reducer = DriveParameters::at(&self.parameters, k).reducer;
-            let angle = (self.state.winch[k] + 0.5 * reducer.backlash) * reducer.ratio;
-            self.state.angle[k] = angle;
-            let wound = self.drum.wound(Row::all(angle) * self.per_ratio);
-            self.delays[k][0].fill(wound.0[k]);
-        }
-        self.stand(k, tension);
-    }
-
-    /// [`Drive::stand`](super::Drive::stand) of one.
-    pub(super) fn stand(&mut self, k: usize, tension: f64) {
-        let tension = pulling(tension);
-        self.rest(k, tension);
-        let [measured, angle] = self.shown(k, tension);
-        let wound = self.drum.wound(Row::all(angle));
-        self.pass(k, wound.0[k], measured);
-    }
-
     /// The past tension is what the load cell measures now.
     fn rest(&mut self, k: usize, tension: f64) {
         let measured = DriveParameters::at(&self.parameters, k).measured(tension, &mut self.random[k]);
-        self.delays[k][1].fill(measured);
+        self.delays.fill(k, 1, measured);
     }
 
-    /// What load cell and encoder show, N and rad of the winch.
+    /// Reads the sensors, which drives show after a delay; returns the tension that they show.
     #[inline(always)]
-    fn shown(&mut self, k: usize, tension: f64) -> [f64; 2] {
-        let p = DriveParameters::at(&self.parameters, k);
-        let mut random = self.random[k].clone();
-        let measured = p.measured(tension, &mut random);
-        self.random[k] = random;
-        [measured, p.encoder.read(self.state.angle[k]) * self.per_ratio.0[k]]
-    }
-
-    /// Delays what sensors show.
-    #[inline(always)]
-    fn pass(&mut self, k: usize, position: f64, tension: f64) {
-        let [of_position, of_tension, of_current] = &mut self.delays[k];
-        self.reading.position[k] = of_position.pass(position);
-        self.reading.tension[k] = of_tension.pass(tension);
-        self.reading.current[k] = of_current.pass(self.state.motor.current[k]);
+    fn sense(&mut self, tension: Row<N>) -> Row<N> {
+        let (mut measured, mut angle) = (Row::<N>::default(), Row::<N>::default());
+        for k in 0..N {
+            let p = DriveParameters::at(&self.parameters, k);
+            measured.0[k] = p.measured(tension.0[k], &mut self.random[k]);
+            angle.0[k] = p.encoder.read(self.state.angle[k]);
+        }
+        let position = self.drum.wound(angle * self.per_ratio);
+        let delayed = self.delays.pass([position, measured, Row(self.state.motor.current)]);
+        let [position, tension, current] = delayed;
+        self.reading.position = position.0;
+        (self.reading.tension, self.reading.current) = (tension.0, current.0);
+        tension
     }
 
     /// [`Drive::step`](super::Drive::step) of as many as there are entries in `steps`.
@@ -256,14 +251,9 @@ impl<const N: usize> Work for Step<'_, N> {
     fn run<A: Arithmetic>(self, _: A) {
         let Self { lanes, exchange, h } = self;
         let Exchange { asked, tension, powered, moved, impact } = exchange;
-        let (mut measured, mut angle) = (Row::<N>::default(), Row::<N>::default());
-        for k in 0..N {
-            [measured.0[k], angle.0[k]] = lanes.shown(k, tension.0[k]);
-        }
-        let position = lanes.drum.wound(angle);
+        let seen = lanes.sense(*tension);
         let mut due = false;
         for k in 0..N {
-            lanes.pass(k, position.0[k], measured.0[k]);
             let motor = DriveParameters::at(&lanes.parameters, k).motor;
             due |= DriveState::at(&lanes.state, k).motor.is_due(&motor, h);
         }
@@ -271,18 +261,23 @@ impl<const N: usize> Work for Step<'_, N> {
             lanes.prepare(h);
         }
         let arm = lanes.drum.arm(Row(lanes.state.winch));
+        // Copies, of which the compiler sees that they do not overlap.
+        let (p, asked, pulled, per_ratio) = (&lanes.parameters, asked.clone(), *tension, lanes.per_ratio);
+        let (before, mut after, seen) = (lanes.state.clone(), lanes.state.clone(), seen.0);
+        let mut done = powered.clone();
         for k in 0..N {
-            let p = DriveParameters::at(&lanes.parameters, k);
-            let asked = Asked::at(asked, k);
-            let (mut state, per_ratio) = (DriveState::at(&lanes.state, k), lanes.per_ratio.0[k]);
-            let (tension, arm) = (tension.0[k], arm.0[k]);
-            let measured = MeasuredShaft { tension: lanes.reading.tension[k], speed: state.speed, arm };
+            let p = DriveParameters::at(p, k);
+            let asked = Asked::at(&asked, k);
+            let mut state = DriveState::at(&before, k);
+            let (tension, arm) = (pulled.0[k], arm.0[k]);
+            let measured = MeasuredShaft { tension: seen[k], speed: state.speed, arm };
             state.command(&p, asked, measured, h);
-            let done = state.power(&p, asked.on, tension * arm, h);
-            state.advance(p.reducer.backlash, done.turn.speed, per_ratio, tension, h);
-            state.set(&mut lanes.state, k);
-            done.set(powered, k);
+            let power = state.power(&p, asked.on, tension * arm, h);
+            state.advance(p.reducer.backlash, power.turn.speed, per_ratio.0[k], tension, h);
+            state.set(&mut after, k);
+            power.set(&mut done, k);
         }
+        (lanes.state, *powered) = (after, done);
         let wound = lanes.drum.wound(Row(lanes.state.winch));
         *moved = wound - Row(lanes.state.wound);
         *impact = *tension * (arm * Row::all(h) * Row(powered.turn.speed) * lanes.per_ratio - *moved);

@@ -197,12 +197,12 @@ impl Drive {
 
     /// Its steady state under a cable tension, N: the tension keeps the winch on one flank of the reducer.
     pub fn settle(&mut self, tension: f64) {
-        self.lane.settle(0, tension);
+        self.lane.settle(tension);
     }
 
     /// Measurements of a drive that stands under a cable tension, N.
     pub fn stand(&mut self, tension: f64) {
-        self.lane.stand(0, tension);
+        self.lane.stand(tension);
     }
 
     /// Executes a command for `h` seconds under a cable tension, N. A command that is not finite counts as

@@ -188,7 +188,11 @@ impl DriveParameters {
     /// What the load cell shows at a tension, N; NaN without one.
     #[inline(always)]
     pub(super) fn measured(&self, tension: f64, random: &mut Random) -> f64 {
-        if self.has_load_cell { self.load_cell.read(tension, random) } else { f64::NAN }
+        let mut drawn = random.clone();
+        let shown = self.load_cell.read(tension, &mut drawn);
+        // Where nothing is measured nothing is drawn.
+        *random = if self.has_load_cell { drawn } else { random.clone() };
+        if self.has_load_cell { shown } else { f64::NAN }
     }
 }
 

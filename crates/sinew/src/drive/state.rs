@@ -38,8 +38,9 @@ abreast!(DriveStateRows of DriveState {
     Mode: mode
 });
 
-/// Which loop is closed.
+/// Which loop is closed. As wide as a number, so that lanes of both are vectorised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u64)]
 pub(super) enum Mode {
     Free,
     Velocity,

@@ -109,7 +109,8 @@ impl ArmTwin {
         let finest = Resolution { substeps: 1, ..specimen.resolution };
         let drive =
             |(k, p): (usize, _)| Drive::in_steps(p, seed.wrapping_mul(0x1_0000).wrapping_add(k as u64), step);
-        let drives = specimen.drives.iter().copied().enumerate().map(drive).collect::<Result<Vec<_>, _>>()?;
+        let mut drives: Vec<Drive> =
+            specimen.drives.iter().copied().enumerate().map(drive).collect::<Result<_, _>>()?;
         let mut twin = Self {
             cables: CablePlants::new(&specimen.cables, finest)?,
             wraps: specimen.cables.iter().map(|cable| cable.path.pulleys().saturating_sub(1)).collect(),
@@ -134,7 +135,7 @@ impl ArmTwin {
             limb,
             specimen: specimen.clone(),
         };
-        twin.settle(tension_out)?;
+        twin.settle(tension_out, &mut drives)?;
         Ok(twin)
     }
 
@@ -308,16 +309,17 @@ impl ArmTwin {
         Ok(energy)
     }
 
-    /// Sets every cable to its steady state and updates the measurements.
-    fn settle(&mut self, tension_out: &[f64]) -> Result<(), Error> {
+    /// Sets every cable and every one of its drives to their steady state and updates the measurements.
+    fn settle(&mut self, tension_out: &[f64], drives: &mut [Drive]) -> Result<(), Error> {
         self.update_angles()?;
         for (k, &tension) in tension_out.iter().enumerate() {
             self.cables.settle(k, tension, Sliding::TowardMotor)?;
         }
         self.cables.step(1e-6, &self.motions, &mut self.cable_readings)?;
-        for (k, cable) in self.cable_readings.iter().enumerate() {
-            self.drives.settle(k, cable.tension_in);
+        for (drive, cable) in drives.iter_mut().zip(&self.cable_readings) {
+            drive.settle(cable.tension_in);
         }
+        self.drives = DriveBatch::new(drives);
         self.measure();
         Ok(())
     }
