@@ -171,8 +171,11 @@ mod tests {
                 }
                 for batch in &mut batches {
                     batch.step(|k| (commands[k], tensions[k]), h, &mut told);
-                    let told: Vec<_> =
-                        told.iter().enumerate().map(|(k, s)| (*s, batch.reading(k), batch.winding(k))).collect();
+                    let told: Vec<_> = told
+                        .iter()
+                        .enumerate()
+                        .map(|(k, s)| (*s, batch.reading(k), batch.winding(k)))
+                        .collect();
                     assert_eq!(format!("{told:?}"), format!("{expected:?}"), "{count} drives, step {step}");
                 }
             }

@@ -143,11 +143,7 @@ impl<const N: usize> Drum<N> {
         let last = row(&|winch| f64::from(winch.layers.clamp(1, 8) - 1));
         let arm = |k: u8| row(&move |winch| winch.arm(k));
         let below = |layer: u8| (0..layer).map(|k| per_layer * arm(k)).fold(Row::all(-0.0), Row::add);
-        let layer = |k: usize| Layer {
-            number: Row::all(k as f64),
-            arm: arm(k as u8),
-            below: below(k as u8),
-        };
+        let layer = |k: usize| Layer { number: Row::all(k as f64), arm: arm(k as u8), below: below(k as u8) };
         let most = winches.iter().map(|winch| usize::from(winch.layers.clamp(1, 8))).max().unwrap_or(1);
         let layers = core::array::from_fn(layer);
         Self { layers, per_layer, layers_per_radian: 1.0 / per_layer, last, most }
