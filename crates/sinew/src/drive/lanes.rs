@@ -173,12 +173,12 @@ impl<const N: usize> DriveLanes<N> {
             impact: Row::default(),
         };
         let mut braked = [false; N];
-        for k in 0..steps.len().min(N) {
+        for (k, braked) in braked.iter_mut().enumerate().take(steps.len()) {
             let (command, tension) = of(k);
             let tension = pulling(tension);
             exchange.tension.0[k] = tension;
-            braked[k] = command == DriveCommand::Brake;
-            if braked[k] {
+            *braked = command == DriveCommand::Brake;
+            if *braked {
                 self.rest(k, tension);
             }
             let asked = Asked::new(command, self.parameters.has_load_cell[k]);
@@ -263,14 +263,14 @@ impl<const N: usize> Work for Step<'_, N> {
         let arm = lanes.drum.arm(Row(lanes.state.winch));
         // Copies, of which the compiler sees that they do not overlap.
         let (p, asked, pulled, per_ratio) = (&lanes.parameters, asked.clone(), *tension, lanes.per_ratio);
-        let (before, mut after, seen) = (lanes.state.clone(), lanes.state.clone(), seen.0);
+        let (before, mut after) = (lanes.state.clone(), lanes.state.clone());
         let mut done = powered.clone();
         for k in 0..N {
             let p = DriveParameters::at(p, k);
             let asked = Asked::at(&asked, k);
             let mut state = DriveState::at(&before, k);
             let (tension, arm) = (pulled.0[k], arm.0[k]);
-            let measured = MeasuredShaft { tension: seen[k], speed: state.speed, arm };
+            let measured = MeasuredShaft { tension: seen.0[k], speed: state.speed, arm };
             state.command(&p, asked, measured, h);
             let power = state.power(&p, asked.on, tension * arm, h);
             state.advance(p.reducer.backlash, power.turn.speed, per_ratio.0[k], tension, h);
