@@ -5,6 +5,7 @@
 //! inlined always: only inlined code is compiled for the instruction set of its caller.
 
 mod abreast;
+mod angles;
 mod row;
 mod space;
 
