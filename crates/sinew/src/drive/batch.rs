@@ -1,5 +1,6 @@
+use super::exchange::{DriveCommand, DriveReading, DriveStep};
 use super::lanes::DriveLanes;
-use super::machine::{Drive, DriveCommand, DriveReading, DriveStep};
+use super::machine::Drive;
 use crate::dispatch::InstructionSet;
 use alloc::vec::Vec;
 

@@ -1,6 +1,6 @@
 //! Several drives, one in each SIMD lane.
 
-use super::machine::{DriveCommand, DriveFault, DriveReading, DriveStep};
+use super::exchange::{DriveCommand, DriveFault, DriveReading, DriveStep};
 use super::motor::MotorState;
 use super::parameters::DriveParameters;
 use super::quadrant::Quadrant;

@@ -9,6 +9,7 @@ mod batch;
 mod catalogue;
 mod current_loop;
 mod endurance;
+mod exchange;
 mod lanes;
 mod machine;
 mod motor;
@@ -31,7 +32,8 @@ pub use catalogue::{
 };
 pub use current_loop::CurrentLoop;
 pub use endurance::MotorTemperatures;
-pub use machine::{Drive, DriveCommand, DriveFault, DriveReading, DriveStep};
+pub use exchange::{DriveCommand, DriveFault, DriveReading, DriveStep};
+pub use machine::Drive;
 pub use motor::{Motor, MotorState, ROOM};
 pub use parameters::DriveParameters;
 pub use quadrant::Quadrant;

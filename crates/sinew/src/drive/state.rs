@@ -1,7 +1,7 @@
 //! What one drive does in a step, as straight lines of arithmetic: eight are then done at once.
 
 use super::current_loop::CurrentLoop;
-use super::machine::DriveCommand;
+use super::exchange::DriveCommand;
 use super::motor::{MotorState, Winding};
 use super::parameters::DriveParameters;
 use super::reducer::{Shaft, Turn};
