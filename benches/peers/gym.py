@@ -19,7 +19,6 @@ from mujoco import rollout
 import sinew
 import sinew.mujoco
 from sinew.gym import MachineVectorEnv
-from sinew.mujoco import _machine
 
 MILLISECONDS = 100
 INTERVAL = 10
@@ -27,10 +26,7 @@ INTERVAL = 10
 
 def plain_arm():
     """The arm with one motor on every tendon, without friction."""
-    spec = mujoco.MjSpec.from_string(sinew._sinew.mujoco_machine(sinew.Machine("lm_arm"))[0])
-    spec.option.timestep = 1e-3
-    _machine._one_motor_each(spec)
-    return spec.compile()
+    return sinew.mujoco.load("lm_arm", transmission="none")
 
 
 def rollout_run(model, count):

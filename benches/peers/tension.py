@@ -93,7 +93,7 @@ def solve_all(program, clarabel, problems):
         asked, answered = folder + "/problems.json", folder + "/solutions.json"
         with open(asked, "w") as file:
             json.dump({"problems": problems}, file)
-        runs = [subprocess.run([program, "tension", asked, "--json"], capture_output=True)
+        runs = [subprocess.run([program, "design", "tension", asked, "--json"], capture_output=True)
                 for _ in range(REPEATS)]
         with open(answered, "wb") as file:
             file.write(runs[0].stdout)

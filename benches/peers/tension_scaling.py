@@ -182,7 +182,7 @@ def main():
     with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
         json.dump({"problems": problems}, file)
         file.flush()
-        run = subprocess.run([program, "tension", file.name, "--json"], capture_output=True)
+        run = subprocess.run([program, "design", "tension", file.name, "--json"], capture_output=True)
     solutions = json.loads(run.stdout)["solutions"]
     counts, wrong = {}, 0
     for k, (p, solution) in enumerate(zip(problems, solutions)):

@@ -15,15 +15,11 @@ import numpy as np
 
 import sinew
 import sinew.mujoco
-from sinew.mujoco import _machine
 
 
 def plain_arm(arm: sinew.Machine) -> mujoco.MjSpec:
     """The arm with one motor on every tendon, without friction."""
-    spec = mujoco.MjSpec.from_string(sinew._sinew.mujoco_machine(arm)[0])
-    spec.option.timestep = 1e-3
-    _machine._one_motor_each(spec)
-    return spec
+    return sinew.mujoco.spec_of(arm, transmission="none")
 
 
 def microseconds(model: mujoco.MjModel, start: np.ndarray, low: float, high: float, steps: int = 2000) -> float:

@@ -40,7 +40,7 @@ math: error
 metrics: error math
 random:
 trajectory: error math random muscle body
-drive: error math random transmission
+drive: dispatch error lanes math random transmission
 transmission: dispatch error math
 muscle: error lanes math body
 body: dispatch error lanes math

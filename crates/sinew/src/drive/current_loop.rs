@@ -1,4 +1,5 @@
 use super::motor::Motor;
+use crate::lanes::abreast;
 
 /// Dead-beat current loop with an integral for the change of resistance with temperature.
 ///
@@ -25,18 +26,20 @@ pub struct CurrentLoop {
     correction: f64,
 }
 
+abreast!(CurrentLoopRows of CurrentLoop { f64: correction });
+
 const INTEGRAL_GAIN: f64 = 0.2;
 
 impl CurrentLoop {
     /// Winding voltage of the next step without the back-EMF, V; `decay` is `e^(-h R/L)`.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn voltage(&self, motor: &Motor, desired: f64, current: f64, decay: f64) -> f64 {
         motor.resistance * (desired - decay * current) / (1.0 - decay).max(1e-6) + self.correction
     }
 
     /// Integrates the current error; the caller skips this where the voltage is saturated (anti-windup).
-    #[inline]
+    #[inline(always)]
     pub fn integrate(&mut self, motor: &Motor, desired: f64, current: f64) {
         self.correction += INTEGRAL_GAIN * motor.resistance * (desired - current);
     }
@@ -54,9 +57,9 @@ mod tests {
             for (current, desired) in [(0.0, 5.0), (3.0, -4.0), (-2.0, 0.0)] {
                 let mut state = MotorState::cold(&motor);
                 state.current = current;
-                let decay = state.lag(&motor, h).left;
+                let decay = state.prepare(&motor, h).left;
                 let voltage = CurrentLoop::default().voltage(&motor, desired, current, decay);
-                state.drive(&motor, voltage, h);
+                state.drive(voltage, h);
                 assert!((state.current - desired).abs() < 1e-13, "{h} {desired}: {}", state.current);
             }
         }

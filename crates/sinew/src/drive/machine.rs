@@ -1,123 +1,10 @@
 //! The whole drive: sensors, loops, motor, reducer, winch, one step of a millisecond.
 
-use super::current_loop::CurrentLoop;
-use super::motor::{MotorState, Winding};
+use super::exchange::{DriveCommand, DriveReading, DriveStep};
+use super::lanes::DriveLanes;
 use super::parameters::DriveParameters;
-use super::quadrant::Quadrant;
-use super::reducer::{Shaft, Turn};
-use super::sensors::Delay;
-use super::speed_control::{MeasuredShaft, SpeedControl};
-use super::tension_loop::TensionLoop;
-use super::winch::Drum;
 use crate::Error;
-use crate::random::Random;
-use crate::transmission::saturate;
-
-/// Command of a drive for the next step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum DriveCommand {
-    /// Amplifier off; friction of the reducer still acts.
-    Off,
-    /// Amplifier off, the shaft held by its brake.
-    Brake,
-    /// Motor current, A.
-    Current(f64),
-    /// Cable speed, m/s, + toward the motor.
-    Velocity(f64),
-    /// Tension at the outlet, with feed-forward of the cable speed.
-    Tension {
-        /// Tension at the outlet, N.
-        tension: f64,
-        /// Speed of the cable, m/s.
-        feed: f64,
-    },
-}
-
-/// Latched fault of a drive.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum DriveFault {
-    /// Winding temperature above its limit, degrees Celsius; the motor is off.
-    Hot {
-        /// Its temperature.
-        winding: f64,
-    },
-    /// The drum is full.
-    DrumFull,
-    /// The drum is empty.
-    DrumEmpty,
-}
-
-/// Measurements of a drive, delayed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DriveReading {
-    /// Position of the cable by the motor's encoder, m, + toward the motor.
-    pub position: f64,
-    /// Tension at the outlet, N.
-    pub tension: f64,
-    /// Current, A.
-    pub current: f64,
-}
-
-/// True motion and energies of a drive over a step.
-///
-/// Energy balance, to rounding: `electrical = heat + lost + tension moved + d(`[`Drive::stored`]`)` and
-/// `heat = d(`[`Drive::warmth`]`) + to_air`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DriveStep {
-    /// Displacement of the cable at the outlet, m, + toward the motor.
-    pub moved: f64,
-    /// Speed of the cable, m/s.
-    pub speed: f64,
-    /// Work from the amplifier, J.
-    pub electrical: f64,
-    /// Heat in the winding, J, >= 0.
-    pub heat: f64,
-    /// Heat from the housing to the air, J.
-    pub to_air: f64,
-    /// Losses of the reducer, impacts of its flanks included, J.
-    pub lost: f64,
-    /// Working quadrant.
-    pub quadrant: Quadrant,
-    /// Latched fault.
-    pub fault: Option<DriveFault>,
-}
-
-impl DriveStep {
-    /// A drive that stands without power.
-    pub(crate) const STANDING: Self = Self {
-        moved: 0.0,
-        speed: 0.0,
-        electrical: 0.0,
-        heat: 0.0,
-        to_air: 0.0,
-        lost: 0.0,
-        quadrant: Quadrant::First,
-        fault: None,
-    };
-
-    /// This and the next step as one of `h` s.
-    #[must_use]
-    pub(crate) fn followed_by(self, next: Self, h: f64) -> Self {
-        let moved = self.moved + next.moved;
-        Self {
-            moved,
-            speed: moved / h,
-            electrical: self.electrical + next.electrical,
-            heat: self.heat + next.heat,
-            to_air: self.to_air + next.to_air,
-            lost: self.lost + next.lost,
-            ..next
-        }
-    }
-}
-
-/// Winding and shaft after a step.
-struct Powered {
-    turn: Turn,
-    winding: Winding,
-    /// J.
-    electrical: f64,
-}
+use crate::dispatch::InstructionSet;
 
 /// A simulated drive.
 ///
@@ -138,33 +25,7 @@ struct Powered {
 #[derive(Debug, Clone)]
 pub struct Drive {
     parameters: DriveParameters,
-    motor: MotorState,
-    /// Angle and speed of the motor's shaft, rad and rad/s.
-    angle: f64,
-    speed: f64,
-    /// Angle of the winch, behind the backlash, rad.
-    winch: f64,
-    /// Cable on the drum, m.
-    wound: f64,
-    drum: Drum,
-    /// Turns of the winch per turn of the motor.
-    per_ratio: f64,
-    current_loop: CurrentLoop,
-    speed_control: SpeedControl,
-    tension_loop: TensionLoop,
-    mode: Mode,
-    torque: f64,
-    delays: [Delay; 3],
-    random: Random,
-    reading: DriveReading,
-    fault: Option<DriveFault>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mode {
-    Free,
-    Velocity,
-    Tension,
+    pub(super) lane: DriveLanes<1>,
 }
 
 /// Step of a drive, s.
@@ -187,30 +48,7 @@ impl Drive {
     pub fn in_steps(parameters: DriveParameters, seed: u64, step: f64) -> Result<Self, Error> {
         parameters.validate()?;
         crate::error::positive("step", step)?;
-        let winch = 0.5 * parameters.winch.full();
-        let angle = winch * parameters.reducer.ratio;
-        let drum = Drum::new(&parameters.winch);
-        let position = drum.wound(winch);
-        let delay = |value| Delay::new(parameters.delay_ms * (STEP / step), value);
-        Ok(Self {
-            motor: MotorState::cold(&parameters.motor),
-            angle,
-            speed: 0.0,
-            winch,
-            wound: position,
-            drum,
-            per_ratio: 1.0 / parameters.reducer.ratio,
-            current_loop: CurrentLoop::default(),
-            speed_control: SpeedControl::new(),
-            tension_loop: TensionLoop::of_drive(),
-            mode: Mode::Free,
-            torque: 0.0,
-            delays: [delay(position)?, delay(0.0)?, delay(0.0)?],
-            random: Random::new(seed),
-            reading: DriveReading { position, tension: 0.0, current: 0.0 },
-            fault: None,
-            parameters,
-        })
+        Ok(Self { parameters, lane: DriveLanes::new(parameters, seed, step)? })
     }
 
     /// Its parameters.
@@ -222,225 +60,66 @@ impl Drive {
     /// The latest measurements.
     #[must_use]
     pub fn reading(&self) -> DriveReading {
-        self.reading
+        self.lane.reading(0)
     }
 
     /// Temperature of the winding, degrees Celsius.
     #[must_use]
     pub fn winding(&self) -> f64 {
-        self.motor.winding
+        self.lane.winding(0)
     }
 
     /// Cable on the drum, m.
     #[must_use]
     pub fn wound(&self) -> f64 {
-        self.wound
+        self.lane.state(0).wound
     }
 
     /// Kinetic energy of the rotor, J.
     #[must_use]
     pub fn kinetic(&self) -> f64 {
-        0.5 * self.parameters.motor.inertia * self.speed * self.speed
+        let speed = self.lane.state(0).speed;
+        0.5 * self.parameters.motor.inertia * speed * speed
     }
 
     /// Energy in the rotor's motion and the winding's field, J.
     #[must_use]
     pub fn stored(&self) -> f64 {
-        self.kinetic() + self.motor.field(&self.parameters.motor)
+        self.kinetic() + self.lane.state(0).motor.field(&self.parameters.motor)
     }
 
     /// Heat stored in winding and housing above room temperature, J.
     #[must_use]
     pub fn warmth(&self) -> f64 {
-        self.motor.warmth(&self.parameters.motor)
+        self.lane.state(0).motor.warmth(&self.parameters.motor)
     }
 
     /// Its steady state under a cable tension, N: the tension keeps the winch on one flank of the reducer.
     pub fn settle(&mut self, tension: f64) {
-        if tension > 0.0 {
-            let reducer = &self.parameters.reducer;
-            self.angle = (self.winch + 0.5 * reducer.backlash) * reducer.ratio;
-            let position = self.drum.wound(self.angle * self.per_ratio);
-            self.delays[0].fill(position);
-        }
-        self.stand(tension);
+        self.lane.settle(tension);
     }
 
     /// Measurements of a drive that stands under a cable tension, N.
     pub fn stand(&mut self, tension: f64) {
-        let tension = if tension.is_finite() { tension.max(0.0) } else { 0.0 };
-        let measured = self.measured(tension);
-        self.delays[1].fill(measured);
-        self.sense(tension);
+        self.lane.stand(tension);
     }
 
     /// Executes a command for `h` seconds under a cable tension, N. A command that is not finite counts as
     /// [`DriveCommand::Off`], such a tension as 0.
     pub fn step(&mut self, command: DriveCommand, tension: f64, h: f64) -> DriveStep {
-        let tension = if tension.is_finite() { tension.max(0.0) } else { 0.0 };
-        if command == DriveCommand::Brake {
-            return self.brake(tension);
-        }
-        self.sense(tension);
-        let arm = self.drum.arm(self.winch);
-        let desired = self.commanded_torque(command, arm, h).filter(|_| self.fault.is_none());
-        let powered = self.powered(desired, tension * arm, h);
-        let (moved, impact) = self.advance(powered.turn.speed, tension, arm, h);
-        self.check_faults();
-        DriveStep {
-            moved,
-            speed: moved / h,
-            electrical: powered.electrical,
-            heat: powered.winding.heat,
-            to_air: powered.winding.to_air,
-            lost: powered.turn.lost + impact,
-            quadrant: Quadrant::new(self.speed, powered.winding.mean),
-            fault: self.fault,
-        }
-    }
-
-    /// The brake holds the shaft at once; nothing moves.
-    fn brake(&mut self, tension: f64) -> DriveStep {
-        (self.mode, self.torque, self.speed) = (Mode::Free, 0.0, 0.0);
-        self.stand(tension);
-        DriveStep { fault: self.fault, ..DriveStep::STANDING }
-    }
-
-    /// Winding and shaft, coupled implicitly: the back-EMF is that of the speed at the end of the step.
-    fn powered(&mut self, desired: Option<f64>, load: f64, h: f64) -> Powered {
-        let Self { parameters: p, motor: state, .. } = self;
-        let (motor, k) = (&p.motor, p.motor.torque_constant);
-        let lag = state.lag(motor, h);
-        let shaft = Shaft { inertia: motor.inertia, speed: self.speed, angle: self.angle };
-        let turn = |torque, brake| p.reducer.turn(shaft, torque, brake, load, h);
-        let Some(torque) = desired else {
-            // An open circuit carries no current.
-            let returned = state.open(motor);
-            return Powered {
-                turn: turn(0.0, 0.0),
-                winding: state.drive(motor, 0.0, h),
-                electrical: -returned,
-            };
-        };
-        let (most, before) = (motor.peak_current, state.current);
-        let amperes = (torque / k).max(-most).min(most);
-        let beside = self.current_loop.voltage(motor, amperes, before, lag.left);
-        let turned = turn(k * state.mean(beside), 0.0);
-        let full = motor.voltage.copysign(beside + k * turned.speed);
-        let (turned, beside) = if (beside + k * turned.speed).abs() <= motor.voltage {
-            self.current_loop.integrate(motor, amperes, before);
-            (turned, beside)
-        } else {
-            // The voltage is saturated: the back-EMF reduces the current and acts as a brake.
-            let brake = k * k * (1.0 - lag.mean) / state.resistance();
-            let turned = turn(k * state.mean(full), brake);
-            (turned, full - k * turned.speed)
-        };
-        let winding = state.drive(motor, beside, h);
-        Powered { turn: turned, winding, electrical: (beside + k * turned.speed) * winding.mean * h }
-    }
-
-    /// What the load cell shows at a tension, N; NaN without one.
-    fn measured(&mut self, tension: f64) -> f64 {
-        let Self { parameters: p, random, .. } = self;
-        if p.has_load_cell { p.load_cell.read(tension, random) } else { f64::NAN }
-    }
-
-    fn sense(&mut self, tension: f64) {
-        let measured = self.measured(tension);
-        let angle = self.parameters.encoder.read(self.angle) * self.per_ratio;
-        let position = self.delays[0].pass(self.drum.wound(angle));
-        let tension = self.delays[1].pass(measured);
-        let current = self.delays[2].pass(self.motor.current);
-        self.reading = DriveReading { position, tension, current };
-    }
-
-    /// Torque at the motor, Nm; `None` while the amplifier is off.
-    fn commanded_torque(&mut self, command: DriveCommand, arm: f64, h: f64) -> Option<f64> {
-        let p = &self.parameters;
-        let velocity = match command {
-            DriveCommand::Current(current) if current.is_finite() => {
-                self.mode = Mode::Free;
-                let most = p.motor.peak_current;
-                self.torque = p.motor.torque_constant * current.max(-most).min(most);
-                return Some(self.torque);
-            }
-            DriveCommand::Velocity(velocity) if velocity.is_finite() => {
-                self.enter(Mode::Velocity);
-                velocity
-            }
-            DriveCommand::Tension { .. } if !p.has_load_cell => {
-                self.enter(Mode::Velocity);
-                0.0
-            }
-            DriveCommand::Tension { tension, feed } if tension.is_finite() && feed.is_finite() => {
-                self.enter(Mode::Tension);
-                let desired = saturate(tension, self.parameters.min_tension, self.parameters.max_tension);
-                self.tension_loop.speed(desired, self.reading.tension, feed, h)
-            }
-            _ => {
-                self.mode = Mode::Free;
-                self.torque = 0.0;
-                return None;
-            }
-        };
-        let measured = MeasuredShaft { tension: self.reading.tension, speed: self.speed, arm };
-        self.torque = self.speed_control.torque(&self.parameters, velocity, measured, h);
-        Some(self.torque)
-    }
-
-    /// Bumpless change of the control mode.
-    fn enter(&mut self, mode: Mode) {
-        if self.mode == mode {
-            return;
-        }
-        if self.mode == Mode::Free {
-            self.speed_control.take_over(self.speed);
-        }
-        if mode == Mode::Tension {
-            self.tension_loop.reset();
-        }
-        self.mode = mode;
-    }
-
-    /// Advances shaft and winch; returns the displacement of the cable, m, and the energy lost in impacts of
-    /// the flanks and changes of layer, J.
-    fn advance(&mut self, turned: f64, tension: f64, arm: f64, h: f64) -> (f64, f64) {
-        let p = &self.parameters;
-        self.speed = turned;
-        self.angle += h * turned;
-        let behind = self.angle * self.per_ratio;
-        let half = 0.5 * p.reducer.backlash;
-        // A cable under tension keeps the winch on one flank.
-        let winch =
-            if tension > 0.0 { behind - half } else { saturate(self.winch, behind - half, behind + half) };
-        let wound = self.drum.wound(winch);
-        let moved = wound - self.wound;
-        (self.winch, self.wound) = (winch, wound);
-        (moved, tension * (arm * h * turned * self.per_ratio - moved))
-    }
-
-    fn check_faults(&mut self) {
-        if self.fault.is_some() {
-            return;
-        }
-        let p = &self.parameters;
-        self.fault = if self.motor.winding > p.motor.hottest {
-            Some(DriveFault::Hot { winding: self.motor.winding })
-        } else if self.winch > p.winch.full() {
-            Some(DriveFault::DrumFull)
-        } else if self.winch < 0.0 {
-            Some(DriveFault::DrumEmpty)
-        } else {
-            None
-        };
+        let mut step = [DriveStep::STANDING];
+        self.lane.step(InstructionSet::Baseline, |_| (command, tension), h, &mut step);
+        step[0]
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::drive::DriveFault;
+    use crate::drive::state::{DriveState, Powered};
     use crate::drive::{Encoder, LoadCell, ROOM, Reducer};
+    use crate::lanes::{Abreast, Row};
 
     const H: f64 = 1e-3;
 
@@ -451,9 +130,14 @@ mod tests {
         DriveParameters { load_cell, encoder, delay_ms: 0.0, ..DriveParameters::mc_am() }
     }
 
+    /// Cable per radian of the winch.
+    fn arm(drive: &Drive) -> f64 {
+        drive.lane.drum.arm(Row(drive.lane.state.winch)).0[0]
+    }
+
     /// Torque of the motor that balances a tension, losses aside.
     fn holding(drive: &Drive, tension: f64) -> f64 {
-        tension * drive.drum.arm(drive.winch) / drive.parameters.reducer.ratio
+        tension * arm(drive) / drive.parameters.reducer.ratio
     }
 
     #[test]
@@ -507,7 +191,8 @@ mod tests {
         assert!(speed > 0.03, "{speed}");
         drive.step(DriveCommand::Velocity(speed), tension, H);
         let expected = holding(&drive, tension);
-        assert!((drive.torque - expected).abs() < 1e-8 * expected, "{} {expected}", drive.torque);
+        let torque = drive.lane.state(0).torque;
+        assert!((torque - expected).abs() < 1e-8 * expected, "{torque} {expected}");
     }
 
     #[test]
@@ -521,20 +206,24 @@ mod tests {
         drive.step(DriveCommand::Brake, tension, H);
         drive.step(DriveCommand::Tension { tension, feed: 0.0 }, tension, H);
         let expected = holding(&drive, tension);
-        assert!((drive.torque - expected).abs() < 1e-15, "{} {expected}", drive.torque);
+        let torque = drive.lane.state(0).torque;
+        assert!((torque - expected).abs() < 1e-15, "{torque} {expected}");
     }
 
     #[test]
     fn without_tension_the_winch_follows_the_motor_with_the_play_of_the_backlash() {
         let mut drive = Drive::new(exact(), 1).unwrap();
         let Reducer { ratio, backlash, .. } = drive.parameters.reducer;
-        let arm = drive.drum.arm(drive.winch);
+        let arm = arm(&drive);
         // Steps of the motor in backlashes, and how far the winch follows from the middle between the flanks
         // on.
         for (turned, follows) in [(0.4, 0.0), (0.2, 0.1), (-0.9, 0.0), (-0.3, -0.2), (0.8, 0.0), (0.5, 0.3)] {
-            let (moved, lost) = drive.advance(turned * backlash * ratio / H, 0.0, arm, H);
+            let mut state = drive.lane.state(0);
+            let before = state.winch;
+            state.advance(backlash, turned * backlash * ratio / H, 1.0 / ratio, 0.0, H);
+            state.set(&mut drive.lane.state, 0);
+            let moved = (state.winch - before) * arm;
             assert!((moved - follows * backlash * arm).abs() < 1e-12, "{turned}: {moved}");
-            assert!(lost.abs() < 1e-15);
         }
     }
 
@@ -553,20 +242,22 @@ mod tests {
 
     #[test]
     fn what_lies_beyond_a_limit_is_a_fault_and_the_limit_is_not() {
-        let fault = |change: &dyn Fn(&mut Drive)| {
+        let fault = |change: &dyn Fn(&mut DriveState)| {
             let mut drive = Drive::new(exact(), 1).unwrap();
-            change(&mut drive);
-            drive.check_faults();
-            drive.fault
+            let mut state = drive.lane.state(0);
+            change(&mut state);
+            state.set(&mut drive.lane.state, 0);
+            drive.lane.check_faults(0);
+            drive.lane.fault[0]
         };
         let (full, hottest) = (exact().winch.full(), exact().motor.hottest);
-        assert_eq!(fault(&|drive| drive.winch = 0.0), None);
-        assert_eq!(fault(&|drive| drive.winch = full), None);
-        assert_eq!(fault(&|drive| drive.motor.winding = hottest), None);
-        assert_eq!(fault(&|drive| drive.winch = -1e-9), Some(DriveFault::DrumEmpty));
-        assert_eq!(fault(&|drive| drive.winch = full + 1e-9), Some(DriveFault::DrumFull));
+        assert_eq!(fault(&|state| state.winch = 0.0), None);
+        assert_eq!(fault(&|state| state.winch = full), None);
+        assert_eq!(fault(&|state| state.motor.winding = hottest), None);
+        assert_eq!(fault(&|state| state.winch = -1e-9), Some(DriveFault::DrumEmpty));
+        assert_eq!(fault(&|state| state.winch = full + 1e-9), Some(DriveFault::DrumFull));
         let winding = hottest + 1e-9;
-        assert_eq!(fault(&|drive| drive.motor.winding = winding), Some(DriveFault::Hot { winding }));
+        assert_eq!(fault(&|state| state.motor.winding = winding), Some(DriveFault::Hot { winding }));
     }
 
     #[test]
@@ -588,10 +279,11 @@ mod tests {
     fn a_fast_shaft_is_braked_with_all_of_the_voltage_where_the_desired_current_needs_more() {
         let mut parameters = exact();
         (parameters.motor.resistance, parameters.motor.voltage) = (2.0, 12.0);
-        let mut drive = Drive::new(parameters, 1).unwrap();
-        drive.speed = 300.0;
+        let drive = Drive::new(parameters, 1).unwrap();
         let desired = -parameters.motor.torque_constant * parameters.motor.peak_current;
-        let Powered { winding, electrical, .. } = drive.powered(Some(desired), 0.0, H);
+        let mut state = DriveState { speed: 300.0, torque: desired, ..drive.lane.state(0) };
+        state.motor.prepare(&parameters.motor, H);
+        let Powered { winding, electrical, .. } = state.power(&parameters, true, 0.0, H);
         assert!(winding.mean < -5.0, "{} A", winding.mean);
         let voltage = electrical / (winding.mean * H);
         assert!((voltage + parameters.motor.voltage).abs() < 1e-12, "{voltage} V");

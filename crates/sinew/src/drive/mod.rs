@@ -4,10 +4,13 @@
 //! command -> tension loop -> velocity loop -> current loop -> motor -> reducer -> winch -> cable
 //! ```
 
+mod batch;
 #[cfg(feature = "description")]
 mod catalogue;
 mod current_loop;
 mod endurance;
+mod exchange;
+mod lanes;
 mod machine;
 mod motor;
 mod parameters;
@@ -17,17 +20,20 @@ mod sensors;
 #[cfg(feature = "description")]
 pub mod sizing;
 mod speed_control;
+mod state;
 mod tension_loop;
 mod velocity_loop;
 mod winch;
 
+pub(crate) use batch::DriveBatch;
 #[cfg(feature = "description")]
 pub use catalogue::{
     Catalogue, CatalogueCord, CatalogueMotor, CatalogueReducer, CatalogueWinch, Cord, ReducerLosses,
 };
 pub use current_loop::CurrentLoop;
 pub use endurance::MotorTemperatures;
-pub use machine::{Drive, DriveCommand, DriveFault, DriveReading, DriveStep};
+pub use exchange::{DriveCommand, DriveFault, DriveReading, DriveStep};
+pub use machine::Drive;
 pub use motor::{Motor, MotorState, ROOM};
 pub use parameters::DriveParameters;
 pub use quadrant::Quadrant;

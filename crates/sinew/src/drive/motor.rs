@@ -1,4 +1,5 @@
 use crate::error::{Error, non_negative, positive, within};
+use crate::lanes::abreast;
 
 /// Brushed direct-current motor: winding, rotor, heat.
 ///
@@ -56,6 +57,11 @@ pub struct Motor {
     /// Degrees Celsius.
     pub hottest: f64,
 }
+
+abreast!(MotorRows of Motor {
+    f64: torque_constant resistance inductance inertia voltage continuous_current peak_current top_speed
+        winding_to_housing housing_to_air winding_capacity housing_capacity hottest
+});
 
 /// Temperature of the room, degrees Celsius.
 pub const ROOM: f64 = 25.0;
@@ -115,6 +121,7 @@ impl Motor {
     }
 
     /// Resistance of a winding at a temperature, ohm.
+    #[inline(always)]
     #[must_use]
     pub fn resistance_at(&self, winding: f64) -> f64 {
         self.resistance * (1.0 + COPPER * (winding - ROOM)).max(0.1)
@@ -154,9 +161,15 @@ pub struct MotorState {
     step: f64,
 }
 
+abreast!(MotorStateRows of MotorState {
+    f64: current winding housing resistance step;
+    Lag: lag;
+    Rates: rates
+});
+
 /// Coefficients of a step, precomputed to avoid divisions.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Rates {
+pub(super) struct Rates {
     /// J per kelvin between winding and housing.
     to_housing: f64,
     /// J per kelvin between housing and room.
@@ -169,6 +182,8 @@ struct Rates {
     conductance: f64,
 }
 
+abreast!(RateRows of Rates { f64: to_housing to_air winding housing conductance });
+
 /// How a current settles within a step: `i(t) = i_oo + (i - i_oo) e^(-t R/L)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lag {
@@ -179,6 +194,8 @@ pub(super) struct Lag {
     /// Mean of its square.
     pub square: f64,
 }
+
+abreast!(LagRows of Lag { f64: left mean square });
 
 impl Lag {
     fn new(constants: f64) -> Self {
@@ -199,6 +216,8 @@ pub(super) struct Winding {
     pub to_air: f64,
 }
 
+abreast!(WindingRows of Winding { f64: mean heat to_air });
+
 impl MotorState {
     /// Cold and without current.
     #[must_use]
@@ -215,12 +234,14 @@ impl MotorState {
     }
 
     /// Present resistance, ohm.
+    #[inline(always)]
     #[must_use]
     pub fn resistance(&self) -> f64 {
         self.resistance
     }
 
     /// Energy in the winding's field, J.
+    #[inline(always)]
     #[must_use]
     pub fn field(&self, motor: &Motor) -> f64 {
         0.5 * motor.inductance.max(MIN_INDUCTANCE) * self.current * self.current
@@ -232,14 +253,19 @@ impl MotorState {
         motor.winding_capacity * (self.winding - ROOM) + motor.housing_capacity * (self.housing - ROOM)
     }
 
-    /// How the current settles in a step of `h` seconds.
-    ///
-    /// Recomputed only where the resistance has changed by a thousandth: the winding warms slowly.
-    #[inline]
-    pub(super) fn lag(&mut self, motor: &Motor, h: f64) -> Lag {
+    /// Whether [`prepare`](Self::prepare) is due: the resistance has changed by a thousandth, which it seldom
+    /// does, or the step is another.
+    #[inline(always)]
+    pub(super) fn is_due(&self, motor: &Motor, h: f64) -> bool {
         let now = motor.resistance_at(self.winding);
         let moved = (now - self.resistance).abs() > 1e-3 * now;
-        if moved || self.step.to_bits() != h.to_bits() {
+        moved | (self.step.to_bits() != h.to_bits())
+    }
+
+    /// How the current settles in a step of `h` seconds.
+    pub(super) fn prepare(&mut self, motor: &Motor, h: f64) -> Lag {
+        if self.is_due(motor, h) {
+            let now = motor.resistance_at(self.winding);
             self.resistance = now;
             self.step = h;
             self.lag = Lag::new((h * now / motor.inductance.max(MIN_INDUCTANCE)).max(1e-12));
@@ -254,20 +280,26 @@ impl MotorState {
         self.lag
     }
 
+    /// The same, which is prepared.
+    #[inline(always)]
+    pub(super) fn lag(&self) -> Lag {
+        self.lag
+    }
+
     /// Mean current of a step, A, with `voltage` at the winding beside the back-EMF.
-    #[inline]
+    #[inline(always)]
     pub(super) fn mean(&self, voltage: f64) -> f64 {
         let end = voltage * self.rates.conductance;
         end + (self.current - end) * self.lag.mean
     }
 
-    /// Applies a winding voltage, beside the back-EMF, for `h` seconds.
+    /// Applies a winding voltage, beside the back-EMF, for the `h` seconds that it is prepared for.
     ///
     /// Energy balance, to rounding: `voltage` times mean current times `h` is Joule heat plus the change of
     /// field energy; the heat is stored in winding and housing or leaves to the air.
-    #[inline]
-    pub(super) fn drive(&mut self, motor: &Motor, voltage: f64, h: f64) -> Winding {
-        let lag = self.lag(motor, h);
+    #[inline(always)]
+    pub(super) fn drive(&mut self, voltage: f64, h: f64) -> Winding {
+        let lag = self.lag;
         let end = voltage * self.rates.conductance;
         let off = self.current - end;
         let mean = end + off * lag.mean;
@@ -278,7 +310,7 @@ impl MotorState {
     }
 
     /// Opens the circuit: the field's energy goes back to the supply, J.
-    #[inline]
+    #[inline(always)]
     pub(super) fn open(&mut self, motor: &Motor) -> f64 {
         let field = self.field(motor);
         self.current = 0.0;
@@ -286,7 +318,7 @@ impl MotorState {
     }
 
     /// Adds heat, J, to the winding; returns what the housing gives to the air, J.
-    #[inline]
+    #[inline(always)]
     fn warm(&mut self, heat: f64) -> f64 {
         let rates = &self.rates;
         let to_housing = rates.to_housing * (self.winding - self.housing);
@@ -301,18 +333,23 @@ impl MotorState {
 mod tests {
     use super::*;
 
+    fn apply(state: &mut MotorState, motor: &Motor, voltage: f64, h: f64) {
+        state.prepare(motor, h);
+        state.drive(voltage, h);
+    }
+
     #[test]
     fn a_stalled_motor_settles_at_ohms_law_and_a_free_one_at_its_speed() {
         let motor = Motor::class_35_mm();
         let mut state = MotorState::cold(&motor);
         for _ in 0..100 {
-            state.drive(&motor, 2.0, 1e-4);
+            apply(&mut state, &motor, 2.0, 1e-4);
         }
         assert!((state.current - 2.0 / state.resistance()).abs() < 0.02);
         let free = 12.0 / motor.torque_constant;
         let mut state = MotorState::cold(&motor);
         for _ in 0..100 {
-            state.drive(&motor, 12.0 - motor.torque_constant * free, 1e-4);
+            apply(&mut state, &motor, 12.0 - motor.torque_constant * free, 1e-4);
         }
         assert!(state.current.abs() < 1e-9);
     }
@@ -323,7 +360,7 @@ mod tests {
         let mut state = MotorState::cold(&motor);
         let constant = motor.inductance / motor.resistance;
         for _ in 0..10 {
-            state.drive(&motor, 1.0, constant / 10.0);
+            apply(&mut state, &motor, 1.0, constant / 10.0);
         }
         let expected = (1.0 - (-1.0_f64).exp()) / motor.resistance;
         assert!((state.current - expected).abs() < 1e-3 * expected, "{} {expected}", state.current);
@@ -336,7 +373,7 @@ mod tests {
         let current = motor.continuous_current;
         for _ in 0..1_000_000 {
             let voltage = current * state.resistance();
-            state.drive(&motor, voltage, 0.01);
+            apply(&mut state, &motor, voltage, 0.01);
         }
         let steady = motor.steady_temperature(current);
         assert!((state.winding - steady).abs() < 1.0, "{} {steady}", state.winding);
@@ -373,7 +410,7 @@ mod tests {
         let mut state = MotorState::cold(&motor);
         let mut resistance = |rise: f64| {
             state.winding = ROOM + rise;
-            state.lag(&motor, 1e-3);
+            state.prepare(&motor, 1e-3);
             state.resistance()
         };
         assert!((resistance(0.0) - motor.resistance).abs() < 1e-15);

@@ -7,6 +7,8 @@ use super::velocity_loop::VelocityLoop;
 use super::winch::Winch;
 use crate::Error;
 use crate::error::{positive, within};
+use crate::lanes::abreast;
+use crate::random::Random;
 
 /// Parameters of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,6 +35,16 @@ pub struct DriveParameters {
     /// Tension below which the drive does not pay out, N, >= 0.
     pub min_tension: f64,
 }
+
+abreast!(DriveParameterRows of DriveParameters {
+    Motor: motor;
+    Reducer: reducer;
+    Winch: winch;
+    Encoder: encoder;
+    LoadCell: load_cell;
+    bool: has_load_cell;
+    f64: delay_ms acceleration max_tension min_tension
+});
 
 impl DriveParameters {
     /// The paper's drive: 35 mm motor of 120 W, 53 : 1, 15 mm winch; other values are assumed, as documented
@@ -161,6 +173,7 @@ impl DriveParameters {
     }
 
     /// A cable speed, m/s, limited so that the tension at the outlet, N, stays between the drive's limits.
+    #[inline(always)]
     #[must_use]
     pub fn limited_speed(&self, velocity: f64, tension: f64) -> f64 {
         if tension > self.max_tension {
@@ -170,6 +183,16 @@ impl DriveParameters {
         } else {
             velocity
         }
+    }
+
+    /// What the load cell shows at a tension, N; NaN without one.
+    #[inline(always)]
+    pub(super) fn measured(&self, tension: f64, random: &mut Random) -> f64 {
+        let mut drawn = random.clone();
+        let shown = self.load_cell.read(tension, &mut drawn);
+        // Where nothing is measured nothing is drawn.
+        *random = if self.has_load_cell { drawn } else { random.clone() };
+        if self.has_load_cell { shown } else { f64::NAN }
     }
 }
 

@@ -1,4 +1,5 @@
 use crate::error::{Error, non_negative, positive, within};
+use crate::lanes::abreast;
 
 /// Reducer: ratio, losses that grow with the load, backlash, ripple.
 ///
@@ -44,6 +45,10 @@ pub struct Reducer {
     pub ripple_per_turn: f64,
 }
 
+abreast!(ReducerRows of Reducer {
+    f64: ratio efficiency friction viscous backlash ripple ripple_per_turn
+});
+
 impl Reducer {
     /// The paper's 53 : 1 with an assumed efficiency of 0.7 and six minutes of arc of backlash.
     #[must_use]
@@ -77,7 +82,7 @@ impl Reducer {
 
     /// Dry friction at the motor, Nm, under a load torque at the winch while turning in the direction of
     /// `sign`.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn loss(&self, load: f64, sign: f64, angle: f64) -> f64 {
         let fraction = if load * sign > 0.0 { 1.0 / self.efficiency - 1.0 } else { 1.0 - self.efficiency };
@@ -89,7 +94,7 @@ impl Reducer {
     /// s/rad.
     ///
     /// Friction is implicit: it stops the shaft and holds it up to its limit.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn turn(&self, shaft: Shaft, drive: f64, brake: f64, load: f64, h: f64) -> Turn {
         let Shaft { inertia, speed, angle } = shaft;
@@ -124,8 +129,10 @@ pub struct Turn {
     pub lost: f64,
 }
 
+abreast!(TurnRows of Turn { f64: speed lost });
+
 /// A cosine to a thousandth, from two parabolas with one correction: exact enough for an assumed ripple.
-#[inline]
+#[inline(always)]
 fn wave(phase: f64) -> f64 {
     // 1.5 * 2^52: adding it leaves the nearest integer in the low bits of the mantissa.
     const ROUND: f64 = 6_755_399_441_055_744.0;

@@ -1,4 +1,5 @@
 use crate::error::{Error, non_negative, positive, within};
+use crate::lanes::{Row, abreast};
 use crate::random::Random;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -25,6 +26,8 @@ pub struct Encoder {
     pub zero: f64,
 }
 
+abreast!(EncoderRows of Encoder { f64: counts zero });
+
 impl Encoder {
     /// Checks the numbers.
     ///
@@ -37,7 +40,7 @@ impl Encoder {
     }
 
     /// Measured angle, rad.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn read(&self, angle: f64) -> f64 {
         let count = 2.0 * core::f64::consts::PI / self.counts;
@@ -145,6 +148,8 @@ pub struct LoadCell {
     pub range: f64,
 }
 
+abreast!(LoadCellRows of LoadCell { f64: gain offset noise resolution range });
+
 impl LoadCell {
     /// A cell of 1 kN with 0.4 N of noise.
     #[must_use]
@@ -166,17 +171,19 @@ impl LoadCell {
     }
 
     /// Measured tension, N.
-    #[inline]
+    #[inline(always)]
     pub fn read(&self, tension: f64, random: &mut Random) -> f64 {
         let raw = self.gain * tension + self.offset + self.noise * random.normal();
-        let counted =
-            if self.resolution > 0.0 { nearest(raw / self.resolution) * self.resolution } else { raw };
+        // Divided whether it counts or not: without a branch.
+        let count = if self.resolution > 0.0 { self.resolution } else { 1.0 };
+        let counted = nearest(raw / count) * count;
+        let counted = if self.resolution > 0.0 { counted } else { raw };
         counted.max(-0.1 * self.range).min(self.range)
     }
 }
 
 /// Rounds to the nearest integer, ties to even, for magnitudes up to 2^51.
-#[inline]
+#[inline(always)]
 fn nearest(x: f64) -> f64 {
     // 1.5 * 2^52: adding it leaves the nearest integer in the low bits of the mantissa.
     const ROUND: f64 = 6_755_399_441_055_744.0;
@@ -185,11 +192,7 @@ fn nearest(x: f64) -> f64 {
 
 /// Time delay of whole and fractional steps, by linear interpolation.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Delay {
-    past: Vec<f64>,
-    next: usize,
-    fraction: f64,
-}
+pub struct Delay(Delays<1, 1>);
 
 impl Delay {
     /// A delay of `steps` >= 0 steps, filled with `value`.
@@ -197,28 +200,88 @@ impl Delay {
     /// # Errors
     /// [`Error::OutOfDomain`] below 0 and above 10 000 steps.
     pub fn new(steps: f64, value: f64) -> Result<Self, Error> {
-        within("delay", "a number in 0..=10000 steps", steps, (0.0..=10_000.0).contains(&steps))?;
-        let whole = libm::floor(steps);
-        Ok(Self { past: vec![value; whole as usize + 2], next: 0, fraction: steps - whole })
+        Delays::new(steps, [value]).map(Self)
     }
 
     /// Sets the whole history to a value.
     pub fn fill(&mut self, value: f64) {
-        self.past.fill(value);
+        self.0.fill(0, 0, value);
     }
 
     /// Stores the present value and returns the delayed one.
     #[inline]
     pub fn pass(&mut self, value: f64) -> f64 {
-        // No remainder: three integer divisions would cost a third of a drive's step.
-        let after = |k: usize| if k + 1 < self.past.len() { k + 1 } else { 0 };
-        // The ring holds the present value and `whole + 1` earlier ones: the oldest comes next.
-        let (now, oldest) = (self.next, after(self.next));
-        let younger = after(oldest);
-        self.past[now] = value;
-        self.next = oldest;
-        let (oldest, younger) = (self.past[oldest], self.past[younger]);
-        younger + self.fraction * (oldest - younger)
+        let [Row([delayed])] = self.0.pass([Row([value])]);
+        delayed
+    }
+}
+
+/// The same of `M` signals in `N` lanes, of which each has its own delay.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Delays<const N: usize, const M: usize> {
+    past: Vec<[Row<N>; M]>,
+    next: usize,
+    whole: [usize; N],
+    fraction: Row<N>,
+}
+
+impl<const M: usize> Delays<1, M> {
+    /// Of one lane, as [`Delay::new`].
+    pub(super) fn new(steps: f64, values: [f64; M]) -> Result<Self, Error> {
+        within("delay", "a number in 0..=10000 steps", steps, (0.0..=10_000.0).contains(&steps))?;
+        let whole = libm::floor(steps);
+        let past = vec![values.map(|value| Row([value])); whole as usize + 2];
+        Ok(Self { past, next: 0, whole: [whole as usize], fraction: Row([steps - whole]) })
+    }
+
+    /// These side by side.
+    pub(super) fn gathered<const N: usize>(lanes: [&Self; N]) -> Delays<N, M> {
+        let whole = lanes.map(|lane| lane.whole[0]);
+        let count = whole.into_iter().max().unwrap_or(0) + 2;
+        let mut past = vec![[Row::default(); M]; count];
+        for (k, lane) in lanes.into_iter().enumerate() {
+            // The youngest last.
+            let (young, old) = lane.past.split_at(lane.next);
+            for (to, from) in past.iter_mut().rev().zip(old.iter().chain(young).rev()) {
+                to.iter_mut().zip(from).for_each(|(to, from)| to.0[k] = from.0[0]);
+            }
+        }
+        Delays { past, next: 0, whole, fraction: Row(lanes.map(|lane| lane.fraction.0[0])) }
+    }
+}
+
+impl<const N: usize, const M: usize> Delays<N, M> {
+    /// Sets the whole history of one signal in one lane to a value.
+    pub(super) fn fill(&mut self, k: usize, signal: usize, value: f64) {
+        self.past.iter_mut().for_each(|row| row[signal].0[k] = value);
+    }
+
+    /// Stores the present values and returns the delayed ones.
+    #[inline(always)]
+    pub(super) fn pass(&mut self, values: [Row<N>; M]) -> [Row<N>; M] {
+        let (now, count) = (self.next, self.past.len());
+        self.past[now] = values;
+        // No remainder: integer divisions would cost a third of a drive's step.
+        self.next = if now + 1 < count { now + 1 } else { 0 };
+        // The ring holds the present values and, for the longest delay, `whole + 1` earlier ones.
+        let (mut oldest, mut younger) = (self.past[self.next], values);
+        if self.whole == [count - 2; N] {
+            younger = self.past[if self.next + 1 < count { self.next + 1 } else { 0 }];
+        } else {
+            for k in 0..N {
+                let back = |steps: usize| if steps > now { now + count - steps } else { now - steps };
+                let [old, young] = [back(self.whole[k] + 1), back(self.whole[k])];
+                for signal in 0..M {
+                    oldest[signal].0[k] = self.past[old][signal].0[k];
+                    younger[signal].0[k] = self.past[young][signal].0[k];
+                }
+            }
+        }
+        let mut delayed = younger;
+        for signal in 0..M {
+            delayed[signal] = younger[signal] + self.fraction * (oldest[signal] - younger[signal]);
+        }
+        delayed
     }
 }
 

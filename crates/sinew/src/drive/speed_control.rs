@@ -2,6 +2,7 @@
 
 use super::parameters::DriveParameters;
 use super::velocity_loop::{VelocityLimits, VelocityLoop};
+use crate::lanes::abreast;
 
 /// Speed control of a drive, in its amplifier or, where the amplifier takes torques, in the control cycle.
 ///
@@ -23,6 +24,8 @@ use super::velocity_loop::{VelocityLimits, VelocityLoop};
 pub struct SpeedControl {
     velocity_loop: VelocityLoop,
 }
+
+abreast!(SpeedControlRows of SpeedControl { VelocityLoop: velocity_loop });
 
 /// What the control of a shaft measures.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,12 +52,13 @@ impl SpeedControl {
     }
 
     /// Starts without a jump at the present speed of the motor, rad/s.
+    #[inline(always)]
     pub fn take_over(&mut self, speed: f64) {
         self.velocity_loop.take_over(speed, 0.0);
     }
 
     /// Torque of the motor for the next `h` s, Nm, for a cable speed, m/s.
-    #[inline]
+    #[inline(always)]
     pub fn torque(&mut self, drive: &DriveParameters, velocity: f64, measured: MeasuredShaft, h: f64) -> f64 {
         let velocity = drive.limited_speed(velocity, measured.tension);
         let per_ratio = 1.0 / drive.reducer.ratio;

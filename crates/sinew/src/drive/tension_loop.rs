@@ -1,3 +1,5 @@
+use crate::lanes::abreast;
+
 /// Tension mode: the error of the tension becomes a speed of the winch (admittance), for the velocity loop
 /// beneath.
 ///
@@ -31,8 +33,11 @@ pub struct TensionLoop {
     /// m/N.
     pub compliance: f64,
     integral: f64,
-    last: Option<f64>,
+    /// Last command, N; NaN after a reset.
+    last: f64,
 }
+
+abreast!(TensionLoopRows of TensionLoop { f64: gain reset_time compliance integral last });
 
 /// Limit of the integral, m/s.
 const INTEGRAL_LIMIT: f64 = 0.05;
@@ -41,7 +46,7 @@ impl TensionLoop {
     /// A loop in its initial state.
     #[must_use]
     pub fn new(gain: f64, reset_time: f64, compliance: f64) -> Self {
-        Self { gain, reset_time, compliance, integral: 0.0, last: None }
+        Self { gain, reset_time, compliance, integral: 0.0, last: f64::NAN }
     }
 
     /// That of a drive.
@@ -51,15 +56,16 @@ impl TensionLoop {
     }
 
     /// Resets the integral and the derivative of the command.
+    #[inline(always)]
     pub fn reset(&mut self) {
-        (self.integral, self.last) = (0.0, None);
+        (self.integral, self.last) = (0.0, f64::NAN);
     }
 
     /// Speed of the winch for the next step, m/s, + toward the motor.
-    #[inline]
+    #[inline(always)]
     pub fn speed(&mut self, desired: f64, measured: f64, feed: f64, h: f64) -> f64 {
-        let rate = self.last.map_or(0.0, |last| (desired - last) / h);
-        self.last = Some(desired);
+        let rate = if self.last.is_nan() { 0.0 } else { (desired - self.last) / h };
+        self.last = desired;
         let error = desired - measured;
         self.integral += h * self.gain / self.reset_time * error;
         self.integral = self.integral.clamp(-INTEGRAL_LIMIT, INTEGRAL_LIMIT);

@@ -1,3 +1,5 @@
+use crate::lanes::abreast;
+
 /// Velocity mode: a reference that respects the acceleration limit, followed by proportional and integral
 /// action.
 ///
@@ -25,6 +27,8 @@ pub struct VelocityLoop {
     integral: f64,
 }
 
+abreast!(VelocityLoopRows of VelocityLoop { f64: gain reference integral });
+
 /// Limits of a velocity loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VelocityLimits {
@@ -47,13 +51,14 @@ impl VelocityLoop {
     }
 
     /// Bumpless start from the present speed and torque.
+    #[inline(always)]
     pub fn take_over(&mut self, speed: f64, torque: f64) {
         self.reference = speed;
         self.integral = torque;
     }
 
     /// Torque of the next step, Nm.
-    #[inline]
+    #[inline(always)]
     pub fn torque(&mut self, desired: f64, speed: f64, inertia: f64, limits: VelocityLimits, h: f64) -> f64 {
         let most = limits.acceleration * h;
         let change = (desired - self.reference).max(-most).min(most);

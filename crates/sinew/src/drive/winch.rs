@@ -1,4 +1,6 @@
 use crate::error::{Error, non_negative, positive, within};
+use crate::lanes::{Row, abreast};
+use core::ops::Add;
 
 /// Winch: cable wound per turn, layer by layer.
 ///
@@ -33,6 +35,8 @@ pub struct Winch {
     /// Layers.
     pub layers: u8,
 }
+
+abreast!(WinchRows of Winch { f64: radius lead cable_diameter turns_per_layer; u8: layers });
 
 const TURN: f64 = 2.0 * core::f64::consts::PI;
 
@@ -109,45 +113,66 @@ impl Winch {
     }
 }
 
-/// A winch with precomputed layers.
+/// Winches with precomputed layers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Drum {
-    /// Cable per radian in each layer, m.
-    arms: [f64; 8],
-    /// Cable below each layer, m.
-    below: [f64; 8],
+pub(super) struct Drum<const N: usize> {
+    layers: [Layer<N>; 8],
     /// Angle of one full layer, rad.
-    per_layer: f64,
-    layers_per_radian: f64,
-    last: u8,
+    per_layer: Row<N>,
+    layers_per_radian: Row<N>,
+    /// Number of the last layer.
+    last: Row<N>,
+    /// Layers of the winch that has most.
+    most: usize,
 }
 
-impl Drum {
-    pub(super) fn new(winch: &Winch) -> Self {
-        let per_layer = TURN * winch.turns_per_layer;
-        let arms = core::array::from_fn(|k| winch.arm(k as u8));
-        let below = core::array::from_fn(|k| arms[..k].iter().map(|arm| per_layer * arm).sum());
-        let last = winch.layers.clamp(1, 8) - 1;
-        Self { arms, below, per_layer, layers_per_radian: 1.0 / per_layer, last }
+/// A layer of every winch.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Layer<const N: usize> {
+    number: Row<N>,
+    /// Cable per radian, m.
+    arm: Row<N>,
+    /// Cable below, m.
+    below: Row<N>,
+}
+
+impl<const N: usize> Drum<N> {
+    pub(super) fn new(winches: [Winch; N]) -> Self {
+        let row = |value: &dyn Fn(&Winch) -> f64| Row(winches.each_ref().map(value));
+        let per_layer = row(&|winch| TURN * winch.turns_per_layer);
+        let last = row(&|winch| f64::from(winch.layers.clamp(1, 8) - 1));
+        let arm = |k: u8| row(&move |winch| winch.arm(k));
+        let below = |layer: u8| (0..layer).map(|k| per_layer * arm(k)).fold(Row::all(-0.0), Row::add);
+        let layer = |k: usize| Layer { number: Row::all(k as f64), arm: arm(k as u8), below: below(k as u8) };
+        let most = winches.iter().map(|winch| usize::from(winch.layers.clamp(1, 8))).max().unwrap_or(1);
+        let layers = core::array::from_fn(layer);
+        Self { layers, per_layer, layers_per_radian: 1.0 / per_layer, last, most }
     }
 
     /// As [`Winch::arm`] in [`Winch::layer`].
-    #[inline]
-    pub(super) fn arm(&self, angle: f64) -> f64 {
-        self.arms[self.layer(angle)]
+    #[inline(always)]
+    pub(super) fn arm(&self, angle: Row<N>) -> Row<N> {
+        self.layer(angle).arm
     }
 
     /// As [`Winch::wound`].
-    #[inline]
-    pub(super) fn wound(&self, angle: f64) -> f64 {
-        let layer = self.layer(angle);
-        self.below[layer] + (angle - layer as f64 * self.per_layer) * self.arms[layer]
+    #[inline(always)]
+    pub(super) fn wound(&self, angle: Row<N>) -> Row<N> {
+        let Layer { number, arm, below } = self.layer(angle);
+        below + (angle - number * self.per_layer) * arm
     }
 
-    #[inline]
-    fn layer(&self, angle: f64) -> usize {
-        // The cast saturates at 0 and 255.
-        usize::from(((angle * self.layers_per_radian) as u8).min(self.last))
+    #[inline(always)]
+    fn layer(&self, angle: Row<N>) -> Layer<N> {
+        let turned = angle * self.layers_per_radian;
+        let mut layer = self.layers[0];
+        for next in &self.layers[1..self.most] {
+            let begun = next.number.at_most(turned) & next.number.at_most(self.last);
+            layer.number = begun.select(next.number, layer.number);
+            layer.arm = begun.select(next.arm, layer.arm);
+            layer.below = begun.select(next.below, layer.below);
+        }
+        layer
     }
 }
 
@@ -173,11 +198,12 @@ mod tests {
     fn the_precomputed_drum_equals_its_winch() {
         for layers in 1..=8 {
             let winch = Winch { layers, ..Winch::fifteen_millimetres() };
-            let drum = Drum::new(&winch);
+            let drum = Drum::new([winch; 1]);
             for k in -100..900 {
                 let angle = winch.full() * f64::from(k) / 777.0;
-                assert!((drum.wound(angle) - winch.wound(angle)).abs() < 1e-12, "{layers} {angle}");
-                assert!((drum.arm(angle) - winch.arm(winch.layer(angle))).abs() < 1e-15);
+                let (Row([wound]), Row([arm])) = (drum.wound(Row([angle])), drum.arm(Row([angle])));
+                assert!((wound - winch.wound(angle)).abs() < 1e-12, "{layers} {angle}");
+                assert!((arm - winch.arm(winch.layer(angle))).abs() < 1e-15);
                 assert!((winch.angle(winch.wound(angle)) - angle).abs() < 1e-9, "{layers} {angle}");
             }
         }

@@ -4,8 +4,11 @@
 //! each lane, so that a lane has the bits of a world alone on every instruction set. Loops, not closures, and
 //! inlined always: only inlined code is compiled for the instruction set of its caller.
 
+mod abreast;
+mod angles;
 mod row;
 mod space;
 
+pub(crate) use abreast::{Abreast, abreast, abreast_as_it_is};
 pub(crate) use row::{Mask, Row};
 pub(crate) use space::{Frame, Vector};

@@ -143,19 +143,16 @@ impl Topology {
     #[inline(always)]
     fn bypass<const N: usize>(&self, q: &[[f64; N]], geometry: &mut Geometry<N>) {
         let points = &mut geometry.points;
-        let active = |q: usize, [low, high]: [f64; 2], q_of: &[[f64; N]]| {
-            let q = Row(q_of[q]);
-            !(q.less(Row::all(low)) | Row::all(high).less(q))
-        };
         for Bypass { before, behind, sites } in &self.bypasses {
             let mut before = *before;
             for (index, &(anchor, coordinate, range)) in sites.iter().enumerate() {
                 let mut next = points[*behind];
                 for &(later, coordinate, range) in sites[index + 1..].iter().rev() {
-                    next = Vector::select(active(coordinate, range, q), points[later], next);
+                    next = Vector::select(is_active(Row(q[coordinate]), range), points[later], next);
                 }
                 let halfway = Row::all(0.5) * (points[before] + next);
-                points[anchor] = Vector::select(active(coordinate, range, q), points[anchor], halfway);
+                let active = is_active(Row(q[coordinate]), range);
+                points[anchor] = Vector::select(active, points[anchor], halfway);
                 before = anchor;
             }
         }
@@ -172,8 +169,14 @@ impl Topology {
         let span = &self.spans[index];
         let (start, end) = (geometry.points[span.from], geometry.points[span.to]);
         let around = span.around.as_ref();
-        let contact = around.and_then(|around| self.wrap(numbers, span, around, geometry));
-        let touches = contact.map_or(Mask::NONE, |contact| contact.at);
+        // No closures: in a kernel they would be compiled for the baseline.
+        let (mut contact, mut touches) = (None, Mask::NONE);
+        if let Some(around) = around {
+            contact = self.wrap(numbers, span, around, geometry);
+        }
+        if let Some(contact) = &contact {
+            touches = contact.at;
+        }
         let none = Row::default();
         let mut strand =
             Strand { out: start, into: start, length: none, touches, before: none, graze: none, angle: none };
@@ -220,13 +223,19 @@ impl Topology {
     ) -> Option<Contact<N>> {
         let pose = &geometry.surfaces[around.surface];
         let (radius, _) = numbers.surfaces[around.surface];
-        let seen = |anchor: usize| geometry.points[anchor] - pose.origin;
-        let ends = [seen(span.from), seen(span.to)];
+        let points = &geometry.points;
+        let ends = [points[span.from] - pose.origin, points[span.to] - pose.origin];
+        let mut side = None;
+        if let Some(anchor) = around.side {
+            side = Some(points[anchor] - pose.origin);
+        }
         match self.surfaces[around.surface].kind {
-            WrapKind::Sphere => sphere(ends, around.side.map(seen), radius, &pose.axes),
+            WrapKind::Sphere => sphere(ends, side, radius, &pose.axes),
             WrapKind::Cylinder => {
                 let ends = [pose.axes.unrotate(ends[0]), pose.axes.unrotate(ends[1])];
-                let side = around.side.map(|side| pose.axes.unrotate(seen(side)));
+                if let Some(seen) = side {
+                    side = Some(pose.axes.unrotate(seen));
+                }
                 let contact = cylinder(ends, side, radius)?;
                 let (into, out) = (pose.axes.rotate(contact.into), pose.axes.rotate(contact.out));
                 Some(Contact { into, out, ..contact })
@@ -270,6 +279,12 @@ impl Topology {
             }
         }
     }
+}
+
+/// Where a coordinate is within a range.
+#[inline(always)]
+fn is_active<const N: usize>(q: Row<N>, [low, high]: [f64; 2]) -> Mask<N> {
+    !(q.less(Row::all(low)) | Row::all(high).less(q))
 }
 
 impl Muscles {

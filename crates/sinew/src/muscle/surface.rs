@@ -50,7 +50,12 @@ pub(super) fn sphere<const N: usize>(
     }
     // An end at the centre is within the circle, whatever the plane.
     let planar = [[length0, Row::default()], [c / length0, p1.dot(y)]];
-    let touch = wrap_in_plane(planar, side.map(|s| ([s.dot(x), s.dot(y)], s.norm())), radius)?;
+    // No closures here and below: in a kernel they would be compiled for the baseline.
+    let mut seen = None;
+    if let Some(s) = side {
+        seen = Some(([s.dot(x), s.dot(y)], s.norm()));
+    }
+    let touch = wrap_in_plane(planar, seen, radius)?;
     Some(Contact {
         at: touch.at & !missed,
         into: touch.into[0] * x + touch.into[1] * y,
@@ -71,7 +76,11 @@ pub(super) fn cylinder<const N: usize>(
 ) -> Option<Contact<N>> {
     let [p0, p1] = ends;
     let planar = [[p0[0], p0[1]], [p1[0], p1[1]]];
-    let touch = wrap_in_plane(planar, side.map(|s| ([s[0], s[1]], s.norm())), radius)?;
+    let mut seen = None;
+    if let Some(s) = side {
+        seen = Some(([s[0], s[1]], s.norm()));
+    }
+    let touch = wrap_in_plane(planar, seen, radius)?;
     let around = touch.free[0] + touch.on + touch.free[1];
     let rise = p1[2] - p0[2];
     let length = (around * around + rise * rise).sqrt();

@@ -266,7 +266,7 @@ impl Band {
 }
 
 /// `value` limited to `low <= high`.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn saturate(value: f64, low: f64, high: f64) -> f64 {
     value.max(low).min(high)

@@ -7,6 +7,7 @@ use super::problem::Limit;
 use super::rows::{Rows, dot};
 use super::scalar::Scalar;
 use super::settings::Tolerances;
+use crate::dispatch::{Arithmetic, InstructionSet, Work};
 use alloc::vec::Vec;
 
 /// Newton steps taken, and where they end.
@@ -34,8 +35,11 @@ pub(super) struct Ascent<S> {
     /// Diagonal of the Newton matrix with every muscle free, and the smallest pivots.
     pub(super) diagonal: Vec<f64>,
     floor: Vec<f64>,
+    /// Of every muscle in the Newton matrix: its compliance where it is free.
+    weights: Vec<f64>,
     /// Factors of the Newton matrix.
     factors: Vec<S>,
+    instructions: InstructionSet,
     segments: Vec<Segment<S>>,
 }
 
@@ -58,7 +62,9 @@ impl<S: Scalar> Ascent<S> {
             step: alloc::vec![S::ZERO; joints],
             diagonal: alloc::vec![0.0; joints],
             floor: alloc::vec![0.0; joints],
+            weights: alloc::vec![0.0; muscles],
             factors: alloc::vec![S::ZERO; joints * joints],
+            instructions: InstructionSet::detect_narrow(),
             segments: room(muscles),
         }
     }
@@ -170,9 +176,8 @@ impl<S: Scalar> Ascent<S> {
         let pivot = 10.0 * self.tolerances.rounding;
         self.diagonal[..n].fill(0.0);
         for (i, muscle) in block.muscles.iter().enumerate() {
-            for (joint, arm) in block.rows.row(i) {
-                self.diagonal[joint] += muscle.compliance * arm * arm;
-            }
+            let add = |diagonal: &mut f64, arm| *diagonal += muscle.compliance * arm * arm;
+            block.rows.change(i, &mut self.diagonal, add);
         }
         for (floor, diagonal) in self.floor[..n].iter_mut().zip(&self.diagonal) {
             // No muscle crosses the joint, or its arms vanish in this pose.
@@ -187,10 +192,11 @@ impl<S: Scalar> Ascent<S> {
         let n = block.rows.joints();
         self.residual.measure(block, block.muscles.iter().map(|muscle| S::from(muscle.reference)));
         lambda.copy_from_slice(&self.residual.torque[..n]);
-        let factors = &mut self.factors[..n * n];
-        block.rows.weigh(block.muscles.iter().map(|muscle| muscle.compliance), factors);
-        factor(factors, &self.floor[..n]);
-        solve(factors, lambda);
+        for (weight, muscle) in self.weights.iter_mut().zip(block.muscles) {
+            *weight = muscle.compliance;
+        }
+        self.factor_weighed(block, S::ZERO);
+        solve(&self.factors[..n * n], lambda);
     }
 
     /// Tensions, limits and residual at `lambda`.
@@ -206,15 +212,22 @@ impl<S: Scalar> Ascent<S> {
 
     /// Factors of the Newton matrix of the active set.
     fn factor<R: Rows>(&mut self, block: &Block<R, S>, proximal: Option<Proximal<S>>) {
-        let n = block.rows.joints();
-        let factors = &mut self.factors[..n * n];
-        let weights = self.muscles.iter().zip(block.muscles);
-        let weights = weights.map(|(s, muscle)| if s.limit == Limit::Free { muscle.compliance } else { 0.0 });
-        block.rows.weigh(weights, factors);
-        if let Some(Proximal { regularization, .. }) = proximal {
-            factors.iter_mut().step_by(n + 1).for_each(|pivot| *pivot = *pivot + S::from(regularization));
+        let states = self.muscles.iter().zip(block.muscles);
+        for (weight, (state, muscle)) in self.weights.iter_mut().zip(states) {
+            *weight = if state.limit == Limit::Free { muscle.compliance } else { 0.0 };
         }
-        factor(factors, &self.floor[..n]);
+        let regularization = proximal.map_or(0.0, |proximal| proximal.regularization);
+        self.factor_weighed(block, S::from(regularization));
+    }
+
+    /// The same with the weights as they are.
+    fn factor_weighed<R: Rows>(&mut self, block: &Block<R, S>, regularization: S) {
+        let (m, n) = (block.muscles.len(), block.rows.joints());
+        let Self { weights, factors, floor, instructions, .. } = self;
+        let (weights, factors, floor) = (&weights[..m], &mut factors[..n * n], &floor[..n]);
+        let newton = Newton { rows: block.rows, weights, regularization, factors, floor };
+        // Three joints and fewer have nothing to do at once.
+        if n > 3 { instructions.run(newton) } else { InstructionSet::Baseline.run(newton) }
     }
 
     /// What the full step does to every muscle; whether it leaves the active set unchanged.
@@ -239,5 +252,27 @@ impl<S: Scalar> Ascent<S> {
             regularization: dot(step, step) * S::from(regularization),
         };
         search(self.muscles.iter().zip(block.muscles), &line, self.tolerances.rounding, &mut self.segments)
+    }
+}
+
+/// Factors of the Newton matrix with these weights.
+struct Newton<'a, R, S> {
+    rows: R,
+    weights: &'a [f64],
+    regularization: S,
+    factors: &'a mut [S],
+    floor: &'a [f64],
+}
+
+impl<R: Rows, S: Scalar> Work for Newton<'_, R, S> {
+    #[inline(always)]
+    fn run<A: Arithmetic>(self, _: A) {
+        let Self { rows, weights, regularization, factors, floor } = self;
+        rows.weigh(weights, factors);
+        for k in 0..floor.len() {
+            let pivot = &mut factors[k * floor.len() + k];
+            *pivot = *pivot + regularization;
+        }
+        factor(factors, floor);
     }
 }

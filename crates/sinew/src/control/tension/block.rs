@@ -77,11 +77,10 @@ impl<S: Scalar> Residual<S> {
         torque.copy_from_slice(&block.torque[..n]);
         scale.iter_mut().zip(&*torque).for_each(|(scale, torque)| *scale = torque.rounded().abs());
         for (muscle, tension) in tensions.enumerate() {
-            for (joint, arm) in block.rows.row(muscle) {
-                let term = tension * S::from(arm);
-                torque[joint] = torque[joint] - term;
-                scale[joint] += term.rounded().abs();
-            }
+            block.rows.change(muscle, torque, |torque, arm| *torque = *torque - tension * S::from(arm));
+            block.rows.change(muscle, scale, |scale, arm| {
+                *scale += (tension * S::from(arm)).rounded().abs();
+            });
         }
         if n <= FEW {
             self.torque[..n].copy_from_slice(&few.0[..n]);

@@ -167,11 +167,16 @@ impl Distribution {
             infeasible: &mut self.infeasible[index],
         };
         let arms = &self.arms[pattern.start[muscles.start]..pattern.start[muscles.end]];
-        // Three joints and fewer, as robot arms have them, are worth loops of known length.
+        // Few joints, as robot arms have them, are worth loops of known length.
         let result = match (dense, n) {
             (true, 1) => solver.solve(&block, Dense::<1> { joints: n, arms }, start, operations),
             (true, 2) => solver.solve(&block, Dense::<2> { joints: n, arms }, start, operations),
             (true, 3) => solver.solve(&block, Dense::<3> { joints: n, arms }, start, operations),
+            (true, 4) => solver.solve(&block, Dense::<4> { joints: n, arms }, start, operations),
+            (true, 5) => solver.solve(&block, Dense::<5> { joints: n, arms }, start, operations),
+            (true, 6) => solver.solve(&block, Dense::<6> { joints: n, arms }, start, operations),
+            (true, 7) => solver.solve(&block, Dense::<7> { joints: n, arms }, start, operations),
+            (true, 8) => solver.solve(&block, Dense::<8> { joints: n, arms }, start, operations),
             (true, _) => solver.solve(&block, Dense::<0> { joints: n, arms }, start, operations),
             (false, _) => solver.solve(&block, block.rows, start, operations),
         };

@@ -10,6 +10,14 @@ pub(super) trait Rows: Copy {
     /// Number of joints.
     fn joints(self) -> usize;
 
+    /// Changes the entry of every joint with the muscle's arm about it.
+    #[inline(always)]
+    fn change<T>(self, muscle: usize, entries: &mut [T], change: impl Fn(&mut T, f64)) {
+        for (joint, arm) in self.row(muscle) {
+            change(&mut entries[joint], arm);
+        }
+    }
+
     /// `R_i x`.
     #[inline(always)]
     fn dot<S: Scalar>(self, muscle: usize, x: &[S]) -> S {
@@ -18,10 +26,13 @@ pub(super) trait Rows: Copy {
 
     /// `h := sum_i f_i R_i^T R_i` in the upper triangle.
     #[inline(always)]
-    fn weigh<S: Scalar>(self, f: impl Iterator<Item = f64>, h: &mut [S]) {
+    fn weigh<S: Scalar>(self, f: &[f64], h: &mut [S]) {
         let n = self.joints();
         h.fill(S::ZERO);
-        for (muscle, f) in f.enumerate().filter(|(_, f)| *f != 0.0) {
+        for (muscle, &f) in f.iter().enumerate() {
+            if f == 0.0 {
+                continue;
+            }
             let mut rest = self.row(muscle);
             while let Some((joint, arm)) = rest.clone().next() {
                 let f = S::from(f) * S::from(arm);
@@ -42,11 +53,18 @@ pub(super) struct Dense<'a, const N: usize> {
     pub(super) arms: &'a [f64],
 }
 
+impl<'a, const N: usize> Dense<'a, N> {
+    #[inline(always)]
+    fn arms(self, muscle: usize) -> &'a [f64] {
+        let n = self.joints();
+        &self.arms[muscle * n..][..n]
+    }
+}
+
 impl<const N: usize> Rows for Dense<'_, N> {
     #[inline(always)]
     fn row(self, muscle: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
-        let n = self.joints();
-        self.arms[muscle * n..][..n].iter().copied().enumerate()
+        self.arms(muscle).iter().copied().enumerate()
     }
 
     #[inline(always)]
@@ -56,8 +74,33 @@ impl<const N: usize> Rows for Dense<'_, N> {
 
     #[inline(always)]
     fn dot<S: Scalar>(self, muscle: usize, x: &[S]) -> S {
+        dot(&x[..self.joints()], self.arms(muscle))
+    }
+
+    // Over slices, which the compiler vectorises.
+    #[inline(always)]
+    fn change<T>(self, muscle: usize, entries: &mut [T], change: impl Fn(&mut T, f64)) {
+        for (entry, arm) in entries[..self.joints()].iter_mut().zip(self.arms(muscle)) {
+            change(entry, *arm);
+        }
+    }
+
+    #[inline(always)]
+    fn weigh<S: Scalar>(self, f: &[f64], h: &mut [S]) {
         let n = self.joints();
-        dot(&x[..n], &self.arms[muscle * n..][..n])
+        h.fill(S::ZERO);
+        for (muscle, &f) in f.iter().enumerate() {
+            if f == 0.0 {
+                continue;
+            }
+            let arms = self.arms(muscle);
+            for (joint, row) in h.chunks_exact_mut(n).enumerate() {
+                let f = S::from(f) * S::from(arms[joint]);
+                for (entry, arm) in row[joint..].iter_mut().zip(&arms[joint..]) {
+                    *entry = *entry + f * S::from(*arm);
+                }
+            }
+        }
     }
 }
 

@@ -50,7 +50,8 @@ fn the_copper_loss_is_the_heat_of_the_simulated_winding_at_its_limit() {
     let current = design.drive().pulling_current(DESIRED.tension, DESIRED.speed);
     let mut state = MotorState::cold(motor);
     (state.winding, state.current) = (motor.hottest, current);
-    let heat = state.drive(motor, current * motor.resistance_at(motor.hottest), h).heat;
+    state.prepare(motor, h);
+    let heat = state.drive(current * motor.resistance_at(motor.hottest), h).heat;
     let loss = design.copper_loss(&DESIRED);
     assert!((loss * h / heat - 1.0).abs() < 1e-14, "{loss} W, {heat} J");
 }

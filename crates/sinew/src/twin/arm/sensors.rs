@@ -1,6 +1,6 @@
 use super::fault::{Failure, InjectedFault, Sensor};
 use super::specimen::ArmSpecimen;
-use crate::drive::Drive;
+use crate::drive::DriveBatch;
 use crate::random::Random;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -48,11 +48,11 @@ impl ArmReading {
     /// keeps its last reading. Where a sensor has several active faults, the first of the list applies.
     ///
     /// # Shapes
-    /// `drives: [muscles]`, `q`, the true coordinates, rad or m: `[joints]`.
+    /// `q`, the true coordinates, rad or m: `[joints]`.
     pub(super) fn update(
         &mut self,
         time: f64,
-        drives: &[Drive],
+        drives: &DriveBatch,
         specimen: &ArmSpecimen,
         q: &[f64],
         faults: &[InjectedFault],
@@ -69,8 +69,8 @@ impl ArmReading {
                 Some((how, elapsed)) => how.reading(measured, *reading, elapsed, || noise(time, sensor)),
             };
         };
-        for (k, drive) in drives.iter().enumerate() {
-            let drive = drive.reading();
+        for k in 0..self.motor.len() {
+            let drive = drives.reading(k);
             set(&mut self.motor[k], drive.position / specimen.winches[k], Sensor::Motor(k));
             set(&mut self.tension[k], drive.tension, Sensor::Tension(k));
             self.current[k] = drive.current;

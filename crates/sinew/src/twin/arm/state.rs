@@ -3,7 +3,7 @@ use super::fault::{ExchangeFailure, Failure, InjectedFault, Worn};
 use super::sensors::ArmReading;
 use super::specimen::ArmSpecimen;
 use crate::Error;
-use crate::drive::{Drive, DriveCommand, DriveStep};
+use crate::drive::{Drive, DriveBatch, DriveCommand, DriveStep};
 use crate::error::{check_entries, check_length, within};
 use crate::machine::parts_of;
 use crate::transmission::cable::EndMotion;
@@ -44,7 +44,7 @@ pub struct ArmTwin {
     wraps: Vec<usize>,
     /// Sheaths whose bend depends on the pose, with their muscles.
     bends: Vec<(usize, SheathBend)>,
-    drives: Vec<Drive>,
+    drives: DriveBatch,
     faults: Vec<InjectedFault>,
     /// Longest step of drives and sensors, s.
     pub(super) step: f64,
@@ -109,10 +109,12 @@ impl ArmTwin {
         let finest = Resolution { substeps: 1, ..specimen.resolution };
         let drive =
             |(k, p): (usize, _)| Drive::in_steps(p, seed.wrapping_mul(0x1_0000).wrapping_add(k as u64), step);
+        let mut drives: Vec<Drive> =
+            specimen.drives.iter().copied().enumerate().map(drive).collect::<Result<_, _>>()?;
         let mut twin = Self {
             cables: CablePlants::new(&specimen.cables, finest)?,
             wraps: specimen.cables.iter().map(|cable| cable.path.pulleys().saturating_sub(1)).collect(),
-            drives: specimen.drives.iter().copied().enumerate().map(drive).collect::<Result<_, _>>()?,
+            drives: DriveBatch::new(&drives),
             bends: specimen
                 .bends
                 .iter()
@@ -133,7 +135,7 @@ impl ArmTwin {
             limb,
             specimen: specimen.clone(),
         };
-        twin.settle(tension_out)?;
+        twin.settle(tension_out, &mut drives)?;
         Ok(twin)
     }
 
@@ -142,7 +144,7 @@ impl ArmTwin {
     /// # Errors
     /// As [`InjectedFault::validate`].
     pub fn with_faults(mut self, faults: &[InjectedFault]) -> Result<Self, Error> {
-        let (muscles, joints) = (self.drives.len(), self.limb.q().len());
+        let (muscles, joints) = (self.steps.len(), self.limb.q().len());
         faults.iter().try_for_each(|fault| fault.validate(muscles, joints))?;
         self.faults = faults.to_vec();
         Ok(self)
@@ -187,7 +189,7 @@ impl ArmTwin {
     /// # Errors
     /// [`Error::WrongLength`] and [`Error::OutOfDomain`] as there.
     pub fn check_step(&self, commands: &[DriveCommand], h: f64) -> Result<(), Error> {
-        check_length("commands", commands.len(), self.drives.len())?;
+        check_length("commands", commands.len(), self.steps.len())?;
         within("h", "a number of seconds in [1e-5, 0.02]", h, (1e-5..=0.02).contains(&h)).map(drop)
     }
 
@@ -271,7 +273,7 @@ impl ArmTwin {
     /// Temperature of the winding of one drive, degrees Celsius; NaN for an index out of range.
     #[must_use]
     pub fn winding(&self, muscle: usize) -> f64 {
-        self.drives.get(muscle).map_or(f64::NAN, Drive::winding)
+        self.drives.winding(muscle)
     }
 
     /// Its parameters.
@@ -307,27 +309,29 @@ impl ArmTwin {
         Ok(energy)
     }
 
-    /// Sets every cable to its steady state and updates the measurements.
-    fn settle(&mut self, tension_out: &[f64]) -> Result<(), Error> {
+    /// Sets every cable and every one of its drives to their steady state and updates the measurements.
+    fn settle(&mut self, tension_out: &[f64], drives: &mut [Drive]) -> Result<(), Error> {
         self.update_angles()?;
         for (k, &tension) in tension_out.iter().enumerate() {
             self.cables.settle(k, tension, Sliding::TowardMotor)?;
         }
         self.cables.step(1e-6, &self.motions, &mut self.cable_readings)?;
-        for (drive, cable) in self.drives.iter_mut().zip(&self.cable_readings) {
+        for (drive, cable) in drives.iter_mut().zip(&self.cable_readings) {
             drive.settle(cable.tension_in);
         }
+        self.drives = DriveBatch::new(drives);
         self.measure();
         Ok(())
     }
 
     /// Advances the drives, subject to injected faults.
     fn step_drives(&mut self, commands: &[DriveCommand], h: f64) {
-        for (k, (drive, &command)) in self.drives.iter_mut().zip(commands).enumerate() {
-            let mut command = command;
-            for fault in self.faults.iter().filter(|fault| fault.is_active(self.time)) {
+        let Self { drives, cables, faults, specimen, cable_readings, steps, time, .. } = self;
+        let of = |k: usize| {
+            let mut command = commands[k];
+            for fault in faults.iter().filter(|fault| fault.is_active(*time)) {
                 match fault.failure {
-                    Failure::Cable(muscle) if muscle == k => self.cables.snap(k),
+                    Failure::Cable(muscle) if muscle == k => cables.snap(k),
                     // A jammed winch stands whatever else has failed.
                     Failure::Amplifier(muscle) if muscle == k && command != DriveCommand::Brake => {
                         command = DriveCommand::Off;
@@ -337,7 +341,7 @@ impl ArmTwin {
                 }
             }
             // Drive and encoder count with the radius of the design.
-            let ratio = self.specimen.winches[k];
+            let ratio = specimen.winches[k];
             let command = match command {
                 DriveCommand::Velocity(speed) => DriveCommand::Velocity(ratio * speed),
                 DriveCommand::Tension { tension, feed } => {
@@ -345,8 +349,9 @@ impl ArmTwin {
                 }
                 other => other,
             };
-            self.steps[k] = drive.step(command, self.cable_readings[k].tension_in, h);
-        }
+            (command, cable_readings[k].tension_in)
+        };
+        drives.step(of, h, steps);
     }
 
     /// Forces from outside.
