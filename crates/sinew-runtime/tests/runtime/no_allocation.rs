@@ -1,14 +1,8 @@
 //! A control cycle over EtherCAT allocates nothing: master, drives, observers, controller, simulated devices
 //! and twin.
 
-#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
-#![allow(dead_code, reason = "the machines are those of the other tests")]
-
-#[path = "runtime/common.rs"]
-mod common;
-
+use crate::common::{Setup, machine};
 use allocation_counter::measure;
-use common::{Setup, machine};
 use sinew::control::supervisor::{Mode, Request};
 use sinew::machine::Device;
 use sinew::trajectory::online::JointLimits;
