@@ -35,7 +35,8 @@ pub(crate) fn builds() -> Vec<Build> {
     MODES.into_iter().flat_map(|mode| compilers().into_iter().map(move |compiler| (compiler, mode))).collect()
 }
 
-/// One of some, by turns: in short tests, as compilers take longer than what they have compiled. None of none.
+/// One of some, by turns: in short tests, as compilers take longer than what they have compiled. None of
+/// none.
 pub(crate) fn by_turns<T>(all: Vec<T>, turn: usize) -> Vec<T> {
     let count = all.len().max(1);
     all.into_iter().skip(turn % count).take(1).collect()

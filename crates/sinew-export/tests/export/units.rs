@@ -127,8 +127,8 @@ fn rows(count: usize, random: &mut ChaCha8Rng) -> Vec<Row> {
     rows.map(|(k, row)| Row { reset: false, time_s: k as f64 / 1024.0, ..row }).collect()
 }
 
-/// Compares what units of both versions give with what is expected: so many numbers, then the flags as one. Each
-/// version is compiled by another compiler, by turns.
+/// Compares what units of both versions give with what is expected: so many numbers, then the flags as one.
+/// Each version is compiled by another compiler, by turns.
 fn compare(
     model: &Model,
     (content, turn): (Content, usize),
