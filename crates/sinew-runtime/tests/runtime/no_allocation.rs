@@ -1,7 +1,7 @@
 //! A control cycle over EtherCAT allocates nothing: master, drives, observers, controller, simulated devices
 //! and twin.
 
-use crate::common::{Setup, machine};
+use crate::common::{STEP, Setup, machine};
 use allocation_counter::measure;
 use sinew::control::supervisor::{Mode, Request};
 use sinew::machine::Device;
@@ -25,7 +25,7 @@ fn a_cycle_over_ethercat_allocates_nothing() {
         let setup = Setup::new(machine(name), 1, &[]);
         let storage = FrameStorage::new();
         let bus = setup.segment_bus(&storage);
-        let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), common::STEP);
+        let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), STEP);
         let mut clock = VirtualClock::default();
         let mut moved = 0.0_f64;
         let counted = measure(|| {
@@ -108,7 +108,7 @@ fn a_cycle_that_a_client_commands_allocates_nothing() {
     let (server, port) = Server::start(ServerSettings { address, key: None, domain, sessions }).unwrap();
     let pose = setup.machine.start.clone();
     let motion = LinkedMotion::new(port, sessions, &setup.machine, limits, &pose, None).unwrap();
-    let mut cycle = Cycle::new(setup.twin_bus(), setup.supervisor(), motion, common::STEP);
+    let mut cycle = Cycle::new(setup.twin_bus(), setup.supervisor(), motion, STEP);
     let (mut clock, stop) = (VirtualClock::default(), AtomicBool::new(false));
     let point = sinew::trajectory::online::EndPointStep::new(
         &setup.machine.robot,
