@@ -1,6 +1,6 @@
 //! The live page in a headless Chromium, and the types of its scripts where node is present.
 
-use crate::commands::{cargo, succeed};
+use crate::commands::{cargo, succeed, target};
 use crate::readme;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -14,16 +14,20 @@ const PACKAGES: [&str; 3] = ["typescript@7", "@types/three@0.185", "axe-core@4"]
 
 /// Types of the scripts, then the page in a browser.
 pub(crate) fn check(root: &Path) -> Result<(), String> {
+    // All builds come first: steps beside this one keep others from building for minutes.
+    let program = readme::program(root)?;
+    // The folder of the other steps, whose dependencies serve here as well.
+    let build = ["build", "--quiet", "--manifest-path", MANIFEST, "--target-dir"];
+    succeed(cargo(root, &build).arg(target(root)))?;
     let folder = root.join("target/page");
     let packages = packages(&folder);
     match &packages {
         Some(packages) => types(root, &folder, packages)?,
         None => println!("types of the scripts and accessibility: skipped, npm or its packages are not here"),
     }
-    let program = readme::program(root)?;
-    // The folder of the other steps, whose dependencies serve here as well.
-    let mut command = cargo(root, &["run", "--quiet", "--manifest-path", MANIFEST, "--target-dir", "target"]);
-    command.args(["--", "--out", "out/page", "--program"]).arg(program);
+    let driver = format!("debug/sinew-view-browser{}", std::env::consts::EXE_SUFFIX);
+    let mut command = Command::new(target(root).join(driver));
+    command.current_dir(root).args(["--out", "out/page", "--program"]).arg(program);
     if let Some(packages) = packages {
         command.arg("--axe").arg(packages.join("axe-core/axe.min.js"));
     }

@@ -69,9 +69,13 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
     })
 }
 
-/// Builds the program as the tests did, so that nothing is compiled a second time, and says where it is.
+/// Builds the program as the tests did, so that nothing is compiled a second time, and says where it is. The
+/// programs of the fuzzer are not among it.
 pub(crate) fn program(root: &Path) -> Result<PathBuf, String> {
-    succeed(&mut cargo(root, &["build", "--quiet", "--workspace", "--all-features", "--bins", "--tests"]))?;
+    succeed(&mut cargo(
+        root,
+        &["build", "--quiet", "--workspace", "--all-features", "--bin", "sinew", "--tests"],
+    ))?;
     Ok(target(root).join(format!("debug/sinew{}", std::env::consts::EXE_SUFFIX)))
 }
 

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a benchmark may panic")]
 
-#[path = "../tests/wire/mod.rs"]
+#[path = "../tests/segment/wire.rs"]
 mod wire;
 
 use divan::{Bencher, black_box};

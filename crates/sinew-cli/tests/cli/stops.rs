@@ -63,13 +63,23 @@ fn leads(client: &mut Client, request: Request, mode: Mode) -> bool {
     }
 }
 
+/// A file of the leg that is let down within a second, so that real time is short, with more limits.
+fn leg(bench: &Bench, limits: &str) -> String {
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/planar_leg.toml");
+    let quick = "pretension_time_s = 0.3\nholding_time_s = 0.2\nlowering_speed_rad_per_s = 2.0";
+    let text = std::fs::read_to_string(model).unwrap();
+    bench.write("leg.toml", format!("{text}\n[safety]\n{quick}\n{limits}\n"));
+    bench.path("leg.toml").display().to_string()
+}
+
 #[test]
 fn a_stop_over_the_link_holds_whoever_comes_and_goes_and_replays_to_the_bit() {
     let bench = Bench::new();
+    let leg = leg(&bench, "");
     for more in ["--virtual-time", "--virtual-time --bus segment", ""] {
         let virtual_time = !more.is_empty();
         let file = bench.path("stopped.mcap");
-        let running = Running::start(&format!("{more} --until 12 --record {}", file.display()));
+        let running = Running::new(&leg, &format!("{more} --until 7 --record {}", file.display()));
         let mut client = running.connect();
         if virtual_time {
             assert_eq!(go(&mut client, Request::Run, 800 * MS), Mode::Run);
@@ -93,11 +103,8 @@ fn a_stop_over_the_link_holds_whoever_comes_and_goes_and_replays_to_the_bit() {
         drop(other);
         let mut last = running.connect();
         if virtual_time {
-            last.send(&LinkCommand {
-                advance_to_ns: 13_000 * MS,
-                ..LinkCommand::from_request(Request::None)
-            })
-            .unwrap();
+            last.send(&LinkCommand { advance_to_ns: 8_000 * MS, ..LinkCommand::from_request(Request::None) })
+                .unwrap();
         } else {
             keep(&mut last, Request::None, Mode::Ready);
         }
@@ -111,8 +118,10 @@ fn a_stop_over_the_link_holds_whoever_comes_and_goes_and_replays_to_the_bit() {
 
 #[test]
 fn a_client_that_turns_off_and_leaves_leaves_a_machine_that_is_off() {
+    let bench = Bench::new();
+    let leg = leg(&bench, "");
     for more in ["--virtual-time", ""] {
-        let running = Running::start(more);
+        let running = Running::new(&leg, more);
         let mut client = running.connect();
         if more.is_empty() {
             keep(&mut client, Request::Run, Mode::Run);
@@ -135,7 +144,8 @@ fn a_client_that_turns_off_and_leaves_leaves_a_machine_that_is_off() {
 fn a_client_that_is_lost_while_it_runs_leaves_a_machine_that_is_held_and_then_let_down() {
     let bench = Bench::new();
     let file = bench.path("left.mcap");
-    let running = Running::start(&format!("--until 14 --record {}", file.display()));
+    let leg = leg(&bench, "unattended_s = 2.0");
+    let running = Running::new(&leg, &format!("--until 7 --record {}", file.display()));
     let mut client = running.connect();
     keep(&mut client, Request::Run, Mode::Run);
     drop(client);
@@ -147,7 +157,7 @@ fn a_client_that_is_lost_while_it_runs_leaves_a_machine_that_is_held_and_then_le
         found.unwrap()["from_s"].as_f64().unwrap()
     };
     let held = time("safe_stop") - time("hold");
-    assert!((4.5..6.0).contains(&held), "{held} s");
+    assert!((1.8..2.8).contains(&held), "{held} s");
     replays(&bench, "left.mcap");
 }
 
@@ -174,8 +184,9 @@ fn the_first_ctrl_c_is_a_safe_stop_that_waits_for_no_client_and_weakens_no_turni
 
 /// A run of its own in real time that is recorded, once it moves.
 fn moving(bench: &Bench, more: &str) -> Child {
-    let motion = "planar_leg --path to-joints:hip=0.4,knee=1.0 --duration 20 --hold 1 --unverified";
-    let mut command = bench.command(&format!("run {motion} --record moving.mcap --json {more}"));
+    let leg = leg(bench, "");
+    let motion = "--path to-joints:hip=0.4,knee=1.0 --duration 20 --hold 1 --unverified";
+    let mut command = bench.command(&format!("run {leg} {motion} --record moving.mcap --json {more}"));
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     assert!(moves_for_seconds(&mut child, &bench.path("moving.mcap")));
     child
@@ -287,10 +298,8 @@ enum End {
 #[cfg(target_os = "linux")]
 fn disabled_after(end: End) -> bool {
     let bench = Bench::new();
-    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/planar_leg.toml");
     // Times of a computer with other work.
-    let lenient = "\n[safety]\nlateness_s = 1000.0\nbridged_lateness_s = 10.0\nbridged_loss_s = 5.0\n";
-    bench.write("leg.toml", std::fs::read_to_string(model).unwrap() + lenient);
+    leg(&bench, "lateness_s = 1000.0\nbridged_lateness_s = 10.0\nbridged_loss_s = 5.0\nunattended_s = 2.0");
     let start = |arguments: &str| {
         Command::new(env!("CARGO_BIN_EXE_sinew"))
             .args(arguments.split_whitespace())
@@ -304,7 +313,7 @@ fn disabled_after(end: End) -> bool {
     std::thread::sleep(Duration::from_secs(1));
     let more = match end {
         End::StoppedByThePage => "--page --bind 127.0.0.1:0",
-        End::LostClient => "--link 127.0.0.1:0 --until 9",
+        End::LostClient => "--link 127.0.0.1:0 --until 7",
         _ => "",
     };
     let mut run = start(&format!(

@@ -88,7 +88,7 @@ impl Unit {
             rest.push(ExportedFile::text("sources/buildDescription.xml", description.build(name)));
         }
         sources.push(ExportedFile::text("core.h", filling.render(include_str!("templates/core.h"), name)));
-        let text = filling.render(version.template(), name);
+        let text = filling.render(&version.template(), name);
         sources.push(ExportedFile::text(format!("{}.c", version.stem()), text));
         Ok(Self { name: name.clone(), version, sources, rest })
     }

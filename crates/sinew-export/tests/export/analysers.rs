@@ -74,7 +74,10 @@ fn analysers_find_nothing_in_exported_c() {
     let model = model(Kind::HybridObserver, &mut ChaCha8Rng::seed_from_u64(1));
     for version in [fmu::Version::Three, fmu::Version::Two] {
         let unit = fmu::Unit::of_model(&model, &name, c::Content::Predictor, version).unwrap();
-        all += &found(unit.sources(), &format!("{version:?}"));
+        // The model is the same in both.
+        let mut sources = unit.sources().to_vec();
+        sources.retain(|file| version == fmu::Version::Three || file.path != "exported.c");
+        all += &found(&sources, &format!("{version:?}"));
         let plant = crate::units::plant();
         let unit = fmu::Unit::of_plant(&plant, &name, version).unwrap();
         all += &found(unit.sources(), &format!("{version:?} of a plant"));

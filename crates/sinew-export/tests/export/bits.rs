@@ -1,6 +1,6 @@
 //! Mean, deviation, gate and flags of generated C against the predictor's, bit by bit.
 
-use crate::compiler::{MODES, compile, compilers, covered, first_difference, rows_of, run};
+use crate::compiler::{Build, builds, by_turns, compile, compilers, covered, first_difference, rows_of, run};
 use crate::models::{INPUTS, Kind, model};
 use crate::samples::{Row, rows};
 use rand::SeedableRng;
@@ -69,37 +69,34 @@ fn write_sources(folder: &Path, model: &Model) {
     std::fs::write(folder.join("harness.c"), HARNESS).unwrap();
 }
 
-/// Rows that differ in any bit, over models and modes of compilation.
+/// Rows that differ in any bit, over builds.
 #[track_caller]
-fn compare(model: &Model, rows: &[Row], modes: &[&[&str]], label: &str) {
+fn compare(model: &Model, rows: &[Row], builds: Vec<Build>, label: &str) {
     let folder = tempfile::tempdir().unwrap();
     write_sources(folder.path(), model);
     let expected = predicted(model, rows);
-    for compiler in compilers() {
-        for flags in modes {
-            compile(compiler, folder.path(), &["exported.c", "harness.c"], flags);
-            let got = rows_of(&run(folder.path(), &bytes(rows), &[]));
-            if let Some((row, got, expected)) = first_difference(&got, &expected) {
-                let read = rows[row];
-                panic!(
-                    "{label} {compiler} {flags:?}: row {row} {read:?}: {got:?} in C, {expected:?} in \
-                     Rust\n{model:?}"
-                );
-            }
+    for (compiler, flags) in builds {
+        compile(compiler, folder.path(), &["exported.c", "harness.c"], flags);
+        let got = rows_of(&run(folder.path(), &bytes(rows), &[]));
+        if let Some((row, got, expected)) = first_difference(&got, &expected) {
+            let read = rows[row];
+            panic!(
+                "{label} {compiler} {flags:?}: row {row} {read:?}: {got:?} in C, {expected:?} in \
+                 Rust\n{model:?}"
+            );
         }
     }
 }
 
-/// Models of a kind over rows, a mode each, of the kinds in turn: compilers take longer than the rows. The
-/// long test has all modes for all models.
+/// Models of a kind over rows, in a build each. The long test has all builds for all models.
 #[track_caller]
 fn same_bits(kind: Kind, models: u64, count: usize) {
     for seed in 0..models {
         let mut random = ChaCha8Rng::seed_from_u64(1000 * kind as u64 + seed);
         let model = model(kind, &mut random);
         let rows = rows(count, &mut random);
-        let mode = (kind as usize + seed as usize) % MODES.len();
-        compare(&model, &rows, &MODES[mode..=mode], &format!("{kind:?} {seed}"));
+        let build = by_turns(builds(), 3 * kind as usize + seed as usize);
+        compare(&model, &rows, build, &format!("{kind:?} {seed}"));
     }
 }
 
@@ -138,7 +135,7 @@ fn statements_side_by_side_are_not_fused_by_a_vectoriser() {
     // GCC 12 did so with the two updates of this axis, at -O3 with FMA and with contraction turned off.
     let mut random = ChaCha8Rng::seed_from_u64(1000 * Kind::AxisMotion as u64 + 101);
     let model = model(Kind::AxisMotion, &mut random);
-    compare(&model, &rows(5000, &mut random), &MODES, "an axis with networks");
+    compare(&model, &rows(5000, &mut random), builds(), "an axis with networks");
 }
 
 #[test]
@@ -151,7 +148,7 @@ fn long_c_of_a_hundred_models_of_every_kind_predicts_the_bits_of_the_library() {
         for seed in 100..112 {
             let mut random = ChaCha8Rng::seed_from_u64(1000 * kind as u64 + seed);
             let model = model(kind, &mut random);
-            compare(&model, &rows(10_000, &mut random), &MODES, &format!("{kind:?} {seed}"));
+            compare(&model, &rows(10_000, &mut random), builds(), &format!("{kind:?} {seed}"));
         }
     }
 }

@@ -27,6 +27,21 @@ pub(crate) fn compilers() -> Vec<&'static str> {
     found
 }
 
+/// A compiler with its mode.
+pub(crate) type Build = (&'static str, &'static [&'static str]);
+
+/// All compilers in all modes.
+pub(crate) fn builds() -> Vec<Build> {
+    MODES.into_iter().flat_map(|mode| compilers().into_iter().map(move |compiler| (compiler, mode))).collect()
+}
+
+/// One of some, by turns: in short tests, as compilers take longer than what they have compiled. None of
+/// none.
+pub(crate) fn by_turns<T>(all: Vec<T>, turn: usize) -> Vec<T> {
+    let count = all.len().max(1);
+    all.into_iter().skip(turn % count).take(1).collect()
+}
+
 /// Compiles sources in a folder to `program`; panics with what the compiler says. Sanitizers that it cannot
 /// link are left out, with a message.
 pub(crate) fn compile(compiler: &str, folder: &Path, sources: &[&str], flags: &[&str]) {

@@ -1,6 +1,6 @@
 //! Commands of generated C against those of the compensator, bit by bit.
 
-use crate::compiler::{MODES, compile, compilers, first_difference, rows_of, run};
+use crate::compiler::{Build, builds, by_turns, compile, first_difference, rows_of, run};
 use crate::models::{INPUTS, Kind, between, model};
 use crate::samples::{Row, rows};
 use rand::{RngExt, SeedableRng};
@@ -143,9 +143,9 @@ fn settings(random: &mut ChaCha8Rng) -> CompensatorSettings {
     }
 }
 
-/// Commands over rows, in modes of compilation.
+/// Commands over rows, in builds.
 #[track_caller]
-fn compare(kind: Kind, seed: u64, count: usize, modes: &[&[&str]]) {
+fn compare(kind: Kind, seed: u64, count: usize, builds: Vec<Build>) {
     let mut random = ChaCha8Rng::seed_from_u64(1000 * kind as u64 + seed);
     let model = model(kind, &mut random);
     let settings = settings(&mut random);
@@ -163,27 +163,24 @@ fn compare(kind: Kind, seed: u64, count: usize, modes: &[&[&str]]) {
     let cable = if model.estimator.law.cable.is_some() { "#define CABLE\n" } else { "" };
     std::fs::write(folder.path().join("harness.c"), format!("{cable}{HARNESS}")).unwrap();
     let asked: Vec<&Question> = questions.iter().filter(|q| !matches!(q.ask, Ask::Observe)).collect();
-    for compiler in compilers() {
-        for flags in modes {
-            compile(compiler, folder.path(), &["exported.c", "harness.c"], flags);
-            let got = rows_of(&run(folder.path(), &bytes(&questions), &[]));
-            if let Some((row, got, expected)) = first_difference(&got, &expected) {
-                let asked = asked[row];
-                panic!(
-                    "{kind:?} {seed} {compiler} {flags:?} {settings:?}: row {row} {asked:?}: {got:?} in C, \
-                     {expected:?} in Rust"
-                );
-            }
+    for (compiler, flags) in builds {
+        compile(compiler, folder.path(), &["exported.c", "harness.c"], flags);
+        let got = rows_of(&run(folder.path(), &bytes(&questions), &[]));
+        if let Some((row, got, expected)) = first_difference(&got, &expected) {
+            let asked = asked[row];
+            panic!(
+                "{kind:?} {seed} {compiler} {flags:?} {settings:?}: row {row} {asked:?}: {got:?} in C, \
+                 {expected:?} in Rust"
+            );
         }
     }
 }
 
-/// Models of a kind, in turn in all modes.
+/// Models of a kind, in a build each.
 #[track_caller]
 fn same_bits(kind: Kind, models: u64, count: usize) {
     for seed in 0..models {
-        let mode = seed as usize % MODES.len();
-        compare(kind, 500 + seed, count, &MODES[mode..=mode]);
+        compare(kind, 500 + seed, count, by_turns(builds(), 3 * kind as usize + seed as usize));
     }
 }
 
@@ -231,7 +228,7 @@ fn long_c_of_a_hundred_models_of_every_kind_commands_the_bits_of_the_library() {
     }
     for kind in Kind::ALL {
         for seed in 600..612 {
-            compare(kind, seed, 600, &MODES);
+            compare(kind, seed, 600, builds());
         }
     }
 }

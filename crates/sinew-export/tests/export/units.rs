@@ -1,7 +1,7 @@
 //! Functional mock-up units through their C interface: the same bits, and errors for what is called wrongly.
 
 use crate::bits::{bytes, predicted};
-use crate::compiler::{compile, compilers, run};
+use crate::compiler::{by_turns, compile, compilers, run};
 use crate::models::{Kind, model};
 use crate::samples::Row;
 use rand::SeedableRng;
@@ -128,14 +128,21 @@ fn rows(count: usize, random: &mut ChaCha8Rng) -> Vec<Row> {
 }
 
 /// Compares what units of both versions give with what is expected: so many numbers, then the flags as one.
-fn compare(model: &Model, content: Content, rows: &[u8], [numbers, flags]: [usize; 2], expected: &[u8]) {
+/// Each version is compiled by another compiler, by turns.
+fn compare(
+    model: &Model,
+    (content, turn): (Content, usize),
+    rows: &[u8],
+    [numbers, flags]: [usize; 2],
+    expected: &[u8],
+) {
     let name = Name::new("exported").unwrap();
     for (version, stem, calls) in [(fmu::Version::Three, "fmi3.c", THREE), (fmu::Version::Two, "fmi2.c", TWO)]
     {
         let unit = fmu::Unit::of_model(model, &name, content, version).unwrap();
         let calls = format!("#define NUMBERS {numbers}\n#define FLAG_COUNT {flags}\n{calls}");
         let folder = driven(&unit, stem, &calls, DRIVER);
-        for compiler in compilers() {
+        for compiler in by_turns(compilers(), turn + version as usize) {
             let flags = ["-std=c99", "-O1", SANITIZERS, "-fno-sanitize-recover=all"];
             compile(compiler, folder.path(), &["exported.c", "driver.c"], &flags);
             let got = run(folder.path(), rows, &[]);
@@ -147,17 +154,17 @@ fn compare(model: &Model, content: Content, rows: &[u8], [numbers, flags]: [usiz
 #[test]
 fn units_of_both_versions_give_the_bits_of_the_library_and_refuse_wrong_calls() {
     for (kind, seed) in [(Kind::HybridObserver, 1), (Kind::HybridCell, 2), (Kind::AxisForce, 3)] {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut random = ChaCha8Rng::seed_from_u64(seed as u64);
         let model = model(kind, &mut random);
         let rows = rows(1500, &mut random);
-        compare(&model, PREDICTOR, &bytes(&rows), [3, 5], &flat(&predicted(&model, &rows)));
+        compare(&model, (PREDICTOR, seed), &bytes(&rows), [3, 5], &flat(&predicted(&model, &rows)));
     }
 }
 
 #[test]
 fn units_that_command_give_the_bits_of_the_compensator() {
     for (kind, seed) in [(Kind::Observer, 4), (Kind::HybridCell, 5), (Kind::AxisMotion, 6)] {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut random = ChaCha8Rng::seed_from_u64(seed as u64);
         let model = model(kind, &mut random);
         let rows = rows(300, &mut random);
         let settings = CompensatorSettings { rate: Some(50.0), ..CompensatorSettings::default() };
@@ -187,7 +194,7 @@ fn units_that_command_give_the_bits_of_the_compensator() {
             bytes(&[*row]).into_iter().chain(desired).collect::<Vec<_>>()
         };
         let rows: Vec<u8> = asked.iter().flat_map(row).collect();
-        compare(&model, Content::Compensator(settings), &rows, [6, 7], &flat(&expected));
+        compare(&model, (Content::Compensator(settings), seed), &rows, [6, 7], &flat(&expected));
     }
 }
 
@@ -266,9 +273,12 @@ int main(int count, char **arguments)
 }
 "#;
 
-/// For a second, or for ten minutes with each compiler where `SINEW_LONG` is set.
+/// For a second with one of the compilers, or for ten minutes with each where `SINEW_LONG` is set.
 fn call_at_random(version: fmu::Version, of_plant: bool) {
-    let seconds = if std::env::var_os("SINEW_LONG").is_some() { "600" } else { "1" };
+    let (seconds, compilers) = match std::env::var_os("SINEW_LONG") {
+        Some(_) => ("600", compilers()),
+        None => ("1", by_turns(compilers(), version as usize + usize::from(of_plant))),
+    };
     let name = Name::new("exported").unwrap();
     let model = model(Kind::HybridObserver, &mut ChaCha8Rng::seed_from_u64(8));
     let (unit, files) = if of_plant {
@@ -279,7 +289,7 @@ fn call_at_random(version: fmu::Version, of_plant: bool) {
     let (stem, calls) = if version == fmu::Version::Three { ("fmi3.c", THREE) } else { ("fmi2.c", TWO) };
     let folder = driven(&unit.unwrap(), stem, calls, FUZZ);
     std::fs::write(folder.path().join("process.c"), PROCESS).unwrap();
-    for compiler in compilers() {
+    for compiler in compilers {
         compile(compiler, folder.path(), &["process.c"], &["-O1"]);
         std::fs::rename(folder.path().join("program"), folder.path().join("sinew")).unwrap();
         let flags = ["-w", "-O1", "-g", SANITIZERS, "-fno-sanitize-recover=all"];

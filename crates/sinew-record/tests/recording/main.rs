@@ -8,6 +8,7 @@ mod damaged;
 mod disk;
 mod full_ring;
 mod killed;
+mod no_allocation;
 mod old_format;
 mod replayed;
 mod whole;

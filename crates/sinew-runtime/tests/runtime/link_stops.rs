@@ -17,6 +17,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 const SOON: Duration = Duration::from_secs(30);
+/// By which a session without a word has ended.
+const ENDED: Duration = Duration::from_millis(1300);
 /// Time in which its cables are slack, s.
 const SLACK: f64 = 4.0;
 /// Of a machine that is left, ns of its time.
@@ -308,7 +310,9 @@ fn a_stop_over_sockets_outlives_its_client_in_real_and_virtual_time() {
                 let begin = Instant::now();
                 let mut seen = Vec::new();
                 let mut goal = granted;
-                while begin.elapsed() < Duration::from_millis(2500) {
+                // It is seen at rest, and once the session that left has ended.
+                let at_rest = |seen: &[LinkMode]| seen.last() == Some(&LinkMode::Ready);
+                while begin.elapsed() < ENDED || (!at_rest(&seen) && begin.elapsed() < SOON) {
                     goal += 20_000_000;
                     next.send(&Command { advance_to_ns: goal, ..Command::from_request(LinkRequest::None) })
                         .unwrap();

@@ -10,6 +10,9 @@ mod common;
 mod device_tables;
 mod link;
 mod link_stops;
+mod no_allocation;
 mod segment;
 mod servos;
 mod servos_protocol;
+#[cfg(target_os = "linux")]
+mod veth;

@@ -8,11 +8,14 @@ mod commands;
 mod controller;
 mod descriptions;
 mod drive;
+mod ethercrab;
+mod ethercrab_clocks;
 mod faults;
 mod fuzz;
 mod fuzzing;
 mod interface;
 mod mailbox;
+mod master;
+mod no_allocation;
 mod states;
-#[path = "../wire/mod.rs"]
 mod wire;

@@ -1,6 +1,6 @@
 //! Tests of the library by its public items.
 //!
-//! One program, so that what the tests fraction is compiled and linked once.
+//! One program, so that what the tests share is compiled and linked once.
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
@@ -10,7 +10,6 @@ mod body;
 mod cable;
 mod cable_plant;
 mod capability;
-#[path = "../common/mod.rs"]
 mod common;
 mod compensator;
 mod description;
@@ -20,6 +19,7 @@ mod gravity_compensation;
 mod inverse_kinematics;
 mod joint_motions;
 mod machine;
+mod no_allocation;
 mod online_references;
 mod predictor;
 mod sizing;

@@ -9,17 +9,6 @@
  */
 #include "core.h"
 
-#if defined(_WIN32)
-#define EXPORTED __declspec(dllexport)
-#elif defined(__GNUC__)
-#define EXPORTED __attribute__((visibility("default")))
-/* Functions that this model has no use for ignore what they are given. */
-#pragma GCC diagnostic ignored "-Wunused-parameter"
-#pragma GCC diagnostic ignored "-Wmissing-prototypes"
-#else
-#define EXPORTED
-#endif
-
 typedef enum { fmi2OK, fmi2Warning, fmi2Discard, fmi2Error, fmi2Fatal, fmi2Pending } fmi2Status;
 typedef void *fmi2Component;
 typedef void *fmi2FMUstate;
@@ -48,22 +37,7 @@ static fmi2Status @_refuse(const @_instance *instance, const char *message)
     return fmi2Error;
 }
 
-#define CHECK(condition, message)                \
-    do {                                         \
-        if (!(condition)) {                      \
-            return @_refuse(instance, message); \
-        }                                        \
-    } while (0)
-#define INSTANCE                     \
-    @_instance *const instance = (@_instance *)i; \
-    if (instance == NULL) {          \
-        return fmi2Error;            \
-    }
-#define UNUSED(name, parameters)                                            \
-    EXPORTED fmi2Status name parameters                                     \
-    {                                                                       \
-        return @_refuse((const @_instance *)i, #name ": not offered by this model"); \
-    }
+//%include calls
 /* Types of which the model has no variable: none may be asked for. */
 #define NONE(name, type)                                                                                     \
     EXPORTED fmi2Status fmi2Get##name(fmi2Component i, const fmi2ValueReference r[], size_t n, type v[])     \
@@ -153,31 +127,6 @@ EXPORTED fmi2Status fmi2EnterInitializationMode(fmi2Component i)
     return fmi2OK;
 }
 
-EXPORTED fmi2Status fmi2ExitInitializationMode(fmi2Component i)
-{
-    INSTANCE
-    CHECK(instance->data.phase == @@_INITIALIZING,
-            "fmi2ExitInitializationMode: initialization was not entered");
-    CHECK(@_sample(&instance->data, instance->data.time_s, 0.0), "fmi2ExitInitializationMode: //%here failure");
-    instance->data.phase = @@_STEPPING;
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2Terminate(fmi2Component i)
-{
-    INSTANCE
-    CHECK(instance->data.phase == @@_STEPPING, "fmi2Terminate: only between steps");
-    instance->data.phase = @@_TERMINATED;
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2Reset(fmi2Component i)
-{
-    INSTANCE
-    @_start(&instance->data);
-    return fmi2OK;
-}
-
 EXPORTED fmi2Status fmi2DoStep(fmi2Component i, double time_s, double step_s, fmi2Boolean final)
 {
     INSTANCE
@@ -227,57 +176,6 @@ EXPORTED fmi2Status fmi2SetBoolean(fmi2Component i, const fmi2ValueReference r[]
 {
     INSTANCE
     CHECK(n == 0, "fmi2SetBoolean: no input has this type");
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2GetFMUstate(fmi2Component i, fmi2FMUstate *state)
-{
-    INSTANCE
-    CHECK(state != NULL, "fmi2GetFMUstate: a null pointer");
-    CHECK(@_copy(&instance->data, state), "fmi2GetFMUstate: out of memory");
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2SetFMUstate(fmi2Component i, fmi2FMUstate state)
-{
-    INSTANCE
-    CHECK(@_restore(&instance->data, state), "fmi2SetFMUstate: no state of this model");
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2FreeFMUstate(fmi2Component i, fmi2FMUstate *state)
-{
-    INSTANCE
-    if (state != NULL) {
-        @_forget(&instance->data, *state);
-        *state = NULL;
-    }
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2SerializedFMUstateSize(fmi2Component i, fmi2FMUstate state, size_t *size)
-{
-    INSTANCE
-    CHECK(state != NULL && size != NULL, "fmi2SerializedFMUstateSize: a null pointer");
-    CHECK(@_size(&instance->data, state, size), "fmi2SerializedFMUstateSize: no state of this instance");
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2SerializeFMUstate(fmi2Component i, fmi2FMUstate state, char bytes[], size_t size)
-{
-    INSTANCE
-    CHECK(state != NULL && bytes != NULL, "fmi2SerializeFMUstate: a null pointer");
-    CHECK(@_pack(&instance->data, state, bytes, size),
-            "fmi2SerializeFMUstate: too few bytes, or no state of this instance");
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2DeSerializeFMUstate(fmi2Component i, const char bytes[], size_t size,
-        fmi2FMUstate *state)
-{
-    INSTANCE
-    CHECK(state != NULL, "fmi2DeSerializeFMUstate: a null pointer");
-    CHECK(@_unpack(&instance->data, bytes, size, state), "fmi2DeSerializeFMUstate: no state of this model");
     return fmi2OK;
 }
 

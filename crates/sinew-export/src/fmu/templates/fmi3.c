@@ -12,17 +12,6 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#if defined(_WIN32)
-#define EXPORTED __declspec(dllexport)
-#elif defined(__GNUC__)
-#define EXPORTED __attribute__((visibility("default")))
-/* Functions that this model has no use for ignore what they are given. */
-#pragma GCC diagnostic ignored "-Wunused-parameter"
-#pragma GCC diagnostic ignored "-Wmissing-prototypes"
-#else
-#define EXPORTED
-#endif
-
 typedef enum { fmi3OK, fmi3Warning, fmi3Discard, fmi3Error, fmi3Fatal } fmi3Status;
 typedef void *fmi3Instance;
 typedef void *fmi3InstanceEnvironment;
@@ -46,22 +35,7 @@ static fmi3Status @_refuse(const @_instance *instance, const char *message)
     return fmi3Error;
 }
 
-#define CHECK(condition, message)                \
-    do {                                         \
-        if (!(condition)) {                      \
-            return @_refuse(instance, message); \
-        }                                        \
-    } while (0)
-#define INSTANCE                     \
-    @_instance *const instance = (@_instance *)i; \
-    if (instance == NULL) {          \
-        return fmi3Error;            \
-    }
-#define UNUSED(name, parameters)                                            \
-    EXPORTED fmi3Status name parameters                                     \
-    {                                                                       \
-        return @_refuse((const @_instance *)i, #name ": not offered by this model"); \
-    }
+//%include calls
 /* Types of which the model has no variable: none may be asked for. */
 #define NONE(name, type)                                                                                     \
     EXPORTED fmi3Status fmi3Get##name(fmi3Instance i, const fmi3ValueReference r[], size_t n, type v[], \
@@ -161,31 +135,6 @@ EXPORTED fmi3Status fmi3EnterInitializationMode(fmi3Instance i, bool tolerated, 
     return fmi3OK;
 }
 
-EXPORTED fmi3Status fmi3ExitInitializationMode(fmi3Instance i)
-{
-    INSTANCE
-    CHECK(instance->data.phase == @@_INITIALIZING,
-            "fmi3ExitInitializationMode: initialization was not entered");
-    CHECK(@_sample(&instance->data, instance->data.time_s, 0.0), "fmi3ExitInitializationMode: //%here failure");
-    instance->data.phase = @@_STEPPING;
-    return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3Terminate(fmi3Instance i)
-{
-    INSTANCE
-    CHECK(instance->data.phase == @@_STEPPING, "fmi3Terminate: only in step mode");
-    instance->data.phase = @@_TERMINATED;
-    return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3Reset(fmi3Instance i)
-{
-    INSTANCE
-    @_start(&instance->data);
-    return fmi3OK;
-}
-
 EXPORTED fmi3Status fmi3DoStep(fmi3Instance i, double time_s, double step_s, bool final, bool *event,
                                bool *terminate, bool *early, double *last_s)
 {
@@ -247,57 +196,6 @@ EXPORTED fmi3Status fmi3SetBoolean(fmi3Instance i, const fmi3ValueReference r[],
 {
     INSTANCE
     CHECK(n == 0, "fmi3SetBoolean: no input has this type");
-    return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3GetFMUState(fmi3Instance i, fmi3FMUState *state)
-{
-    INSTANCE
-    CHECK(state != NULL, "fmi3GetFMUState: a null pointer");
-    CHECK(@_copy(&instance->data, state), "fmi3GetFMUState: out of memory");
-    return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3SetFMUState(fmi3Instance i, fmi3FMUState state)
-{
-    INSTANCE
-    CHECK(@_restore(&instance->data, state), "fmi3SetFMUState: no state of this model");
-    return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3FreeFMUState(fmi3Instance i, fmi3FMUState *state)
-{
-    INSTANCE
-    if (state != NULL) {
-        @_forget(&instance->data, *state);
-        *state = NULL;
-    }
-    return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3SerializedFMUStateSize(fmi3Instance i, fmi3FMUState state, size_t *size)
-{
-    INSTANCE
-    CHECK(state != NULL && size != NULL, "fmi3SerializedFMUStateSize: a null pointer");
-    CHECK(@_size(&instance->data, state, size), "fmi3SerializedFMUStateSize: no state of this instance");
-    return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3SerializeFMUState(fmi3Instance i, fmi3FMUState state, uint8_t bytes[], size_t size)
-{
-    INSTANCE
-    CHECK(state != NULL && bytes != NULL, "fmi3SerializeFMUState: a null pointer");
-    CHECK(@_pack(&instance->data, state, bytes, size),
-            "fmi3SerializeFMUState: too few bytes, or no state of this instance");
-    return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3DeserializeFMUState(fmi3Instance i, const uint8_t bytes[], size_t size,
-        fmi3FMUState *state)
-{
-    INSTANCE
-    CHECK(state != NULL, "fmi3DeserializeFMUState: a null pointer");
-    CHECK(@_unpack(&instance->data, bytes, size, state), "fmi3DeserializeFMUState: no state of this model");
     return fmi3OK;
 }
 

@@ -1,13 +1,6 @@
 //! Foxglove's protocol: what is offered, and that the signals in it are those of the machine.
 
-#![cfg(feature = "foxglove")]
-#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
-#![allow(dead_code, reason = "the recordings are those of another crate's tests")]
-
-#[path = "../../sinew-record/tests/recording/common.rs"]
-mod common;
-
-use common::Setup;
+use crate::common::Setup;
 use serde_json::{Value, json};
 use sinew_live::{Playback, PlaybackParts, Server, ServerSettings};
 use std::collections::BTreeMap;

@@ -1,13 +1,7 @@
 //! A control cycle that is recorded allocates nothing.
 
-#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
-#![allow(dead_code, reason = "the machines are those of the other tests")]
-
-#[path = "recording/common.rs"]
-mod common;
-
+use crate::common::{Memory, Setup};
 use allocation_counter::measure;
-use common::{Memory, Setup};
 use sinew_runtime::cycle::VirtualClock;
 
 #[test]

@@ -1,14 +1,8 @@
 //! A control cycle over EtherCAT allocates nothing: master, drives, observers, controller, simulated devices
 //! and twin.
 
-#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
-#![allow(dead_code, reason = "the machines are those of the other tests")]
-
-#[path = "runtime/common.rs"]
-mod common;
-
+use crate::common::{STEP, Setup, machine};
 use allocation_counter::measure;
-use common::{Setup, machine};
 use sinew::control::supervisor::{Mode, Request};
 use sinew::machine::Device;
 use sinew::trajectory::online::JointLimits;
@@ -31,7 +25,7 @@ fn a_cycle_over_ethercat_allocates_nothing() {
         let setup = Setup::new(machine(name), 1, &[]);
         let storage = FrameStorage::new();
         let bus = setup.segment_bus(&storage);
-        let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), common::STEP);
+        let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), STEP);
         let mut clock = VirtualClock::default();
         let mut moved = 0.0_f64;
         let counted = measure(|| {
@@ -114,7 +108,7 @@ fn a_cycle_that_a_client_commands_allocates_nothing() {
     let (server, port) = Server::start(ServerSettings { address, key: None, domain, sessions }).unwrap();
     let pose = setup.machine.start.clone();
     let motion = LinkedMotion::new(port, sessions, &setup.machine, limits, &pose, None).unwrap();
-    let mut cycle = Cycle::new(setup.twin_bus(), setup.supervisor(), motion, common::STEP);
+    let mut cycle = Cycle::new(setup.twin_bus(), setup.supervisor(), motion, STEP);
     let (mut clock, stop) = (VirtualClock::default(), AtomicBool::new(false));
     let point = sinew::trajectory::online::EndPointStep::new(
         &setup.machine.robot,

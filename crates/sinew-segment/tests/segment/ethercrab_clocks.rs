@@ -1,13 +1,9 @@
 //! ethercrab synchronises drifting clocks and runs the drives with SYNC0, in virtual time.
 
-#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
-
-mod master;
-
+use crate::master::{Line, timeouts};
 use core::time::Duration;
 use ethercrab::subdevice_group::DcConfiguration;
 use ethercrab::{DcSync, MainDevice, MainDeviceConfig, PduStorage, SubDeviceGroup, Timeouts};
-use master::{Line, timeouts};
 use sinew_segment::{AlState, Device, DeviceSettings, Segment, builtin};
 
 const FRAME: usize = PduStorage::element_size(1100);
@@ -27,7 +23,7 @@ fn drives_run_with_sync0_on_synchronised_clocks() {
     let mut line = Line::new(segment, tx, rx);
 
     let mut group: SubDeviceGroup<4, 128> =
-        line.run(main_device.init_single_group::<4, 128>(master::now)).expect("PRE-OP");
+        line.run(main_device.init_single_group::<4, 128>(crate::master::now)).expect("PRE-OP");
     for mut device in group.iter_mut(&main_device) {
         device.set_dc_sync(DcSync::Sync0);
     }

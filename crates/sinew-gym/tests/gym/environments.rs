@@ -1,9 +1,6 @@
 //! Environments of every machine of this repository: what they tell, what ends them, and that nothing but
 //! seed and actions decides what they do.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot start may panic")]
-#![allow(clippy::float_cmp, reason = "equality bit for bit is what is tested")]
-
 use sinew::Error;
 use sinew::drive::DriveFault;
 use sinew::machine::Machine;

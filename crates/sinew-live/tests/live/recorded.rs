@@ -1,12 +1,6 @@
 //! A recording on the page: any time of it, its events, another one over it, and files that are none.
 
-#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
-#![allow(dead_code, reason = "the recordings are those of another crate's tests")]
-
-#[path = "../../sinew-record/tests/recording/common.rs"]
-mod common;
-
-use common::Setup;
+use crate::common::Setup;
 use serde_json::Value;
 use sinew_live::{Command, Playback, PlaybackParts, Source};
 use sinew_record::Recording;

@@ -7,9 +7,12 @@ use core::sync::atomic::{AtomicU64, Ordering};
 use core::task::{Context, Poll, Waker};
 use ethercrab::{PduRx, PduTx, Timeouts};
 use sinew_segment::{Passed, Segment};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 static NOW_NS: AtomicU64 = AtomicU64::new(1);
+/// One line at a time: all masters of a process have this time.
+static TIME: Mutex<()> = Mutex::new(());
 
 /// Virtual time, ns.
 pub(crate) fn now() -> u64 {
@@ -38,6 +41,7 @@ pub(crate) struct Line {
     segment: Segment,
     tx: PduTx<'static>,
     rx: PduRx<'static>,
+    _time: MutexGuard<'static, ()>,
 }
 
 /// Virtual time that a frame takes, and a poll without a frame.
@@ -48,14 +52,13 @@ const MAX_POLLS: usize = 2_000_000;
 
 impl Line {
     pub(crate) fn new(segment: Segment, tx: PduTx<'static>, rx: PduRx<'static>) -> Self {
-        Self { segment, tx, rx }
+        Self { segment, tx, rx, _time: TIME.lock().unwrap_or_else(PoisonError::into_inner) }
     }
 
     pub(crate) fn segment(&self) -> &Segment {
         &self.segment
     }
 
-    #[allow(dead_code, reason = "each test uses a part")]
     pub(crate) fn segment_mut(&mut self) -> &mut Segment {
         &mut self.segment
     }

@@ -1,11 +1,7 @@
 //! A master of another project, ethercrab, brings the segment up in virtual time: one thread, no clock.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod master;
-
+use crate::master::{Line, timeouts};
 use ethercrab::{MainDevice, MainDeviceConfig, PduStorage, SubDeviceGroup, Timeouts};
-use master::{Line, timeouts};
 use sinew_segment::{AlState, AxisCommand, Device, DeviceSettings, DriveState, Mode, Segment, builtin};
 
 const FRAME: usize = PduStorage::element_size(1100);
@@ -39,7 +35,7 @@ fn a_foreign_master_reaches_op_and_exchanges_process_data() {
     let mut line = Line::new(segment(), tx, rx);
 
     let group: SubDeviceGroup<8, 128> =
-        line.run(main_device.init_single_group::<8, 128>(master::now)).expect("PRE-OP");
+        line.run(main_device.init_single_group::<8, 128>(crate::master::now)).expect("PRE-OP");
     let names: Vec<_> = group.iter(&main_device).map(|device| device.name().to_owned()).collect();
     assert_eq!(names, ["SIM-CPL", "SIM-DRV1", "SIM-DRV1", "SIM-DRV1", "SIM-LC1", "SIM-ENC2"]);
 

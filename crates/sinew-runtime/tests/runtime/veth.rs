@@ -4,15 +4,9 @@
 //! Skipped where such namespaces are not permitted. Times are not judged: they are those of the machine's
 //! load.
 
-#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
-#![cfg(target_os = "linux")]
-#![allow(dead_code, reason = "the machines are those of the other tests")]
 #![allow(clippy::print_stdout, reason = "a skipped test says so")]
 
-#[path = "runtime/common.rs"]
-mod common;
-
-use common::{PERIOD, STEP, Setup, machine};
+use crate::common::{PERIOD, STEP, Setup, machine};
 use sinew_runtime::Error;
 use sinew_runtime::cycle::{Cycle, CycleRecord, MonotonicClock, Timing, run};
 use sinew_runtime::ethercat::{FrameStorage, Master, RawSocketLink, SimulatedMachine, serve};
@@ -33,7 +27,7 @@ fn fifteen_drives_come_into_operation_over_raw_frames() {
     }
     let itself = std::env::current_exe().unwrap();
     let script = "ip link add sinew0 type veth peer name sinew1 && ip link set sinew0 up && ip link set \
-        sinew1 up && exec \"$0\" --exact fifteen_drives_come_into_operation_over_raw_frames --nocapture";
+        sinew1 up && exec \"$0\" --exact veth::fifteen_drives_come_into_operation_over_raw_frames --nocapture";
     let prepared = Command::new("unshare")
         .args(["-Urn", "sh", "-c", "ip link add sinew0 type veth peer name sinew1"])
         .output();

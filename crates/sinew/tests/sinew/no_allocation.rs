@@ -1,9 +1,6 @@
 //! A control tick never allocates: an allocator that counts watches a predictor at work.
 
-#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
-
-mod common;
-
+use crate::common;
 use sinew::predictor::{Model, Predictor, Sample};
 use sinew::transmission::cable::{
     Cable, CableBatch, CableLaw, CableParameters, CablePath, EndMotion, EndTensions,

@@ -1,14 +1,8 @@
 //! A run on the page: its results do not depend on who looks, its cycle allocates nothing for them, the page
 //! can stop it.
 
-#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
-#![allow(dead_code, reason = "the machines are those of another crate's tests")]
-
-#[path = "../../sinew-record/tests/recording/common.rs"]
-mod common;
-
+use crate::common::{PERIOD, Setup};
 use allocation_counter::measure;
-use common::{PERIOD, Setup};
 use sinew::control::supervisor::Mode;
 use sinew_live::{RunParts, Server, ServerSettings, Source, Tap, tap};
 use sinew_runtime::cycle::{Cycle, CycleRecord, Timing, VirtualClock, run};

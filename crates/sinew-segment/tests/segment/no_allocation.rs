@@ -1,12 +1,8 @@
 //! A cycle of a line in OP allocates nothing.
 
-#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
-
-mod wire;
-
+use crate::wire::{self, Datagram, LRW, Wire};
 use allocation_counter::measure;
 use sinew_segment::{AlState, builtin};
-use wire::{Datagram, LRW, Wire};
 
 #[test]
 fn a_cycle_in_op_allocates_nothing() {

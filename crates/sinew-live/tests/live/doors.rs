@@ -1,7 +1,5 @@
 //! The server under connections that ask for nothing and requests that name two hosts.
 
-#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
-
 use sinew_lab::arm::plan_tour;
 use sinew_live::{Kinematic, Server, ServerSettings};
 use std::io::{ErrorKind, Read, Write};

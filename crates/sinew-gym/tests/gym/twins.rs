@@ -1,7 +1,5 @@
 //! Batches of simulated machines: every world has the bits of the same machine alone.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot start may panic")]
-
 use sinew::Error;
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;

@@ -1,7 +1,5 @@
 //! The server over loopback: what viewers get, what they may ask for, and who is refused.
 
-#![allow(clippy::unwrap_used, reason = "a failing test may panic")]
-
 use serde_json::{Value, json};
 use sinew::body::Poses;
 use sinew::control::arm::resting_tensions;
