@@ -1,6 +1,8 @@
 //! Mean, deviation, gate and flags of generated C against the predictor's, bit by bit.
 
-use crate::compiler::{Build, builds, by_turns, compile, compilers, covered, first_difference, rows_of, run};
+use crate::compiler::{
+    Build, builds, compile, compilers, covered, first_difference, one_in_turn, rows_of, run,
+};
 use crate::models::{INPUTS, Kind, model};
 use crate::samples::{Row, rows};
 use rand::SeedableRng;
@@ -95,7 +97,7 @@ fn same_bits(kind: Kind, models: u64, count: usize) {
         let mut random = ChaCha8Rng::seed_from_u64(1000 * kind as u64 + seed);
         let model = model(kind, &mut random);
         let rows = rows(count, &mut random);
-        let build = by_turns(builds(), 3 * kind as usize + seed as usize);
+        let build = one_in_turn(builds(), 3 * kind as usize + seed as usize);
         compare(&model, &rows, build, &format!("{kind:?} {seed}"));
     }
 }

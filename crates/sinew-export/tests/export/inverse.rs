@@ -1,6 +1,6 @@
 //! Commands of generated C against those of the compensator, bit by bit.
 
-use crate::compiler::{Build, builds, by_turns, compile, first_difference, rows_of, run};
+use crate::compiler::{Build, builds, compile, first_difference, one_in_turn, rows_of, run};
 use crate::models::{INPUTS, Kind, between, model};
 use crate::samples::{Row, rows};
 use rand::{RngExt, SeedableRng};
@@ -180,7 +180,7 @@ fn compare(kind: Kind, seed: u64, count: usize, builds: Vec<Build>) {
 #[track_caller]
 fn same_bits(kind: Kind, models: u64, count: usize) {
     for seed in 0..models {
-        compare(kind, 500 + seed, count, by_turns(builds(), 3 * kind as usize + seed as usize));
+        compare(kind, 500 + seed, count, one_in_turn(builds(), 3 * kind as usize + seed as usize));
     }
 }
 

@@ -1,7 +1,7 @@
 //! Functional mock-up units through their C interface: the same bits, and errors for what is called wrongly.
 
 use crate::bits::{bytes, predicted};
-use crate::compiler::{by_turns, compile, compilers, run};
+use crate::compiler::{compile, compilers, one_in_turn, run};
 use crate::models::{Kind, model};
 use crate::samples::Row;
 use rand::SeedableRng;
@@ -128,7 +128,7 @@ fn rows(count: usize, random: &mut ChaCha8Rng) -> Vec<Row> {
 }
 
 /// Compares what units of both versions give with what is expected: so many numbers, then the flags as one.
-/// Each version is compiled by another compiler, by turns.
+/// Each version is compiled by another compiler, in rotation.
 fn compare(
     model: &Model,
     (content, turn): (Content, usize),
@@ -142,7 +142,7 @@ fn compare(
         let unit = fmu::Unit::of_model(model, &name, content, version).unwrap();
         let calls = format!("#define NUMBERS {numbers}\n#define FLAG_COUNT {flags}\n{calls}");
         let folder = driven(&unit, stem, &calls, DRIVER);
-        for compiler in by_turns(compilers(), turn + version as usize) {
+        for compiler in one_in_turn(compilers(), turn + version as usize) {
             let flags = ["-std=c99", "-O1", SANITIZERS, "-fno-sanitize-recover=all"];
             compile(compiler, folder.path(), &["exported.c", "driver.c"], &flags);
             let got = run(folder.path(), rows, &[]);
@@ -277,7 +277,7 @@ int main(int count, char **arguments)
 fn call_at_random(version: fmu::Version, of_plant: bool) {
     let (seconds, compilers) = match std::env::var_os("SINEW_LONG") {
         Some(_) => ("600", compilers()),
-        None => ("1", by_turns(compilers(), version as usize + usize::from(of_plant))),
+        None => ("1", one_in_turn(compilers(), version as usize + usize::from(of_plant))),
     };
     let name = Name::new("exported").unwrap();
     let model = model(Kind::HybridObserver, &mut ChaCha8Rng::seed_from_u64(8));
