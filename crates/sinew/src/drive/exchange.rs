@@ -52,8 +52,8 @@ abreast!(DriveReadingRows of DriveReading { f64: position tension current });
 
 /// True motion and energies of a drive over a step.
 ///
-/// Energy balance, to rounding: `electrical = heat + lost + tension moved + d(`[`Drive::stored`](super::Drive::stored)`)` and
-/// `heat = d(`[`Drive::warmth`](super::Drive::warmth)`) + to_air`.
+/// Energy balance, to rounding, with the energies `stored` and `warmth` of [`Drive`](super::Drive):
+/// `electrical = heat + lost + tension moved + d(stored)` and `heat = d(warmth) + to_air`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveStep {
     /// Displacement of the cable at the outlet, m, + toward the motor.
