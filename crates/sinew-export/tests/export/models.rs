@@ -8,7 +8,7 @@ use sinew::predictor::{
     ObservedCable, Outside, PerNetwork, Provenance, Role, Signal, SpecimenMonitor,
 };
 use sinew::transmission::cable::{CableParameters, CablePath, Segment, Weakening, WeakeningForm};
-use sinew::transmission::{BasisTerm, Branch, ClampCell, Perceptron, PerceptronWeights};
+use sinew::transmission::{BasisTerm, Branch, ClampCell, Perceptron, PerceptronWeights, Warming};
 
 /// Inputs of every random model: two tensions, motor and anchor.
 pub(crate) const INPUTS: usize = 4;
@@ -328,6 +328,8 @@ fn cable(random: &mut ChaCha8Rng) -> ObservedCable {
         weakening: (some(random, 2) > 0).then_some(weakening),
         ..CableParameters::bench()
     };
+    let warming = often(random)
+        .then(|| Warming { rate: between(random, 0.0, 5e-3), time: between(random, 1.0, 100.0) });
     let model = CableModel {
         path: CablePath::new(segments).unwrap(),
         parameters,
@@ -336,6 +338,7 @@ fn cable(random: &mut ChaCha8Rng) -> ObservedCable {
         start: between(random, -1.0, 1.0),
         correction: between(random, 0.0, 6e-3),
         learning: if often(random) { between(random, 0.1, 20.0) } else { 0.0 },
+        warming,
         zero_stretch: (some(random, 2) == 0).then(|| between(random, -2e-3, 2e-2)),
     };
     let columns = CableColumns { tension: 0, motor: 2, anchor: 3, motor_scale: 1.0, anchor_scale: 1.0 };
