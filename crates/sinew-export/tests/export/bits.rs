@@ -186,7 +186,8 @@ fn the_rows_of_the_tests_reach_every_flag() {
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let rows = rows(5000, &mut random);
     assert_eq!(rows[0].inputs.len(), INPUTS);
-    let seen = predicted(&model(Kind::Observer, &mut random), &rows);
-    let all = seen.iter().fold(0, |all, bits| all | f64::from_bits(bits[3]) as u32);
+    // Not every cable that is drawn is told from another specimen.
+    let seen = (0..4).flat_map(|_| predicted(&model(Kind::Observer, &mut random), &rows));
+    let all = seen.fold(0, |all, bits| all | f64::from_bits(bits[3]) as u32);
     assert_eq!(all, 0b11_1111);
 }
