@@ -12,6 +12,9 @@ use sinew::transmission::Warming;
 const TIMES: [f64; 3] = [0.1, 0.3, 1.0];
 /// Softening at the end of the longest log from which a search starts, 1.
 const START: f64 = 0.1;
+/// What is fitted beside the rate.
+const REFITTED: [Quantity; 4] =
+    [Quantity::FrictionAngle, Quantity::Drag, Quantity::Pretension, Quantity::Rise];
 /// Samples that are searched over, at most, from the beginnings of the logs.
 const SAMPLES: usize = 160_000;
 /// Accepted steps of a search, at most: everything else begins near its optimum.
@@ -31,30 +34,28 @@ pub fn fit_warming(logs: &[CableLog], model: CableModel) -> CableModel {
     if !(power > 0.0 && longest > 0.0) {
         return model;
     }
-    let free = [
-        Quantity::FrictionAngle,
-        Quantity::Drag,
-        Quantity::Pretension,
-        Quantity::Rise,
-        Quantity::WarmingRate,
-    ];
-    let options = FitOptions {
-        free: free.to_vec(),
-        samples: usize::MAX,
-        steps: STEPS,
-        multistart: false,
-        ..FitOptions::default()
+    let fitted = |warming: Option<Warming>| {
+        let start = CableModel { warming, ..model.clone() };
+        let mut free = REFITTED.to_vec();
+        free.extend(warming.map(|_| Quantity::WarmingRate));
+        let options = FitOptions {
+            free,
+            samples: usize::MAX,
+            steps: STEPS,
+            multistart: false,
+            ..FitOptions::default()
+        };
+        let model = fit_cable_model(logs, &start, &options).ok()?;
+        Some((far_squares(&model, logs), model))
     };
     let warmed = TIMES.par_iter().filter_map(|part| {
         let time = (part * longest).max(1.0);
-        let warming = Some(Warming { rate: (START / (power * time)).min(1.0), time });
-        let start = CableModel { warming, ..model.clone() };
-        let fitted = fit_cable_model(logs, &start, &options).ok()?;
-        Some((far_squares(&fitted, logs), fitted))
+        fitted(Some(Warming { rate: (START / (power * time)).min(1.0), time }))
     });
     let best = warmed.min_by(|a, b| a.0.total_cmp(&b.0));
-    let worth = LEFT * LEFT * far_squares(&model, logs);
-    best.filter(|(squares, _)| *squares < worth).map_or(model, |(_, warmed)| warmed)
+    // What friction and drag gain by being fitted once more is not warmth.
+    let cold = fitted(None).map_or(f64::INFINITY, |(squares, _)| squares).min(far_squares(&model, logs));
+    best.filter(|(squares, _)| *squares < LEFT * LEFT * cold).map_or(model, |(_, warmed)| warmed)
 }
 
 /// Mean power of friction, W: what the ends' forces leave in the cable.
