@@ -37,8 +37,8 @@ fn cable_parameters(model: &CableModel, folds: &[&CableModel]) -> Vec<Parameter>
             m.law().ok().and_then(|law| law.compliance().first().copied()).unwrap_or(f64::NAN)
         }),
     ];
-    let warming: (&str, &str, Number) = ("softening of the grease per power of friction", "1/W", |m| {
-        m.warming.map_or(0.0, |warming| warming.rate * warming.time)
+    let warming: (&str, &str, Number) = ("softening of the grease per heat of friction", "1/J", |m| {
+        m.warming.map_or(0.0, |warming| warming.rate)
     });
     let warming = model.warming.map(|_| warming);
     let one = |(name, unit, number): (&str, &str, Number)| {
