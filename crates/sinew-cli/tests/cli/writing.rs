@@ -48,8 +48,14 @@ fn a_failed_second_run_leaves_the_first_result_unharmed() {
 fn a_folder_that_cannot_be_created_is_a_failure_of_the_system() {
     let bench = Bench::with_model();
     // Permission bits do not restrict root; a file in place of a folder restricts every user.
-    bench.fails("identify a.csv --model cell --out a.csv/out", &["a.csv/out", "cannot be written"]);
-    bench.fails("identify a.csv --model cell --out a.csv", &["a.csv", "cannot be written"]);
+    bench.fails(
+        "identify a.csv --model cell --out a.csv/out",
+        &["a.csv/out", "cannot be written", "folder, and a.csv is a file"],
+    );
+    bench.fails(
+        "identify a.csv --model cell --out a.csv",
+        &["a.csv", "cannot be written", "expected a folder"],
+    );
     bench.fails("adapt out/model.json a.csv --out a.csv/out", &["a.csv/out", "cannot be written"]);
     bench.fails("predict out/model.json a.csv --out a.csv/p.csv", &["a.csv/p.csv", "cannot be written"]);
     bench.fails("predict out/model.json a.csv --out missing/p.csv", &["missing/p.csv", "cannot be written"]);
