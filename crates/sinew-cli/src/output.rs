@@ -49,8 +49,7 @@ impl Folder {
     /// Creates the folder if it is missing and checks that a file can be written into it.
     pub(crate) fn open(path: &Path) -> Result<Self, Error> {
         if let Some(file) = path.ancestors().find(|p| p.exists()).filter(|p| !p.is_dir()) {
-            let source =
-                std::io::Error::other(format!("expected a folder, and {} is a file", file.display()));
+            let source = io::Error::other(format!("expected a folder, and {} is a file", file.display()));
             return Err(Error::Unwritable { file: path.to_owned(), source });
         }
         // Constructed first, so that dropping it also cleans up after a failure below.
