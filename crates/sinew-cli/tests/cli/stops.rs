@@ -63,7 +63,7 @@ fn leads(client: &mut Client, request: Request, mode: Mode) -> bool {
     }
 }
 
-/// A file of the leg that is let down within a second, so that real time is short, with more limits.
+/// A file of the leg that is lowered within a second, so that real time is short, with more limits.
 fn leg(bench: &Bench, limits: &str) -> String {
     let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/planar_leg.toml");
     let quick = "pretension_time_s = 0.3\nholding_time_s = 0.2\nlowering_speed_rad_per_s = 2.0";

@@ -13,7 +13,7 @@ const FEWEST: usize = 3;
 #[derive(Debug, Clone)]
 pub(crate) struct DriveBatch {
     groups: Vec<DriveLanes<LANES>>,
-    /// What does not make a group.
+    /// Drives left over, stepped one by one.
     rest: Vec<DriveLanes<1>>,
     count: usize,
     instructions: InstructionSet,
@@ -34,8 +34,8 @@ impl DriveBatch {
         Self { groups, rest, count: drives.len(), instructions: InstructionSet::detect() }
     }
 
-    /// [`Drive::step`] of all drives, one for each of `steps`: under a command and a tension, N, which `of`
-    /// tells.
+    /// [`Drive::step`] of every drive, the results in `steps`; `of` gives a drive's command and the tension at
+    /// its outlet, N.
     pub(crate) fn step(
         &mut self,
         mut of: impl FnMut(usize) -> (DriveCommand, f64),
