@@ -34,8 +34,8 @@ impl DriveBatch {
         Self { groups, rest, count: drives.len(), instructions: InstructionSet::detect() }
     }
 
-    /// [`Drive::step`] of every drive, the results in `steps`; `of` gives a drive's command and the tension at
-    /// its outlet, N.
+    /// [`Drive::step`] of every drive, the results in `steps`; `of` gives a drive's command and the tension
+    /// at its outlet, N.
     pub(crate) fn step(
         &mut self,
         mut of: impl FnMut(usize) -> (DriveCommand, f64),
