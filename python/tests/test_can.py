@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-import select
 import struct
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -14,13 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from program import PROGRAM, ROOT, bare, pseudo_terminals, relay
 
-PROGRAM = Path(os.environ.get("SINEW_PROGRAM", Path(__file__).parents[2] / "target/debug/sinew"))
-
-pytestmark = [
-    pytest.mark.skipif(sys.platform != "linux", reason="pseudo-terminals of Linux"),
-    pytest.mark.skipif(not PROGRAM.is_file(), reason=f"{PROGRAM} is not built"),
-]
+pytestmark = pseudo_terminals
 
 canopen: Any = pytest.importorskip("canopen", reason="canopen is not installed")
 can: Any = pytest.importorskip("can", reason="python-can is not installed")
@@ -173,16 +167,6 @@ class Drive:
             self.velocities.append(velocity)
 
 
-def relay(ends: list[int], stop: threading.Event) -> None:
-    """Carries octets between two terminals, so that each end is the other one's adapter."""
-    while not stop.is_set():
-        for end in select.select(ends, [], [], 0.1)[0]:
-            try:
-                os.write(ends[1 - ends.index(end)], os.read(end, 4096))
-            except OSError:
-                return
-
-
 def test_our_master_drives_local_nodes_of_canopen(tmp_path: Path) -> None:
     """Found, configured, enabled and moved in real time; at the end every drive stands without power."""
     import tty
@@ -197,7 +181,7 @@ def test_our_master_drives_local_nodes_of_canopen(tmp_path: Path) -> None:
     network.connect(interface="slcan", channel=os.ttyname(far), bitrate=1_000_000, sleep_after_open=0.1)
     drives = [Drive(network, node) for node in (1, 2)]
     machine = tmp_path / "joint.toml"
-    machine.write_text(bare((Path(__file__).parents[2] / "models/bench_joint.toml").read_text()))
+    machine.write_text(bare((ROOT / "models/bench_joint.toml").read_text()))
     try:
         scanned = subprocess.run(
             [str(PROGRAM), "can", "scan", os.ttyname(near)], capture_output=True, text=True, timeout=60, check=False
@@ -223,10 +207,3 @@ def test_our_master_drives_local_nodes_of_canopen(tmp_path: Path) -> None:
         assert drive.velocities[-1] == 0, report
         assert drive.node.sdo[0x6060].raw == 9
         assert drive.node.sdo[0x1A00][3].raw == 0x60770010
-
-
-def bare(source: str) -> str:
-    """A machine whose only sensors are those of its drives, at 10 ms."""
-    without = source.replace("[every_transmission]\n", '[every_transmission]\nload_cell = "none"\n')
-    assert without != source
-    return f"period_s = 0.01\n{without}\n[every_joint_encoder]\nnone = true\n"

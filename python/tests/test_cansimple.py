@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from test_can import PROGRAM, bare, pytestmark as pytestmark, relay
+from program import PROGRAM, ROOT, bare, pseudo_terminals, relay
+
+pytestmark = pseudo_terminals
 
 can: Any = pytest.importorskip("can", reason="python-can is not installed")
 cantools: Any = pytest.importorskip("cantools", reason="cantools is not installed")
@@ -40,7 +42,7 @@ def decoded(frame: Any) -> tuple[int, str, dict[str, Any]]:
 
 def machine(path: Path, nodes: tuple[int, int]) -> Path:
     """The bench joint with two axes on CANSimple, the second of which counts up while it pays out."""
-    source = (Path(__file__).parents[2] / "models/bench_joint.toml").read_text()
+    source = (ROOT / "models/bench_joint.toml").read_text()
     tables = [
         f'[[device]]\nname = "{muscle}"\nmuscle = "{muscle}"\nnode = {node}\nprotocol = "cansimple"\n'
         f"counts_per_turn = {turn}\n"

@@ -14,7 +14,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from test_can import PROGRAM, bare, pytestmark as pytestmark
+from program import PROGRAM, ROOT, bare, pseudo_terminals
+
+pytestmark = pseudo_terminals
 
 moteus: Any = pytest.importorskip("moteus", reason="moteus is not installed")
 from moteus import multiplex, protocol  # type: ignore[import-not-found]  # noqa: E402
@@ -25,7 +27,7 @@ READ = multiplex.SubframeType.READ
 
 def machine(path: Path, nodes: tuple[int, int]) -> Path:
     """The bench joint with two controllers, the second of which counts up while it pays out."""
-    source = (Path(__file__).parents[2] / "models/bench_joint.toml").read_text()
+    source = (ROOT / "models/bench_joint.toml").read_text()
     tables = [
         f'[[device]]\nname = "{muscle}"\nmuscle = "{muscle}"\nnode = {node}\nprotocol = "moteus"\n'
         f"counts_per_turn = {turn}\n"

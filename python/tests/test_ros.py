@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from program import PROGRAM, ROOT, built
 
-PROGRAM = Path(os.environ.get("SINEW_PROGRAM", Path(__file__).parents[2] / "target/debug/sinew"))
-
-pytestmark = pytest.mark.skipif(not PROGRAM.is_file(), reason=f"{PROGRAM} is not built")
+pytestmark = built
 
 # Before CycloneDDS is loaded: loopback alone, without multicast, in a domain of this process.
 DOMAIN = 1 + os.getpid() % 99
@@ -286,7 +285,7 @@ def test_every_state_at_500_hz_is_received_from_the_first_on() -> None:
 def commanded(tmp_path: Path) -> Iterator[tuple[Node, subprocess.Popen[str]]]:
     # A computer with other work is no reason to hold.
     machine = tmp_path / "planar_leg.toml"
-    text = (Path(__file__).parents[2] / "models/planar_leg.toml").read_text()
+    text = (ROOT / "models/planar_leg.toml").read_text()
     machine.write_text(text + "\n[safety]\ncommand_age_s = 1.0\n")
     run = started(machine, "--ros-commands", "--until", "120")
     yield Node(), run

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import csv
-import os
 import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from program import PROGRAM, built
 
-PROGRAM = Path(os.environ.get("SINEW_PROGRAM", Path(__file__).parents[2] / "target/debug/sinew"))
-
-pytestmark = pytest.mark.skipif(not PROGRAM.is_file(), reason=f"{PROGRAM} is not built")
+pytestmark = built
 
 rosbag2: Any = pytest.importorskip("rosbags.rosbag2", reason="rosbags is not installed")
 typesys: Any = pytest.importorskip("rosbags.typesys", reason="rosbags is not installed")

@@ -24,7 +24,7 @@ const fn by_name(name: &'static str, purpose: &'static str, run: fn(&Path) -> Re
 }
 
 /// All steps. Every build uses the dev profile and all features, so that each dependency is compiled once.
-const STEPS: [Step; 16] = [
+const STEPS: [Step; 17] = [
     step("fmt", "the code is formatted", fmt),
     step("hygiene", "no huge files, stubs, conflict markers, private paths or retired words", hygiene::check),
     step("layering", "no room imports what it must not know, no circle between files", layering::check),
@@ -44,6 +44,7 @@ const STEPS: [Step; 16] = [
     by_name("long", "statistical tests over many seeds, every bench once", long),
     by_name("python", "the Python package: types, tests, documentation", python::check),
     by_name("batch", "MJX and MuJoCo Warp: long tests, oldest and newest versions", python::batch),
+    by_name("guest", "CAN interfaces, in a guest of QEMU with vcan", guest),
     by_name("page", "the live page in a headless Chromium, types of its scripts", page::check),
 ];
 
@@ -136,6 +137,13 @@ fn examples(root: &Path) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// A kernel with CAN, which that of this machine need not have.
+fn guest(root: &Path) -> Result<(), String> {
+    succeed(&mut cargo(root, &["build", "--quiet", "--workspace", "--all-features", "--bin", "sinew"]))?;
+    let paths = [target(root).join("debug/sinew"), root.join("models")];
+    succeed(Command::new(root.join(".ci/guest")).args(paths).current_dir(root))
 }
 
 /// Tests whose names begin with `long_` do their work only where `SINEW_LONG` is set.

@@ -29,4 +29,4 @@ pub use motion::{CycleTime, Desired, Motion, References, Scheduled};
 pub use plant::Plant;
 pub use record::{CycleRecord, CycleTimes};
 pub use session::Session;
-pub use twin::{TwinPlant, watchdog};
+pub use twin::TwinPlant;

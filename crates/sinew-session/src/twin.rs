@@ -4,16 +4,6 @@ use sinew::Error;
 use sinew::drive::DriveCommand;
 use sinew::twin::arm::{ArmTwin, InjectedFault};
 
-/// Time without commands after which the drives stop by themselves: s, at least as many periods.
-const WATCHDOG: f64 = 0.02;
-const WATCHDOG_PERIODS: f64 = 4.0;
-
-/// Time without commands after which the drives of a machine with this period, s, stop by themselves, s.
-#[must_use]
-pub fn watchdog(period: f64) -> f64 {
-    WATCHDOG.max(WATCHDOG_PERIODS * period)
-}
-
 /// A simulated machine without wires. A period passes before it is read, the first time excepted, or when it
 /// is told to.
 ///
@@ -130,7 +120,7 @@ impl Plant for TwinPlant {
         self.lost_for = if self.lost { self.lost_for + self.period } else { 0.0 };
         if !self.lost {
             self.commands.copy_from_slice(commands);
-        } else if self.lost_for > watchdog(self.period) {
+        } else if self.lost_for > self.arm.specimen().watchdog {
             self.commands.fill(DriveCommand::Velocity(0.0));
         }
     }

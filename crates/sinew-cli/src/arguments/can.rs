@@ -47,12 +47,19 @@ fn rates() -> impl TypedValueParser<Value = u32> {
 /// Answer another master with the simulated CAN drives of a machine, whose twin moves behind them.
 ///
 /// The first line is the path of the pseudo-terminal, which speaks slcan, with moteus the text of an
-/// fdcanusb. Without devices in the machine's file, node n on CANopen drives its muscle n, from 1, at 1
-/// Mbit/s. The machine is held in its start pose until a drive is enabled. Ctrl-C ends it.
+/// fdcanusb, or the port of --interface. Without devices in the machine's file, node n on CANopen drives its
+/// muscle n, from 1, at 1 Mbit/s. The machine is held in its start pose until a drive is enabled. Ctrl-C ends
+/// it.
 ///
 /// Example: sinew can simulate finger --pty
+///
+/// Example: sinew can simulate finger --interface vcan0
 #[derive(Debug, Args)]
 pub(crate) struct CanSimulateArguments {
     #[command(flatten)]
     pub(crate) simulated: SimulatedMachineArguments,
+    /// Answer on a CAN interface such as vcan0, or on the bus of an adapter on a serial port, which has a
+    /// slash
+    #[arg(long, value_name = "PORT", conflicts_with = "pty")]
+    pub(crate) interface: Option<String>,
 }

@@ -45,14 +45,38 @@ struct Tracked {
 /// Masses of the links that are tried until the tensions give the torque.
 const LIGHTER: [f64; 4] = [1.0, 0.7, 0.49, 0.34];
 
+/// What a machine is driven and measured by.
+#[derive(Debug, Clone, Copy)]
+enum Equipment {
+    /// Motors with encoders and load cells, encoders at the joints.
+    Usual,
+    /// Serial servos, whose readings are a period old: 4096 counts of the horn, no load cells.
+    Servos { joint_encoders: bool },
+}
+
+impl Equipment {
+    fn fit(self, machine: &mut Machine, period: f64) {
+        machine.period = period;
+        machine.safety = SafetyLimits::at_period(period);
+        let Self::Servos { joint_encoders } = self else { return };
+        machine.reading_age = period;
+        for muscle in &mut machine.muscles {
+            muscle.drive.has_load_cell = false;
+            muscle.drive.encoder.counts = 4096.0 / muscle.drive.reducer.ratio;
+        }
+        if !joint_encoders {
+            machine.encoders.fill(None);
+        }
+    }
+}
+
 /// A random machine of a period, s, with a tour of its ranges.
-fn feasible(seed: u64, period: f64) -> Result<(RandomMachine, Trajectory), String> {
+fn feasible(seed: u64, period: f64, equipment: Equipment) -> Result<(RandomMachine, Trajectory), String> {
     let text = |error: sinew_lab::Error| error.to_string();
     let mut reason = String::new();
     for lighter in LIGHTER {
         let mut sampled = machine(seed, lighter).map_err(|error| error.to_string())?;
-        sampled.machine.period = period;
-        sampled.machine.safety = SafetyLimits::at_period(period);
+        equipment.fit(&mut sampled.machine, period);
         let check = |trajectory: &Trajectory| first_infeasibility(&sampled.machine, trajectory, 1);
         let trajectory = plan_tour(&sampled.machine, None, check).map_err(text)?;
         match first_infeasibility(&sampled.machine, &trajectory, 1).map_err(text)? {
@@ -63,9 +87,9 @@ fn feasible(seed: u64, period: f64) -> Result<(RandomMachine, Trajectory), Strin
     Err(reason)
 }
 
-fn track(seed: u64, period: f64) -> Result<Tracked, String> {
+fn track(seed: u64, period: f64, equipment: Equipment) -> Result<Tracked, String> {
     let text = |error: sinew_lab::Error| error.to_string();
-    let (RandomMachine { machine, first_link }, trajectory) = feasible(seed, period)?;
+    let (RandomMachine { machine, first_link }, trajectory) = feasible(seed, period, equipment)?;
     let tour = verify_tour(&machine, trajectory, 1).map_err(text)?;
     let (accurate, rules) = match tour.verified {
         Verified::Tracks(rules) => (true, rules),
@@ -116,11 +140,11 @@ fn quantile(mut list: Vec<f64>, fraction: f64) -> f64 {
 
 /// Tracks machines of these seeds, prints what the documentation tabulates, and returns those that were
 /// neither stopped nor lost.
-fn campaign(seeds: Range<u64>, period: f64) -> Vec<Tracked> {
+fn campaign(seeds: Range<u64>, period: f64, equipment: Equipment) -> Vec<Tracked> {
     let results: Vec<Result<Tracked, String>> = seeds
         .into_par_iter()
         .map(|seed| {
-            let found = track(seed, period);
+            let found = track(seed, period, equipment);
             println!("{seed} at {period} s: {found:?}");
             found
         })
@@ -164,7 +188,7 @@ fn campaign(seeds: Range<u64>, period: f64) -> Vec<Tracked> {
 
 #[test]
 fn random_machines_track_a_tour_of_their_ranges_by_rules_alone() {
-    let good = campaign(6056..6058, 1e-3);
+    let good = campaign(6056..6058, 1e-3, Equipment::Usual);
     assert!(good.len() == 2);
     assert!(good.iter().all(|tracked| tracked.over_dead_band < 0.02 && tracked.over_true < 1.3));
 }
@@ -180,7 +204,7 @@ fn long_campaign_of_random_machines() {
     let given = given.unwrap_or_else(|| "1000,12".into());
     let numbers: Vec<u64> = given.split(',').map(|number| number.parse().unwrap()).collect();
     let [first, count] = numbers[..] else { panic!("{given}: expected two numbers") };
-    campaign(first..first + count, 1e-3);
+    campaign(first..first + count, 1e-3, Equipment::Usual);
 }
 
 #[test]
@@ -196,7 +220,7 @@ fn long_campaign_of_random_machines_at_several_periods() {
     let mut reference: Option<Vec<Tracked>> = None;
     for period in periods {
         println!("period of {period} ms");
-        let good = campaign(first..first + count as u64, 1e-3 * period);
+        let good = campaign(first..first + count as u64, 1e-3 * period, Equipment::Usual);
         let mean = |list: &[Tracked]| list.iter().map(|t| t.over_dead_band).sum::<f64>() / list.len() as f64;
         println!("mean error over dead band, %: {:.2}", 100.0 * mean(&good));
         let Some(before) = &reference else {
@@ -214,5 +238,21 @@ fn long_campaign_of_random_machines_at_several_periods() {
             quantile(ratios.clone(), 0.5),
             quantile(ratios, 0.9)
         );
+    }
+}
+
+#[test]
+fn long_campaign_of_random_machines_on_servos() {
+    // `SINEW_SERVOS=first seed,machines,milliseconds`
+    let Ok(given) = std::env::var("SINEW_SERVOS") else {
+        eprintln!("skipped: SINEW_SERVOS is not set");
+        return;
+    };
+    let numbers: Vec<f64> = given.split(',').map(|number| number.parse().unwrap()).collect();
+    let [first, count, period] = numbers[..] else { panic!("{given}: expected three numbers") };
+    for joint_encoders in [true, false] {
+        println!("with joint encoders: {joint_encoders}");
+        let seeds = first as u64..first as u64 + count as u64;
+        campaign(seeds, 1e-3 * period, Equipment::Servos { joint_encoders });
     }
 }

@@ -28,7 +28,7 @@ pub trait Dialect: Debug + Default {
 }
 
 /// A simulated adapter, as its host sees it.
-pub(super) trait Host {
+pub(super) trait Host: Debug {
     /// Takes an octet of the host, and appends what it is answered; the frame that goes on the bus.
     fn take(&mut self, octet: u8, out: &mut Vec<u8>) -> Option<Frame>;
 

@@ -9,7 +9,7 @@ use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew::twin::arm::ArmTwin;
 use sinew_segment::CanFrame as Frame;
-use sinew_session::{BusFault, Exchange, Feedback, Plant, watchdog};
+use sinew_session::{BusFault, Exchange, Feedback, Plant};
 
 /// Nodes that matched the machine and are configured. It owns them: dropped it brings them to rest.
 #[derive(Debug)]
@@ -96,7 +96,7 @@ impl<L: Link> CanBus<L> {
             canopen: devices.iter().any(|device| device.protocol == Protocol::Canopen),
             muscles: machine.muscles.len(),
             period: machine.period_ns(),
-            heartbeat: (0.25e9 * watchdog(machine.period)) as u64,
+            heartbeat: (0.25e9 * machine.watchdog()) as u64,
             next_heartbeat: 0,
             begin: alive,
             commanded: None,

@@ -19,6 +19,8 @@ mod file;
 mod link;
 mod moteus;
 mod scan;
+#[cfg(target_os = "linux")]
+mod serve;
 mod simulated;
 mod simulated_link;
 pub mod slcan;
@@ -40,13 +42,15 @@ pub use error::CanError;
 pub use file::DeviceTables;
 pub use link::Link;
 pub use scan::{FoundNode, scan, scan_fd};
+#[cfg(target_os = "linux")]
+pub use serve::{HostedAdapter, serve};
 pub use simulated::SimulatedMachine;
 pub use simulated_link::SimulatedLink;
 pub use sinew_segment::{CanFault, CanFrame as Frame, CanNode};
 #[cfg(target_os = "linux")]
 pub use socketcan::SocketCan;
 #[cfg(target_os = "linux")]
-pub use wire::{connect, serve};
+pub use wire::connect;
 pub use words::words;
 
 #[cfg(not(target_os = "linux"))]

@@ -8,7 +8,7 @@ use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew::twin::arm::ArmTwin;
 use sinew_segment::{CanDrive, CanFrame as Frame, CanNode};
-use sinew_session::{BusFault, watchdog};
+use sinew_session::BusFault;
 use std::collections::VecDeque;
 
 /// A machine as built, with its drives on a bus.
@@ -43,9 +43,7 @@ impl SimulatedMachine {
             let (drive, parameters) = (device.drive, machine.muscles[device.drive.muscle].drive);
             let node = match device.protocol {
                 Protocol::Canopen => CanNode::canopen(device.node, device.identity),
-                Protocol::Cansimple => {
-                    CanNode::cansimple(device.node, (1e9 * watchdog(machine.period)) as u64)
-                }
+                Protocol::Cansimple => CanNode::cansimple(device.node, (1e9 * machine.watchdog()) as u64),
                 Protocol::Moteus => CanNode::moteus(device.node),
             };
             (node, Axis { drive, parameters })

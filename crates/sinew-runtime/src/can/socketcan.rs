@@ -38,7 +38,7 @@ impl SocketCan {
     pub fn open(interface: &str, bitrate: u32, fd: bool) -> io::Result<Self> {
         let (mtu, rates) = if fd { (" mtu 72", FD_RATES) } else { ("", "") };
         let up = if interface.starts_with("vcan") {
-            format!("ip link add {interface} type vcan; ip link set {interface} up{mtu}")
+            format!("ip link add {interface} type vcan; ip link set {interface} up txqueuelen 1000{mtu}")
         } else {
             format!("ip link set {interface} up txqueuelen 1000 type can bitrate {bitrate}{rates}")
         };

@@ -18,7 +18,7 @@ use ethercrab::{MainDevice, SubDeviceState};
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew::twin::arm::ArmTwin;
-use sinew_session::{BusFault, ClockReport, Exchange, Feedback, Plant, watchdog};
+use sinew_session::{BusFault, ClockReport, Exchange, Feedback, Plant};
 
 /// Devices in OP that matched the machine, their drives enabled. It owns the drives: dropped it
 /// [stops](Self::stop) them, whatever has happened.
@@ -319,7 +319,7 @@ fn configure<L: Link>(
     machine: &Machine,
 ) -> Result<Configured, EthercatError> {
     let period = machine.period_ns();
-    let watchdog = (1e9 * watchdog(machine.period)) as u64;
+    let watchdog = (1e9 * machine.watchdog()) as u64;
     let places = (devices, positions);
     let mappings = pump.complete(bring_up::configure(main, &group, places, period, watchdog))?;
     let slots = slots(machine, places, &mappings)?;

@@ -160,7 +160,7 @@ impl<L: Lines> Configuring<'_, '_, L> {
         for (k, address) in shown(registers).enumerate() {
             self.set("indirect address", registers.indirect[0] + 2 * k as u16, 2, i64::from(address))?;
         }
-        let watchdog = (sinew_session::watchdog(machine.period) / WATCHDOG_UNIT).ceil();
+        let watchdog = (machine.watchdog() / WATCHDOG_UNIT).ceil();
         self.set("bus watchdog", registers.bus_watchdog, 1, watchdog as i64)
     }
 

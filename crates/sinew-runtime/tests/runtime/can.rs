@@ -21,24 +21,26 @@ use std::rc::Rc;
 const PERIOD: f64 = 4e-3;
 /// A cycle in the middle of the motion.
 const MIDDLE: u64 = 1000;
-const PROTOCOLS: [Protocol; 3] = [Protocol::Canopen, Protocol::Cansimple, Protocol::Moteus];
+pub(crate) const PROTOCOLS: [Protocol; 3] = [Protocol::Canopen, Protocol::Cansimple, Protocol::Moteus];
 const NAMES: [&str; 3] = ["bench_joint", "planar_leg", "finger"];
 
-/// What happens in the middle of a motion, to the node of this index.
+/// What happens, to the node of this index where there is one.
 #[derive(Debug, Clone, Copy)]
-enum Act {
+pub(crate) enum Act {
     Fault(usize, CanFault),
     Restart(usize),
     Raise(usize, u32),
     Cut,
     Unplug,
+    /// The master comes so many periods late, and with it SYNC.
+    Late(u64),
 }
 
 /// A link that is there after its bus is gone, what is done before a cycle, and what has been.
 #[derive(Clone)]
-struct Watched(Rc<RefCell<Inner>>);
+pub(crate) struct Watched(Rc<RefCell<Inner>>);
 
-struct Inner {
+pub(crate) struct Inner {
     link: SimulatedLink,
     acts: Vec<(u64, Act)>,
     cycle: u64,
@@ -50,7 +52,7 @@ struct Inner {
 }
 
 impl Watched {
-    fn new(setup: &Setup, nodes: &[CanDevice]) -> Self {
+    pub(crate) fn new(setup: &Setup, nodes: &[CanDevice]) -> Self {
         let machine = SimulatedMachine::new(setup.plant.clone(), &setup.machine, nodes, true);
         let link = SimulatedLink::new(machine);
         Self(Rc::new(RefCell::new(Inner {
@@ -63,9 +65,21 @@ impl Watched {
         })))
     }
 
-    fn with(self, cycle: u64, act: Act) -> Self {
+    pub(crate) fn with(self, cycle: u64, act: Act) -> Self {
         self.0.borrow_mut().acts.push((cycle, act));
         self
+    }
+
+    /// True tensions of the cables at their drives, N.
+    pub(crate) fn tensions(&self) -> Vec<f64> {
+        let inner = self.0.borrow();
+        let machine = inner.link.simulated().unwrap();
+        machine.arm().truth().cables.iter().map(|cable| cable.tension_in).collect()
+    }
+
+    /// Cycles of the start are none of the run.
+    pub(crate) fn begin(&self) {
+        self.0.borrow_mut().cycle = 0;
     }
 
     /// Whether a node has power; one on CANSimple or moteus, which has no brake, may stand with it.
@@ -80,7 +94,7 @@ impl Watched {
         }
     }
 
-    fn nodes<T>(&self, see: impl Fn(&CanNode) -> T) -> Vec<T> {
+    pub(crate) fn nodes<T>(&self, see: impl Fn(&CanNode) -> T) -> Vec<T> {
         self.0.borrow_mut().link.machine_mut().nodes().map(see).collect()
     }
 }
@@ -120,6 +134,10 @@ impl Link for Watched {
                     link.cut();
                 }
                 Act::Unplug => *unplugged = true,
+                Act::Late(periods) => {
+                    drop(nodes);
+                    (0..periods).for_each(|_| link.begin_cycle(period));
+                }
             }
         }
         *cycle += 1;
@@ -130,9 +148,9 @@ impl Link for Watched {
 /// What a node on CANSimple that heard nothing for the time of its watchdog shows.
 const WATCHDOG_EXPIRED: u32 = 1 << 24;
 /// What a moteus shows then.
-const TIMED_OUT: u32 = 11;
+pub(crate) const TIMED_OUT: u32 = 11;
 
-fn setup_on(name: &str, protocol: Protocol) -> (Setup, Vec<CanDevice>) {
+pub(crate) fn setup_on(name: &str, protocol: Protocol) -> (Setup, Vec<CanDevice>) {
     let (setup, nodes) = setup(name);
     (setup, nodes.into_iter().map(|node| node.on(protocol)).collect())
 }
@@ -183,8 +201,7 @@ fn drives_on_can_are_still_tracked_with_a_period_of_delay_that_their_gains_do_no
 /// it; none for a run to its end.
 fn stopped(setup: &Setup, watched: &Watched, nodes: &[CanDevice]) -> Option<(u64, Exchange, String)> {
     let bus = CanBus::start(watched.clone(), &setup.machine, nodes).unwrap();
-    // Cycles of the start are none of the run.
-    watched.0.borrow_mut().cycle = 0;
+    watched.begin();
     let (mut found, mut cycles, mut moving) = (None, 0, 0);
     setup.run(bus, |record| {
         cycles += 1;

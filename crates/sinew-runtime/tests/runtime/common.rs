@@ -26,8 +26,9 @@ pub(crate) struct Setup {
     pub(crate) trajectory: Trajectory,
     pub(crate) controller: ArmController,
     pub(crate) plant: ArmTwin,
-    /// Rest before the motion, s.
+    /// Rest before and after the motion, s.
     pub(crate) before: f64,
+    pub(crate) after: f64,
 }
 
 pub(crate) fn machine(name: &str) -> Machine {
@@ -79,7 +80,7 @@ impl Setup {
         let plant =
             ArmTwin::new(&specimen, &machine.start, &tensions, seed).unwrap().with_faults(faults).unwrap();
         let devices = EthercatDevice::simulated(&machine);
-        Self { machine, devices, trajectory, controller, plant, before: 0.3 }
+        Self { machine, devices, trajectory, controller, plant, before: 0.3, after: 0.7 }
     }
 
     pub(crate) fn supervisor(&self) -> Supervisor {
@@ -88,7 +89,7 @@ impl Setup {
     }
 
     pub(crate) fn schedule(&self) -> Schedule<'_> {
-        Schedule::new(&self.trajectory, 1, self.before, 0.7).unwrap()
+        Schedule::new(&self.trajectory, 1, self.before, self.after).unwrap()
     }
 
     pub(crate) fn twin_bus(&self) -> TwinPlant {

@@ -4,6 +4,7 @@
 
 mod bus_faults;
 mod bus_stops;
+mod campaign;
 mod can;
 mod clocks;
 mod common;
@@ -13,6 +14,8 @@ mod link_stops;
 mod no_allocation;
 mod segment;
 mod servos;
+#[cfg(target_os = "linux")]
+mod servos_foreign;
 mod servos_protocol;
 #[cfg(target_os = "linux")]
 mod veth;

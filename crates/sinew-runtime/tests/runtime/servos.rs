@@ -19,65 +19,98 @@ const PERIOD: f64 = 4e-3;
 const MIDDLE: u64 = 1000;
 const NAMES: [&str; 3] = ["bench_joint", "planar_leg", "finger"];
 
-/// Lines that are there after their bus is gone, and what is done before a cycle.
+/// Lines that are there after their bus is gone, what is done before a cycle, and what has been.
 #[derive(Clone)]
-struct Watched(Rc<RefCell<SimulatedLines>>, Rc<RefCell<Vec<(u64, Act)>>>, Rc<RefCell<u64>>);
+pub(crate) struct Watched(Rc<RefCell<Inner>>);
 
-/// What happens to the servo of this index.
+pub(crate) struct Inner {
+    lines: SimulatedLines,
+    acts: Vec<(u64, Act)>,
+    cycle: u64,
+    unplugged: bool,
+}
+
+/// What happens, to the servo of this index where there is one.
 #[derive(Debug, Clone, Copy)]
-enum Act {
+pub(crate) enum Act {
     Fault(usize, Option<ServoFault>),
     Reset(usize),
     Raise(usize, u8),
+    /// The line is cut behind the adapter.
+    Cut,
+    Unplug,
+    /// The master comes so many periods late.
+    Late(u64),
 }
 
 impl Watched {
-    fn new(setup: &Setup, servos: &[ServoDevice]) -> Self {
+    pub(crate) fn new(setup: &Setup, servos: &[ServoDevice]) -> Self {
         let ports = ServoDevice::ports(servos);
         let plant = setup.plant.clone();
         let machine = SimulatedMachine::new(plant, &setup.machine, servos, &ports, false);
-        Self(Rc::new(RefCell::new(SimulatedLines::new(machine))), Rc::default(), Rc::default())
+        let lines = SimulatedLines::new(machine);
+        Self(Rc::new(RefCell::new(Inner { lines, acts: Vec::new(), cycle: 0, unplugged: false })))
     }
 
-    fn with(self, cycle: u64, act: Act) -> Self {
-        self.1.borrow_mut().push((cycle, act));
+    pub(crate) fn with(self, cycle: u64, act: Act) -> Self {
+        self.0.borrow_mut().acts.push((cycle, act));
         self
     }
 
-    fn servos<T>(&self, see: impl Fn(&SimulatedServo) -> T) -> Vec<T> {
-        let mut lines = self.0.borrow_mut();
-        lines.machine_mut().chains().iter().flat_map(|chain| chain.servos()).map(see).collect()
+    /// True tensions of the cables at their drives, N.
+    pub(crate) fn tensions(&self) -> Vec<f64> {
+        let inner = self.0.borrow();
+        let machine = inner.lines.simulated().unwrap();
+        machine.arm().truth().cables.iter().map(|cable| cable.tension_in).collect()
+    }
+
+    /// Cycles of the start are none of the run.
+    pub(crate) fn begin(&self) {
+        self.0.borrow_mut().cycle = 0;
+    }
+
+    pub(crate) fn servos<T>(&self, see: impl Fn(&SimulatedServo) -> T) -> Vec<T> {
+        let mut inner = self.0.borrow_mut();
+        inner.lines.machine_mut().chains().iter().flat_map(|chain| chain.servos()).map(see).collect()
     }
 }
 
 impl Lines for Watched {
     fn count(&self) -> usize {
-        self.0.borrow().count()
+        self.0.borrow().lines.count()
     }
     fn now(&mut self) -> u64 {
-        self.0.borrow_mut().now()
+        self.0.borrow_mut().lines.now()
     }
     fn send(&mut self, line: usize, octets: &[u8]) -> io::Result<()> {
-        self.0.borrow_mut().send(line, octets)
+        let mut inner = self.0.borrow_mut();
+        if inner.unplugged {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        inner.lines.send(line, octets)
     }
     fn receive(&mut self, line: usize, buffer: &mut [u8], deadline: u64) -> io::Result<usize> {
-        self.0.borrow_mut().receive(line, buffer, deadline)
+        let mut inner = self.0.borrow_mut();
+        if inner.unplugged {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        inner.lines.receive(line, buffer, deadline)
     }
     fn rest_until(&mut self, time: u64) {
-        self.0.borrow_mut().rest_until(time);
+        self.0.borrow_mut().lines.rest_until(time);
     }
     fn begin_cycle(&mut self, period: u64) {
-        let mut lines = self.0.borrow_mut();
-        let mut cycle = self.2.borrow_mut();
-        let due =
-            self.1.borrow().iter().filter(|(at, _)| *at == *cycle).map(|(_, act)| *act).collect::<Vec<_>>();
-        for act in due {
+        let Inner { lines, acts, cycle, unplugged } = &mut *self.0.borrow_mut();
+        for (_, act) in acts.iter().filter(|(at, _)| at == cycle) {
             let chains = lines.machine_mut().chains_mut();
             let mut servos = chains.iter_mut().flat_map(|chain| chain.servos_mut());
-            match act {
+            match *act {
                 Act::Fault(k, fault) => servos.nth(k).unwrap().set_fault(fault),
                 Act::Reset(k) => servos.nth(k).unwrap().reset(),
                 Act::Raise(k, error) => servos.nth(k).unwrap().raise(error),
+                Act::Cut => servos.for_each(|servo| servo.set_fault(Some(ServoFault::Silent))),
+                Act::Unplug => *unplugged = true,
+                Act::Late(periods) => (0..periods).for_each(|_| lines.begin_cycle(period)),
             }
         }
         *cycle += 1;
@@ -85,7 +118,7 @@ impl Lines for Watched {
     }
 }
 
-fn setup(name: &str) -> (Setup, Vec<ServoDevice>) {
+pub(crate) fn setup(name: &str) -> (Setup, Vec<ServoDevice>) {
     // The motion begins when the cables have their tensions.
     let setup = Setup { before: 3.0, ..Setup::new(bare_machine(name), 3, &[]) };
     let servos = ServoDevice::simulated(&setup.machine);
@@ -93,7 +126,7 @@ fn setup(name: &str) -> (Setup, Vec<ServoDevice>) {
 }
 
 /// The same servos as those of Feetech's STS series.
-fn feetech(servos: &[ServoDevice]) -> Vec<ServoDevice> {
+pub(crate) fn feetech(servos: &[ServoDevice]) -> Vec<ServoDevice> {
     let model = Model::all().find(|model| model.name == "STS3215").unwrap();
     let model = Model { max_velocity: 32_767, ..model };
     servos.iter().map(|servo| ServoDevice { model: model.clone(), ..servo.clone() }).collect()
@@ -170,7 +203,7 @@ fn a_servo_without_a_watchdog_turns_on_when_its_master_is_gone_and_stops_when_it
         } else {
             std::mem::forget(bus);
         }
-        (0..250).for_each(|_| watched.0.borrow_mut().begin_cycle(4_000_000));
+        (0..250).for_each(|_| watched.0.borrow_mut().lines.begin_cycle(4_000_000));
         let turns = watched.servos(|servo| servo.goal() != ServoGoal::Off);
         assert!(turns.iter().all(|turns| *turns != ends), "{ends}: {turns:?}");
     }
@@ -204,8 +237,7 @@ fn servos_on_two_ports_and_in_extended_position_track_as_well() {
 /// it; none for a run to its end.
 fn stopped(setup: &Setup, watched: &Watched, servos: &[ServoDevice]) -> Option<(u64, Exchange, String)> {
     let bus = ServoBus::start(watched.clone(), &setup.machine, servos).unwrap();
-    // Cycles of the start are none of the run.
-    *watched.2.borrow_mut() = 0;
+    watched.begin();
     let (mut found, mut cycles, mut still) = (None, 0, Vec::new());
     setup.run(bus, |record| {
         cycles += 1;
@@ -242,7 +274,7 @@ fn a_servo_that_fails_in_the_middle_of_a_motion_is_found_named_and_leads_to_a_sa
         let expected = match act {
             Act::Fault(..) => BusFault::NotReady { device: 1, code: 0, muscle: Some(1) },
             Act::Reset(_) => BusFault::NotReady { device: 1, code: 1, muscle: Some(1) },
-            Act::Raise(..) => BusFault::Drive { muscle: 1, code: u16::from(OVERLOAD) },
+            _ => BusFault::Drive { muscle: 1, code: u16::from(OVERLOAD) },
         };
         assert_eq!(exchange.fault, Some(expected), "{act:?}");
         assert!(!words(expected).is_empty());
@@ -266,7 +298,7 @@ fn the_readings_of_the_others_count_while_a_servo_is_silent() {
         let watched = Watched::new(&setup, &servos);
         let mut bus = ServoBus::start(watched.clone(), &setup.machine, &servos).unwrap();
         let mut feedback = Feedback::new(servos.len(), setup.machine.encoders.len());
-        let begun = *watched.2.borrow();
+        let begun = watched.0.borrow().cycle;
         let watched = watched.with(begun + 2, Act::Fault(silent, Some(ServoFault::Silent)));
         let mut missing = Vec::new();
         for _ in 0..8 {
@@ -329,7 +361,7 @@ fn what_is_wrong_is_refused_before_anything_moves_with_device_and_value() {
     assert!(message.contains("115200") && message.contains("4.000 ms"), "{message}");
     for servos in [&servos, &of_feetech] {
         let watched = Watched::new(&setup, servos);
-        watched.0.borrow_mut().machine_mut().chains_mut()[0].servos_mut()[2].raise(OVERLOAD);
+        watched.0.borrow_mut().lines.machine_mut().chains_mut()[0].servos_mut()[2].raise(OVERLOAD);
         let message = start(servos, &watched);
         assert!(message.contains(name) && message.contains("overload"), "{message}");
         // Two servos of one identifier; and a line at another rate.
@@ -342,7 +374,7 @@ fn what_is_wrong_is_refused_before_anything_moves_with_device_and_value() {
         let place = if protocol == Protocol::Feetech { sts::BAUD_RATE } else { eeprom::BAUD };
         protocol.places(&mut rate, &[place]);
         protocol.instruct(&mut octets, servos[2].id, WRITE, &[&rate, &[4]]);
-        watched.0.borrow_mut().send(0, &octets).unwrap();
+        watched.0.borrow_mut().lines.send(0, &octets).unwrap();
         let message = start(servos, &watched);
         assert!(
             message.contains(name) && message.contains("no servo answers to id 3 at 1000000"),

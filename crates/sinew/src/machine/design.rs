@@ -15,6 +15,10 @@ use crate::trajectory::{Equilibrium, Redundancy, finite_ranges, independent_rang
 use crate::transmission::SheathBend;
 use alloc::vec::Vec;
 
+/// Time without commands after which drives stop by themselves: s, at least as many periods.
+const WATCHDOG: f64 = 0.02;
+const WATCHDOG_PERIODS: f64 = 4.0;
+
 /// A machine on cables as designed, every number valid.
 ///
 /// # Example
@@ -139,6 +143,13 @@ impl Machine {
     #[must_use]
     pub fn period_ns(&self) -> u64 {
         libm::round(1e9 * self.period) as u64
+    }
+
+    /// Time without commands after which its drives stop by themselves, s: 20 ms, four periods, or a cycle that
+    /// is as late as is [bridged](SafetyLimits::bridged_lateness), whichever is longest.
+    #[must_use]
+    pub fn watchdog(&self) -> f64 {
+        WATCHDOG.max(WATCHDOG_PERIODS * self.period).max(self.period + self.safety.bridged_lateness)
     }
 
     /// Longest transport delay of the readings of its drives, s, beside their sampling: their own and that of

@@ -7,8 +7,9 @@ use crate::interrupt;
 use crate::output::print;
 use crate::verbs::machine_source::load_machine;
 use crate::verbs::simulated_arm::{end_after, simulated_arm, step_ns};
-use sinew_runtime::PseudoTerminal;
-use sinew_runtime::can::{CanDevice, CanError, SimulatedMachine, serve};
+use sinew_runtime::can::{
+    CanDevice, CanError, HostedAdapter, Link, Protocol, SimulatedMachine, connect, serve,
+};
 
 pub(super) fn run(arguments: &CanSimulateArguments, general: &General) -> Result<Answer, Error> {
     let (described, devices) =
@@ -17,19 +18,25 @@ pub(super) fn run(arguments: &CanSimulateArguments, general: &General) -> Result
     let Some(first) = nodes.first() else { return Err(CanError::OtherBus.into()) };
     let arm = simulated_arm(&machine, arguments.simulated.seed)?;
     let mut simulated = SimulatedMachine::new(arm, &machine, nodes, false);
-    let refused = |source| CanError::Port { port: "a pseudo-terminal".to_owned(), source };
-    let mut terminal = PseudoTerminal::open().map_err(refused)?;
+    let place = arguments.interface.as_deref().unwrap_or("a pseudo-terminal");
+    let refused = |source| CanError::Port { port: place.to_owned(), source };
+    let (path, mut bus): (_, Box<dyn Link>) = if let Some(port) = &arguments.interface {
+        let fd = first.protocol == Protocol::Moteus;
+        (port.clone(), connect(port, first.bitrate, fd).map_err(refused)?)
+    } else {
+        let adapter = HostedAdapter::open(first).map_err(refused)?;
+        (adapter.path().to_owned(), Box::new(adapter))
+    };
     if general.json {
         // Standard output is the one document at the end.
-        eprintln!("{}", terminal.path());
+        eprintln!("{path}");
     } else {
-        let (path, name) = (terminal.path(), &machine.robot.parts().name);
+        let name = &machine.robot.parts().name;
         print(&format!("{path}\nSIMULATED {name}: {} nodes answer; Ctrl-C ends\n", nodes.len()))?;
     }
     let stop = interrupt::answer();
     end_after(arguments.simulated.duration, stop);
-    let of = (first, step_ns(&machine));
-    let frames = serve(&mut terminal, &mut simulated, of, stop).map_err(refused)?;
+    let frames = serve(&mut *bus, &mut simulated, step_ns(&machine), stop).map_err(refused)?;
     let powered = simulated.nodes().filter(|node| node.has_power()).count();
     let content = if general.json {
         Content::json(&serde_json::json!({

@@ -202,22 +202,24 @@ impl Bench {
         let mut random = Random::new(self.seed ^ 0x5afe);
         let robot = &self.arm.machine.robot;
         let muscles = self.arm.machine.muscles.len();
-        let encoders: Vec<usize> = (0..self.arm.machine.encoders.len())
-            .filter(|k| self.arm.machine.encoders[*k].is_some())
-            .collect();
+        let those = |count: usize, has: &dyn Fn(usize) -> bool| (0..count).filter(|k| has(*k)).collect();
+        let all: Vec<usize> = those(muscles, &|_| true);
+        let cells: Vec<usize> = those(muscles, &|k| self.arm.machine.muscles[k].drive.has_load_cell);
+        let encoders = &self.arm.machine.encoders;
+        let encoders: Vec<usize> = those(encoders.len(), &|k| encoders[k].is_some());
         let mut sampled: Vec<(f64, Injection, usize)> = Vec::new();
         for injection in Injection::ALL {
             for _ in 0..per_kind {
                 let start = BEFORE + 0.5 + random.unit() * (self.end() - OBSERVED - BEFORE - 0.5);
-                let joint =
-                    matches!(injection, Injection::JointLost | Injection::JointStuck | Injection::JointJump);
-                let count = if joint { encoders.len() } else { muscles };
-                if count == 0 {
-                    continue;
+                let of = match injection {
+                    Injection::JointLost | Injection::JointStuck | Injection::JointJump => &encoders,
+                    Injection::LoadCellLost | Injection::LoadCellStuck => &cells,
+                    _ => &all,
+                };
+                if !of.is_empty() {
+                    let part = of[(random.unit() * of.len() as f64) as usize % of.len()];
+                    sampled.push(((start * 1e3).round() * 1e-3, injection, part));
                 }
-                let place = (random.unit() * count as f64) as usize % count;
-                let part = if joint { encoders[place] } else { place };
-                sampled.push(((start * 1e3).round() * 1e-3, injection, part));
             }
         }
         sampled.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -11,7 +11,6 @@ use crate::cia402::{
     CONTROLWORD, DriveSlot, MODE, Mapping, POSITION, STATUSWORD, TARGET_VELOCITY, TORQUE, mode_of_operation,
 };
 use sinew::machine::{DriveMode, Machine};
-use sinew_session::watchdog;
 
 /// What a PDO of a node carries: 6 octets to it, 8 from it, both with SYNC.
 const OUTPUTS: [u32; 2] = [entry(CONTROLWORD, 16), entry(TARGET_VELOCITY, 32)];
@@ -83,7 +82,7 @@ impl<L: Link> Configuring<'_, '_, L> {
         let period_ms = (1e3 * machine.period).round().clamp(1.0, 255.0) as u32;
         self.if_there(0x60c2, 1, |_| (period_ms, 1))?;
         self.set(0x1017, 0, (HEARTBEAT_MS, 2))?;
-        let patience = (1e3 * watchdog(machine.period)).ceil() as u32;
+        let patience = (1e3 * machine.watchdog()).ceil() as u32;
         self.set(0x1016, 1, (u32::from(MASTER) << 16 | patience, 4))
     }
 

@@ -14,7 +14,6 @@ use crate::can::slot::Slot;
 use crate::can::talk::{SILENCE, STATE_TIME, Talk};
 use sinew::machine::Machine;
 use sinew_segment::CanFrame as Frame;
-use sinew_session::watchdog;
 
 /// Time for which heartbeats are counted, ns, and the part of those expected that come.
 const COUNT_TIME: u64 = 200_000_000;
@@ -42,7 +41,7 @@ pub(in crate::can) fn start<L: Link>(
             return Err(device.wrong(format!("firmware {version}: expected {of}, that of {path}")));
         }
         axis.set(&endpoints, "axis0.config.can.heartbeat_msg_rate_ms", f64::from(HEARTBEAT_MS))?;
-        axis.set(&endpoints, "axis0.config.watchdog_timeout", watchdog(machine.period))?;
+        axis.set(&endpoints, "axis0.config.watchdog_timeout", machine.watchdog())?;
         axis.set(&endpoints, "axis0.config.enable_watchdog", 1.0)?;
         axis.set(&endpoints, "axis0.controller.config.control_mode", f64::from(VELOCITY[0]))?;
         axis.set(&endpoints, "axis0.controller.config.input_mode", f64::from(VELOCITY[1]))?;
@@ -66,7 +65,7 @@ pub(in crate::can) fn start<L: Link>(
     if !floats(axis.get(GET_ENCODER_ESTIMATES)?)[0].is_finite() {
         return Err(device.wrong("its encoder gives no position"));
     }
-    axis.prove_watchdog((1e9 * watchdog(machine.period)) as u64)?;
+    axis.prove_watchdog((1e9 * machine.watchdog()) as u64)?;
     Ok(Box::new(CansimpleSlot::new(node, device.drive, parameters)))
 }
 

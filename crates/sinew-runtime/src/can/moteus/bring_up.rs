@@ -11,7 +11,6 @@ use crate::can::slot::Slot;
 use crate::can::talk::{SILENCE, STATE_TIME, Talk};
 use sinew::machine::Machine;
 use sinew_segment::CanFrame as Frame;
-use sinew_session::watchdog;
 
 /// Finds a controller, stops it and sees its watchdog end a command. Nothing moves: it has power for that
 /// time, at a velocity of 0.
@@ -35,13 +34,13 @@ pub(in crate::can) fn start<L: Link>(
         return Err(device.wrong(format!("register map {registers}: expected {REGISTER_MAP}")));
     }
     let parameters = machine.muscles[device.drive.muscle].drive;
-    let slot = MoteusSlot::new(node, device.drive, parameters, watchdog(machine.period));
+    let slot = MoteusSlot::new(node, device.drive, parameters, machine.watchdog());
     let stopped = takes(&mut talk, STOPPED, &stop(node))?;
     if !stopped.position.is_finite() {
         return Err(device.wrong("its encoder gives no position"));
     }
     takes(&mut talk, POSITION, &slot.stand())?;
-    let most = watchdog(machine.period);
+    let most = machine.watchdog();
     talk.pass((1e9 * SILENCE * most) as u64);
     // This one feeds no watchdog.
     let after = talk.answer(&query(node), |frame| readings(node, frame));

@@ -25,8 +25,11 @@ pub struct ArmSpecimen {
     pub winches: Vec<f64>,
     /// Encoder of every independent joint, or none.
     pub encoders: Vec<Option<JointEncoder>>,
-    /// Period of the commands, s: that of the machine.
+    /// Period of the commands, and time without them after which the drives stop by themselves, s: those of
+    /// the machine.
     pub period: f64,
+    /// As the period.
+    pub watchdog: f64,
     /// Cells of the cables; substeps of cables and bodies within a [`step`](Self::step).
     pub resolution: Resolution,
 }
@@ -81,6 +84,7 @@ impl ArmSpecimen {
             winches: alloc::vec![1.0; machine.muscles.len()],
             encoders: machine.encoders.clone(),
             period: machine.period,
+            watchdog: machine.watchdog(),
             resolution: least,
         };
         specimen.resolution.substeps = specimen.stable_substeps(&mut model, &machine.poses(PLACES)?)?;
