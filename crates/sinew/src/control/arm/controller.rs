@@ -69,6 +69,11 @@ pub struct ArmController {
     actuation: Actuation,
     tensions: TensionFollowing,
     started: bool,
+    /// Whether a muscle crosses a joint without an encoder, which its estimated tension alone holds to the
+    /// muscles: an observer that followed the load cell would let go of it. `[muscles]`.
+    unheld: Vec<bool>,
+    /// Measured tensions that correct observers, NaN where none does, N: `[muscles]`.
+    believed: Vec<f64>,
     disturbance_initialized: bool,
     /// Time since sensors were held against each other, s.
     since_isolation: f64,
@@ -153,12 +158,17 @@ impl ArmController {
         let stiffness = JointStiffness::new(models, joints)?;
         let estimated = matches!(mode, ActuationMode::WinchSpeed(CableStateSource::Observer));
         let joint_tolerance = if estimated { 1.0 } else { TOLERANCE_WITHOUT_ESTIMATES };
+        let unheld: Vec<bool> = (0..muscles)
+            .map(|k| body.crossings(k).any(|(joint, _)| !gains.joints[joint].encoder))
+            .collect();
+        let mut corrected = gains.clone();
+        corrected.muscles.iter_mut().zip(&unheld).for_each(|(muscle, unheld)| muscle.load_cell &= !unheld);
         let controllable = ControllableMotion::new(robot)?;
         let coordinates = controllable.as_ref().map_or(joints, ControllableMotion::count);
         Ok(Self {
             source,
             dimensions: Dimensions { muscles, joints },
-            faults: FaultDetector::new(&stiffness.cables, &gains, joint_tolerance),
+            faults: FaultDetector::new(&stiffness.cables, &corrected, joint_tolerance),
             cables: CableStates::new(models, source, joints)?,
             stiffness,
             joints: JointObserver::new(models, &gains)?,
@@ -173,6 +183,8 @@ impl ArmController {
             actuation: Actuation::new(muscles, mode)?,
             tensions: TensionFollowing::new(muscles),
             started: false,
+            unheld,
+            believed: vec![f64::NAN; muscles],
             disturbance_initialized: false,
             since_isolation: 0.0,
             at_rest: false,
@@ -361,6 +373,29 @@ impl ArmController {
         reference: &PreviewedReference<'_>,
     ) -> Result<ArmCommand<'_>, Error> {
         self.dimensions.check(measurement, reference)?;
+        let mut believed = core::mem::take(&mut self.believed);
+        for ((believed, measured), unheld) in believed.iter_mut().zip(measurement.tension).zip(&self.unheld) {
+            *believed = if *unheld && self.started { f64::NAN } else { *measured };
+        }
+        let done = self.follow(h, &ArmMeasurement { tension: &believed, ..*measurement }, reference);
+        self.believed = believed;
+        done?;
+        Ok(ArmCommand {
+            drives: &self.actuation.drives,
+            desired_tension: &self.desired_tension,
+            estimated_tension: &self.cables.tension_out,
+            q: &self.joints.q,
+            distribution: self.reached,
+            status: self.status(),
+        })
+    }
+
+    fn follow(
+        &mut self,
+        h: f64,
+        measurement: &ArmMeasurement<'_>,
+        reference: &PreviewedReference<'_>,
+    ) -> Result<(), Error> {
         self.detect_faults(h, measurement, reference.current);
         if self.faults.is_stopped() {
             self.actuation.brake(h, &self.gains.muscles);
@@ -375,14 +410,7 @@ impl ArmController {
             self.distribute_tensions(h)?; // (22)
             self.command_drives(h, reference.repeat_time)?; // (8), or the law of the winches
         }
-        Ok(ArmCommand {
-            drives: &self.actuation.drives,
-            desired_tension: &self.desired_tension,
-            estimated_tension: &self.cables.tension_out,
-            q: &self.joints.q,
-            distribution: self.reached,
-            status: self.status(),
-        })
+        Ok(())
     }
 
     fn detect_faults(&mut self, h: f64, measurement: &ArmMeasurement<'_>, reference: &Reference) {

@@ -24,10 +24,9 @@ use alloc::vec::Vec;
 /// | C, t_v | compliance of the cable, [`TIME_CONSTANT`]                          | m/N, s |
 /// | t_r, v_u, T_s | [`SafetyLimits::pretension_time`](crate::machine::SafetyLimits), [`MuscleLimits`](super::MuscleLimits) | s, m/s, N |
 ///
-/// Where a tension is not measured, `T` is that of the motor's current, which tells nothing while friction
-/// holds the gears: in the end such winches wind in together for [`PULL_TIME`] and raise their tensions by
-/// [`PULL_RISE`]. The limb is carried where it is: the tensions balance it in its measured pose. It ends once
-/// every tension is [`REACHED`] of its target, at once where the cables are tense already. No winch pays out.
+/// Where a tension is not measured, `T` is that of the motor's current. The limb is carried where it is: the
+/// tensions balance it in its measured pose. It ends once every tension is [`REACHED`] of its target, at once
+/// where the cables are tense already. No winch pays out.
 ///
 /// # Source
 /// Our own.
@@ -55,8 +54,6 @@ pub(super) struct Pretension {
     /// Its last reading, N; NaN before the first.
     previous: Vec<f64>,
     fraction: f64,
-    /// How long the winches of tensions that are not measured have wound in together, s.
-    pulled_for: f64,
     /// Whether every tension has been at its target.
     pub(super) tense: bool,
 }
@@ -70,12 +67,6 @@ const SILENCE: f64 = 0.1;
 const REACHED: f64 = 0.6;
 /// Fraction of the present target that every cable has before all rise further.
 const TOGETHER: f64 = 0.5;
-
-/// How long winches wind in so that their currents tell the tensions, s: some time constants with which these
-/// are smoothed.
-const PULL_TIME: f64 = 0.2;
-/// Fraction of their targets by which the tensions rise in that time.
-const PULL_RISE: f64 = 0.2;
 
 impl Pretension {
     pub(super) fn new(controller: &ArmController) -> Result<Self, Error> {
@@ -99,7 +90,6 @@ impl Pretension {
             silent_for: vec![0.0; m],
             previous: vec![f64::NAN; m],
             fraction: 0.0,
-            pulled_for: 0.0,
             tense: false,
             body,
         })
@@ -116,7 +106,6 @@ impl Pretension {
         other: &[f64],
     ) -> Result<(), Error> {
         self.fraction = 0.0;
-        self.pulled_for = 0.0;
         self.speed.fill(0.0);
         self.taken.fill(0.0);
         self.silent_for.fill(0.0);
@@ -158,9 +147,6 @@ impl Pretension {
     ) -> Option<NamedFault> {
         let mut fault = None;
         let mut together = true;
-        let reached = self.fraction >= 1.0 && self.is_tense(tension);
-        let pulls = reached || self.pulled_for > 0.0;
-        self.pulled_for += if pulls { h } else { 0.0 };
         for (k, (drive, limit)) in drives.iter_mut().zip(&limits.muscles).enumerate() {
             let target = self.fraction * self.goal[k];
             let measured = tension[k];
@@ -169,12 +155,7 @@ impl Pretension {
             let lacking = if measured.is_finite() { (target - measured).max(0.0) } else { 0.0 };
             let slack = measured < limit.slack_tension && lacking > 0.0;
             let tighten = (lacking * self.compliance[k] / TIME_CONSTANT).min(limit.wind_in_speed);
-            let pull = if pulls && !gains.load_cell {
-                PULL_RISE * self.goal[k] * self.compliance[k] / PULL_TIME
-            } else {
-                0.0
-            };
-            let speed = if slack { limit.wind_in_speed } else { tighten.max(pull) };
+            let speed = if slack { limit.wind_in_speed } else { tighten };
             // Gently where the current tells the tension, so that little of it accelerates the rotor.
             let gentle = if gains.load_cell { f64::INFINITY } else { limit.wind_in_speed / TIME_CONSTANT };
             let most = h * gains.max_winch_acceleration.min(gentle);
@@ -198,9 +179,7 @@ impl Pretension {
         if together {
             self.fraction = (self.fraction + h / limits.safety.pretension_time).min(1.0);
         }
-        let measured = controller.gains().muscles.iter().all(|gains| gains.load_cell);
-        let pulled = measured || self.pulled_for >= PULL_TIME;
-        self.tense = pulled && self.fraction >= 1.0 && self.is_tense(tension);
+        self.tense = self.fraction >= 1.0 && self.is_tense(tension);
         fault
     }
 }
