@@ -1,4 +1,5 @@
-//! A machine whose drives are nodes on CAN: CANopen (CiA 301) with CiA 402, CANSimple (ODrive), or moteus.
+//! A machine whose drives are nodes on CAN: CANopen (CiA 301) with CiA 402, CANSimple (ODrive), moteus,
+//! or motors in MIT mode.
 //!
 //! ```text
 //! Link (slcan, fdcanusb, SocketCAN, simulated bus) <-> CanBus: find, compare, configure, read back -> cycle
@@ -16,12 +17,16 @@ mod device;
 mod error;
 pub mod fdcanusb;
 mod file;
+#[cfg(target_os = "linux")]
+mod guard;
 mod link;
+mod mit;
 mod moteus;
 mod scan;
 mod simulated;
 mod simulated_link;
 pub mod slcan;
+mod sign;
 mod slot;
 #[cfg(target_os = "linux")]
 mod socketcan;
@@ -38,11 +43,15 @@ pub use canopen::{SdoClient, SdoError};
 pub use device::{CanDevice, Protocol};
 pub use error::CanError;
 pub use file::DeviceTables;
+#[cfg(target_os = "linux")]
+pub use guard::watch;
 pub use link::Link;
-pub use scan::{FoundNode, scan, scan_fd};
+pub use mit::MitMotor;
+pub use scan::{FoundNode, scan, scan_fd, scan_mit};
+pub use sign::Sign;
 pub use simulated::SimulatedMachine;
 pub use simulated_link::SimulatedLink;
-pub use sinew_segment::{CanFault, CanFrame as Frame, CanNode};
+pub use sinew_segment::{CanFault, CanFrame as Frame, CanNode, MitFamily};
 #[cfg(target_os = "linux")]
 pub use socketcan::SocketCan;
 #[cfg(target_os = "linux")]
@@ -56,7 +65,7 @@ use crate::bus::Bus;
 /// Nodes behind a serial adapter.
 pub const BUS: Bus = Bus {
     name: "can",
-    about: "drives on CAN (CANopen, ODrive, moteus), behind the serial adapter or CAN interface of the machine file or of --interface",
+    about: "drives on CAN (CANopen, ODrive, moteus, MIT mode), behind the serial adapter or CAN interface of the machine file or of --interface",
     needs_interface: false,
     reads_ahead: true,
     open: wire::open,

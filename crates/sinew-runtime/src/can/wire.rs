@@ -81,7 +81,7 @@ pub fn serve(
 ) -> io::Result<u64> {
     let mut host: Box<dyn Host> = match device.protocol {
         Protocol::Moteus => Box::new(FdcanusbHost::default()),
-        Protocol::Canopen | Protocol::Cansimple => Box::new(SlcanHost::new(device.bitrate)),
+        Protocol::Canopen | Protocol::Cansimple | Protocol::Mit => Box::new(SlcanHost::new(device.bitrate)),
     };
     let (mut out, mut buffer, mut clock) = (Vec::with_capacity(OCTETS), [0; OCTETS], Ttys::default());
     let (start, mut advanced, mut frames) = (clock.now(), 0, 0);
