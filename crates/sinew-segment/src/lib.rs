@@ -59,7 +59,8 @@ mod sii;
 
 pub use al::{AlState, AlStatusCode};
 pub use can::{
-    CanDrive, CanFault, CanFrame, CanNode, Cansimple, Mit, MitCommand, MitFamily, MitRanges, MitReadings, Moteus,
+    CanDrive, CanFault, CanFrame, CanNode, Cansimple, Mit, MitCommand, MitFamily, MitRanges, MitReadings,
+    Moteus,
 };
 pub use coe::Abort;
 pub use description::{

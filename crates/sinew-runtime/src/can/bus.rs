@@ -2,8 +2,8 @@
 
 use super::device::{CanDevice, Protocol};
 use super::error::CanError;
-use super::slot::{Heard, Slot};
 use super::sign::Sign;
+use super::slot::{Heard, Slot};
 use super::{Link, SimulatedMachine, canopen, cansimple, mit, moteus};
 use crate::rest::{Drives, bring_to_rest};
 use sinew::drive::DriveCommand;

@@ -74,7 +74,7 @@ impl CanDevice {
     }
 
     /// The same node with another protocol; those but CANopen show turns of the motor, in MIT mode of the
-    /// winch as an AK10-9, in the direction that its counts have.
+    /// winch as a DM-J8009, in the direction that its counts have.
     #[must_use]
     pub fn on(mut self, protocol: Protocol, machine: &Machine) -> Self {
         self.protocol = protocol;
@@ -85,10 +85,9 @@ impl CanDevice {
         if protocol == Protocol::Mit {
             self.drive.counts_per_turn /= drive.reducer.ratio;
             self.drive.offset = middle(&drive);
-            self.mit = MitMotor::models().find(|(name, _)| *name == "AK10-9").map(|(name, ranges)| {
-                let [stiffness, damping] = MitMotor::gains(&drive, self.drive.counts_per_turn);
-                MitMotor { model: name.to_owned(), ranges, stiffness, damping }
-            });
+            let [stiffness, damping] = MitMotor::gains(&drive, self.drive.counts_per_turn);
+            let (model, ranges) = MitMotor::USUAL;
+            self.mit = Some(MitMotor { model: model.to_owned(), ranges, stiffness, damping });
         }
         self
     }

@@ -5,35 +5,29 @@
 //! ```
 //!
 //! It is the program's own executable with [`NAME`] as its first argument, in a process group of its own, so
-//! that neither the keys that stop the program nor its end stop it. A serial port it writes through the
-//! program's own descriptor, a CAN interface through a socket of its own.
+//! that neither the keys that stop the program nor its end stop it.
 
 use super::sign::Sign;
-use super::slcan;
-use super::socketcan::SocketCan;
-use super::{Frame, Link, mit};
-use crate::cycle::{Clock as _, MonotonicClock, RealTime};
-use crate::tty::wait_for_input;
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::io::ioctl_fionread;
 use rustix::pipe::fcntl_setpipe_size;
+use sinew_segment::CanFrame as Frame;
 use std::fs::File;
-use std::io::{self, ErrorKind, Read as _, Write as _};
+use std::io::{self, ErrorKind, Write as _};
 use std::os::fd::AsFd;
 use std::os::unix::process::CommandExt as _;
-use std::process::{Child, Command, ExitCode, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 /// First argument and variable of the environment of such a process.
-const NAME: &str = "SINEW_CAN_WATCHDOG";
+pub(super) const NAME: &str = "SINEW_CAN_WATCHDOG";
 /// Octets of a sign, and of all signs that wait to be read, at most: a watchdog that does not read for so
 /// many cycles is none.
 const SIGN: usize = 128;
-const UNREAD: usize = 4096;
-/// Times that it tells all motors to leave, and the time between them, ns: a frame may be lost.
-const TIMES: usize = 5;
-const BETWEEN: u64 = 2_000_000;
-/// Times 2 ms, for which its end is waited for.
-const PATIENCE: u32 = 100;
+pub(super) const UNREAD: usize = 4096;
+/// Times that it is looked at whether it has begun or ended, and the time between them.
+const PATIENCE: u32 = 500;
+const BETWEEN: Duration = Duration::from_millis(2);
 
 /// The process, as the program has it. Dropped, it tells the motors to leave, and ends.
 #[derive(Debug)]
@@ -47,15 +41,34 @@ impl Guard {
             return Err(io::Error::other("this program does not know that it is a watchdog"));
         }
         let mut command = Command::new("/proc/self/exe");
-        command.arg(NAME).arg(port).arg(time.to_string()).args(leave.iter().map(|frame| frame.id().to_string()));
+        command
+            .arg(NAME)
+            .arg(port)
+            .arg(time.to_string())
+            .args(leave.iter().map(|frame| frame.id().to_string()));
         command.env(NAME, "1").process_group(0);
-        command.stdin(Stdio::piped()).stderr(Stdio::null()).stdout(line.map_or_else(Stdio::null, Stdio::from));
-        let guard = Self(command.spawn()?);
+        command
+            .stdin(Stdio::piped())
+            .stderr(Stdio::null())
+            .stdout(line.map_or_else(Stdio::null, Stdio::from));
+        let mut guard = Self(command.spawn()?);
         if let Some(signs) = &guard.0.stdin {
             set_nonblocking(signs)?;
             fcntl_setpipe_size(signs, UNREAD)?;
         }
-        Ok(guard)
+        guard.sign(Sign::Rest)?;
+        // Once it has read that, it is there.
+        for _ in 0..PATIENCE {
+            let unread = guard.0.stdin.as_ref().map_or(Ok(0), ioctl_fionread)?;
+            if unread == 0 {
+                return Ok(guard);
+            }
+            if guard.0.try_wait()?.is_some() {
+                return Err(ErrorKind::BrokenPipe.into());
+            }
+            std::thread::sleep(BETWEEN);
+        }
+        Err(ErrorKind::TimedOut.into())
     }
 
     /// A sign of life.
@@ -73,7 +86,7 @@ impl Drop for Guard {
             if !matches!(self.0.try_wait(), Ok(None)) {
                 return;
             }
-            std::thread::sleep(Duration::from_millis(2));
+            std::thread::sleep(BETWEEN);
         }
         // One that was stopped says nothing any more.
         let _ = self.0.kill();
@@ -81,87 +94,7 @@ impl Drop for Guard {
     }
 }
 
-fn set_nonblocking(file: &impl AsFd) -> io::Result<()> {
+pub(super) fn set_nonblocking(file: &impl AsFd) -> io::Result<()> {
     let flags = fcntl_getfl(file)?;
     Ok(fcntl_setfl(file, flags | OFlags::NONBLOCK)?)
-}
-
-/// Where the program was started as the watchdog of another one, is that until it has acted; the first thing
-/// that a program does whose machines have motors in MIT mode. None in any other start.
-#[must_use]
-pub fn watch() -> Option<ExitCode> {
-    let mut arguments = std::env::args().skip(1);
-    if arguments.next()? != NAME {
-        return None;
-    }
-    Some(run(&arguments.collect::<Vec<_>>()).map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS))
-}
-
-fn run(arguments: &[String]) -> io::Result<()> {
-    // Without it the watchdog is later where the computer is busy.
-    let _ = RealTime::request();
-    let number = |text: &String| text.parse::<u64>().map_err(io::Error::other);
-    let [port, time, nodes @ ..] = arguments else { return Err(ErrorKind::InvalidInput.into()) };
-    let (time, nodes) = (number(time)?, nodes.iter().map(number).collect::<io::Result<Vec<_>>>()?);
-    let leave: Vec<Frame> = nodes.into_iter().map(|node| mit::leave(node as u8)).collect();
-    let mut out = Way::open(port, &leave)?;
-    let mut signs = File::from(io::stdin().as_fd().try_clone_to_owned()?);
-    set_nonblocking(&signs)?;
-    let (mut clock, mut buffer) = (MonotonicClock, [0; UNREAD]);
-    // The last sign, and until when the next one has to come.
-    let (mut last, mut deadline) = (Sign::Rest, u64::MAX);
-    loop {
-        match signs.read(&mut buffer) {
-            Ok(0) => return out.leave(&leave),
-            Ok(count) => {
-                let sign = Sign::ALL.iter().find(|(_, octet)| *octet == buffer[count - 1]);
-                last = sign.map_or(Sign::Rest, |(sign, _)| *sign);
-                deadline = if last == Sign::Rest { u64::MAX } else { clock.now() + time };
-            }
-            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {}
-            Err(error) => return out.leave(&leave).and(Err(error)),
-        }
-        let now = clock.now();
-        if now >= deadline {
-            out.leave(&leave)?;
-            if last == Sign::Alive {
-                return Ok(());
-            }
-            deadline = u64::MAX;
-            continue;
-        }
-        wait_for_input(&signs, (deadline - now).min(1_000_000_000))?;
-    }
-}
-
-/// How frames leave the computer.
-enum Way {
-    Serial(File, Vec<u8>),
-    Interface(SocketCan),
-}
-
-impl Way {
-    fn open(port: &str, leave: &[Frame]) -> io::Result<Self> {
-        if !port.contains('/') {
-            return Ok(Self::Interface(SocketCan::open(port, 0, false)?));
-        }
-        // What was begun ends.
-        let mut text = b"\r".to_vec();
-        leave.iter().for_each(|frame| slcan::encode(&mut text, frame));
-        Ok(Self::Serial(File::from(io::stdout().as_fd().try_clone_to_owned()?), text))
-    }
-
-    /// Tells all to leave, some times. What the port does not take now it takes the next time.
-    fn leave(&mut self, leave: &[Frame]) -> io::Result<()> {
-        let mut clock = MonotonicClock;
-        for _ in 0..TIMES {
-            match self {
-                Self::Serial(port, text) => drop(port.write(text)),
-                Self::Interface(socket) => drop(socket.send(leave)),
-            }
-            let next = clock.now() + BETWEEN;
-            clock.wait_until(next)?;
-        }
-        Ok(())
-    }
 }

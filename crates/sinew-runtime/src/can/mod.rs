@@ -23,14 +23,16 @@ mod link;
 mod mit;
 mod moteus;
 mod scan;
+mod sign;
 mod simulated;
 mod simulated_link;
 pub mod slcan;
-mod sign;
 mod slot;
 #[cfg(target_os = "linux")]
 mod socketcan;
 mod talk;
+#[cfg(target_os = "linux")]
+mod watchdog;
 #[cfg(target_os = "linux")]
 mod wire;
 mod words;
@@ -43,8 +45,6 @@ pub use canopen::{SdoClient, SdoError};
 pub use device::{CanDevice, Protocol};
 pub use error::CanError;
 pub use file::DeviceTables;
-#[cfg(target_os = "linux")]
-pub use guard::watch;
 pub use link::Link;
 pub use mit::MitMotor;
 pub use scan::{FoundNode, scan, scan_fd, scan_mit};
@@ -54,6 +54,8 @@ pub use simulated_link::SimulatedLink;
 pub use sinew_segment::{CanFault, CanFrame as Frame, CanNode, MitFamily};
 #[cfg(target_os = "linux")]
 pub use socketcan::SocketCan;
+#[cfg(target_os = "linux")]
+pub use watchdog::watch;
 #[cfg(target_os = "linux")]
 pub use wire::{connect, serve};
 pub use words::words;

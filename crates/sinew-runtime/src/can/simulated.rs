@@ -2,15 +2,16 @@
 //! are what they show.
 
 use super::device::{CanDevice, Protocol};
+use super::mit::MitMotor;
 use crate::cia402::{Axis, Measured, WinchFault};
 use crate::virtual_time::Simulated;
+use core::f64::consts::TAU;
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew::twin::arm::ArmTwin;
 use sinew_segment::{CanDrive, CanFrame as Frame, CanNode, MitFamily, MitReadings};
 use sinew_session::{BusFault, watchdog};
 use std::collections::VecDeque;
-use core::f64::consts::TAU;
 
 /// A machine as built, with its drives on a bus.
 #[derive(Debug, Clone)]
@@ -55,10 +56,10 @@ impl SimulatedMachine {
                     CanNode::cansimple(device.node, (1e9 * watchdog(machine.period)) as u64)
                 }
                 Protocol::Moteus => CanNode::moteus(device.node),
-                Protocol::Mit => match &device.mit {
-                    Some(motor) => CanNode::mit(device.node, motor.ranges),
-                    None => CanNode::moteus(device.node),
-                },
+                Protocol::Mit => {
+                    let ranges = device.mit.as_ref().map_or(MitMotor::USUAL.1, |motor| motor.ranges);
+                    CanNode::mit(device.node, ranges)
+                }
             };
             (node, Axis { drive, parameters })
         };

@@ -78,7 +78,8 @@ fn registers<L: Link>(talk: &mut Talk<'_, L>, motor: &MitMotor, time: f64) -> Re
         return Err(talk.device.wrong(format!("control mode {mode}: expected 1, MIT")));
     }
     let ranges = &motor.ranges;
-    for ((number, name), expected) in RANGES.into_iter().zip([ranges.position, ranges.velocity, ranges.torque])
+    for ((number, name), expected) in
+        RANGES.into_iter().zip([ranges.position, ranges.velocity, ranges.torque])
     {
         let range = f64::from(f32::from_bits(register(talk, number)?));
         if !((range / expected - 1.0).abs() <= ROUNDING) {
@@ -145,10 +146,14 @@ pub(in crate::can) fn prove_watchdog<L: Link>(
             (None, _) => "does not answer when it is told to follow".to_owned(),
             (Some(Some(false)), _) => "has no power after it was told to follow".to_owned(),
             (_, None) => {
-                format!("the watchdog beside this program has not told it to leave {silence:.3} s after the last \
-                    sign of life")
+                format!(
+                    "the watchdog beside this program has not told it to leave {silence:.3} s after the last \
+                    sign of life"
+                )
             }
-            (_, Some(Some(true))) => format!("keeps its power for {silence:.3} s though it was told to leave"),
+            (_, Some(Some(true))) => {
+                format!("keeps its power for {silence:.3} s though it was told to leave")
+            }
             _ => continue,
         };
         return Err(device.wrong(problem));

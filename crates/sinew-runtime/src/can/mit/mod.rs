@@ -111,9 +111,7 @@ fn answer(node: u8, ranges: &MitRanges, frame: &Frame) -> Option<Answer> {
     let (power, fault) = match ranges.family {
         MitFamily::MiniCheetah => (None, None),
         MitFamily::Cubemars => (None, (error != 0).then_some(CODES + u16::from(error & 15))),
-        MitFamily::Damiao => {
-            (Some(state == 1), (state > 1).then_some(CODES + OF_DAMIAO + u16::from(state)))
-        }
+        MitFamily::Damiao => (Some(state == 1), (state > 1).then_some(CODES + OF_DAMIAO + u16::from(state))),
     };
     Some(Answer { readings, power, fault })
 }

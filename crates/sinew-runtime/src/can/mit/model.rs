@@ -52,6 +52,16 @@ const DAMIAO: [Row; 11] = [
 ];
 
 impl MitMotor {
+    /// The model of a simulated machine whose file names none: it says most of itself.
+    pub(in crate::can) const USUAL: (&str, MitRanges) = {
+        let [stiffness, damping] = GAINS;
+        let (family, current) = (MitFamily::Damiao, None);
+        (
+            "DM-J8009",
+            MitRanges { family, position: 12.5, velocity: 45.0, torque: 54.0, stiffness, damping, current },
+        )
+    };
+
     /// All models that have a name here.
     pub fn models() -> impl Iterator<Item = (&'static str, MitRanges)> {
         let of = |family, current| {

@@ -135,7 +135,9 @@ impl Slot for MitSlot {
         let [_, per_radian] = self.cable();
         // A tension cannot be followed without one that is measured, and there is no brake: it stands.
         self.commanded = match command {
-            DriveCommand::Velocity(velocity) if self.follows() && (velocity / per_radian).is_finite() => velocity,
+            DriveCommand::Velocity(velocity) if self.follows() && (velocity / per_radian).is_finite() => {
+                velocity
+            }
             _ => 0.0,
         };
         let velocity = self.commanded / per_radian * self.device.counts_per_turn;
