@@ -125,6 +125,8 @@ pub fn scan_fd<L: Link>(link: &mut L) -> io::Result<Vec<FoundNode>> {
 pub fn scan_mit<L: Link>(link: &mut L) -> io::Result<Vec<FoundNode>> {
     let mut found = Vec::new();
     let ask = |link: &mut L, nodes: RangeInclusive<u8>| link.send(&nodes.map(mit::leave).collect::<Vec<_>>());
+    // A DAMIAO that has power looks like a CubeMars of another identifier.
+    each(link, 1..=mit::MAX_NODE, ask, |_| {})?;
     each(link, 1..=mit::MAX_NODE, ask, |frame| {
         let seen = mit::sender(frame).map(|(node, family)| (node, frame.id(), family));
         found.extend(seen.filter(|seen| !found.contains(seen)));

@@ -726,9 +726,13 @@ fn what_is_wrong_with_a_motor_in_mit_mode_is_refused_before_anything_moves() {
         with(&nodes, &|node| node.drive.offset = centre(&setup, 2) + 12.2 / node.drive.counts_per_turn.abs());
     let twice = Watched::new(&setup, &with(&nodes, &|node| node.node = 1));
     let slow: Vec<_> = nodes.iter().map(|node| CanDevice { bitrate: 250_000, ..node.clone() }).collect();
+    // The first one answers as 0x11.
+    let confused =
+        with(&nodes, &|node| (node.node, node.mit) = (0x11, of_model(&nodes, "AK10-9")[2].mit.clone()));
     let (ak, cheetah) = (of_model(&nodes, "AK10-9"), of_model(&nodes, "mini-cheetah"));
     let none = |_: &mut MitRanges| {};
-    let cases: [(Watched, Vec<CanDevice>, &[&str]); 17] = [
+    let cases: [(Watched, Vec<CanDevice>, &[&str]); 18] = [
+        (Watched::new(&setup, &confused), confused, &[&nodes[0].name, "under id 17"]),
         (fine(), with(&nodes, &|node| node.node = 9), &[name, "id 9", "no node answers"]),
         (fine(), with(&nodes, &|node| node.node = 1), &[name, "a node of its own"]),
         (fine(), with(&nodes, &|node| node.protocol = Protocol::Canopen), &[name, "the same protocol"]),
@@ -822,6 +826,7 @@ fn motors_in_mit_mode_are_listed_and_lose_their_power() {
         nodes.iter().map(|node| Frame::new(u16::from(node.node), &[255, 255, 255, 255, 255, 255, 255, 252]));
     watched.send(&enter.collect::<Vec<_>>()).unwrap();
     assert_eq!(watched.nodes(CanNode::has_power), [true; 4]);
+    assert_eq!(std::iter::from_fn(|| watched.receive(u64::MAX).unwrap()).take(4).count(), 4);
     let found = scan_mit(&mut watched).unwrap();
     let of = |node, family, answers_as| FoundNode::Mit { node, family, answers_as };
     let expected = [

@@ -243,7 +243,7 @@ fn nodes_on_can_are_read_and_what_is_none_of_theirs_is_refused() {
         ("node = 63\nprotocol = \"cansimple\"", ["node", "0..=62"]),
         ("node = 4\nprotocol = \"cia402\"", ["protocol", "mit"]),
         ("node = 4\nprotocol = \"mit\"", ["model", "is missing"]),
-        ("node = 4\nprotocol = \"mit\"\nmodel = \"AK80\"", ["model", "AK80-9"]),
+        ("node = 4\nprotocol = \"mit\"\nmodel = \"AK80\"", ["model", "AK80-6"]),
         ("node = 16\nprotocol = \"mit\"\nmodel = \"DM-J4310\"", ["node", "1..=15"]),
         ("node = 4\nprotocol = \"mit\"\nmodel = \"AK80-9\"\nvendor = 1", ["vendor", "MIT mode"]),
         ("node = 4\nprotocol = \"mit\"\nmodel = \"AK80-9\"\ndamping_nm_s_per_rad = 0", ["damping", "> 0"]),

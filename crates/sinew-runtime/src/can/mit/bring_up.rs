@@ -170,9 +170,15 @@ fn hear<L: Link>(
     let now = talk.link.now();
     let see = |frame: &Frame| {
         let of = |device: &CanDevice| answer(device.node, &device.mit.as_ref()?.ranges, frame);
-        devices.iter().enumerate().find_map(|(k, device)| Some((k, of(device)?)))
+        devices.iter().enumerate().find_map(|(k, device)| Some((k, frame.id(), of(device)?)))
     };
-    while let Some((k, Answer { power, .. })) = talk.next(now, see)? {
+    while let Some((k, id, Answer { power, .. })) = talk.next(now, see)? {
+        let told = |(j, other): (usize, &CanDevice)| j != k && u16::from(other.node) == id;
+        if devices.iter().enumerate().any(told) {
+            return Err(
+                devices[k].wrong(format!("answers under id {id}, where another motor is told what to do"))
+            );
+        }
         powers[k] = Some(power);
     }
     Ok(())

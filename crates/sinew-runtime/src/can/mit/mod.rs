@@ -83,29 +83,24 @@ struct Answer {
     fault: Option<u16>,
 }
 
-/// The motor that a frame is an answer of: its identifier and family, which the form tells.
-pub(super) fn sender(frame: &Frame) -> Option<(u8, MitFamily)> {
+/// Whether a frame has the form of an answer of a motor. A DAMIAO never answers under an identifier that one
+/// may have: it would be a command to that one.
+pub(super) fn is_answer(frame: &Frame, node: u8, family: MitFamily) -> bool {
     let (id, octets) = (frame.id(), frame.octets());
-    let first = *octets.first()?;
-    if frame.is_fd() {
-        return None;
+    let Some(first) = octets.first().filter(|_| !frame.is_fd()) else { return false };
+    match family {
+        MitFamily::MiniCheetah => octets.len() == 6 && *first == node,
+        MitFamily::Cubemars => octets.len() == 8 && *first == node && (id == 0 || id == u16::from(node)),
+        MitFamily::Damiao => octets.len() == 8 && first & 15 == node && !(1..=15).contains(&id),
     }
-    let family = match octets.len() {
-        6 => MitFamily::MiniCheetah,
-        8 if id == 0 || id == u16::from(first) => MitFamily::Cubemars,
-        // Under the identifier of a motor it would be a command to that one.
-        8 if id > u16::from(MAX_DAMIAO) => return Some((first & 15, MitFamily::Damiao)),
-        _ => return None,
-    };
-    (1..=MAX_NODE).contains(&first).then_some((first, family))
 }
 
 /// What a frame says as an answer of a motor, where it is one.
 fn answer(node: u8, ranges: &MitRanges, frame: &Frame) -> Option<Answer> {
-    if sender(frame)? != (node, ranges.family) {
+    let [first, rest @ ..] = frame.octets() else { return None };
+    if !is_answer(frame, node, ranges.family) {
         return None;
     }
-    let [first, rest @ ..] = frame.octets() else { return None };
     let readings = ranges.readings(*rest.first_chunk()?);
     let (state, error) = (first >> 4, rest.last().copied().unwrap_or(0));
     let (power, fault) = match ranges.family {
@@ -114,6 +109,14 @@ fn answer(node: u8, ranges: &MitRanges, frame: &Frame) -> Option<Answer> {
         MitFamily::Damiao => (Some(state == 1), (state > 1).then_some(CODES + OF_DAMIAO + u16::from(state))),
     };
     Some(Answer { readings, power, fault })
+}
+
+/// The motor without power that a frame is an answer of: its identifier and family, which the form tells.
+pub(super) fn sender(frame: &Frame) -> Option<(u8, MitFamily)> {
+    let first = *frame.octets().first()?;
+    let of = |(node, family)| is_answer(frame, node, family) && (1..=MAX_NODE).contains(&node);
+    let families = [MitFamily::MiniCheetah, MitFamily::Cubemars, MitFamily::Damiao];
+    families.map(|family| (first, family)).into_iter().find(|sender| of(*sender))
 }
 
 /// Time of a cycle of so many motors on a bus of a rate, bit/s, at most, s: a command with its answer each.

@@ -1,6 +1,6 @@
 //! A motor in operation: positions and velocities to it, position and torque back.
 
-use super::{Answer, BEYOND, LAGS, MitMotor, TRAVEL, answer, enter, fault_name, leave};
+use super::{Answer, BEYOND, LAGS, MitMotor, TRAVEL, answer, enter, fault_name, is_answer, leave};
 use crate::can::device::CanDevice;
 use crate::can::slot::{Heard, Slot};
 use crate::rest::braked_speed;
@@ -112,7 +112,7 @@ impl MitSlot {
 
 impl Slot for MitSlot {
     fn sends(&self, frame: &Frame) -> bool {
-        super::sender(frame) == Some((self.node, self.ranges.family))
+        is_answer(frame, self.node, self.ranges.family)
     }
 
     fn operate(&self, _begin: bool) -> Frame {
