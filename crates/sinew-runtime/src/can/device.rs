@@ -74,7 +74,7 @@ impl CanDevice {
     }
 
     /// The same node with another protocol; those but CANopen show turns of the motor, in MIT mode of the
-    /// winch as a DM-J8009, in the direction that its counts have.
+    /// winch as a DM-J4310, in the direction that its counts have.
     #[must_use]
     pub fn on(mut self, protocol: Protocol, machine: &Machine) -> Self {
         self.protocol = protocol;

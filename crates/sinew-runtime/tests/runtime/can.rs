@@ -744,9 +744,9 @@ fn what_is_wrong_with_a_motor_in_mit_mode_is_refused_before_anything_moves() {
         (fine(), cheetah.clone(), &["no node answers"]),
         (configured(&nodes, true, 3, &none), nodes.clone(), &[name, "control mode 3", "expected 1, MIT"]),
         (
-            configured(&nodes, true, 1, &|of| of.velocity = 30.0),
+            configured(&nodes, true, 1, &|of| of.velocity = 20.0),
             nodes.clone(),
-            &[name, "VMAX 30", "DM-J8009"],
+            &[name, "VMAX 20", "DM-J4310"],
         ),
         (configured(&nodes, false, 1, &none), nodes.clone(), &[name, "keeps its power for 0.030 s"]),
         (guarded(Guard::Missing), nodes.clone(), &["the watchdog beside this program", "not found"]),

@@ -57,8 +57,8 @@ impl MitMotor {
         let [stiffness, damping] = GAINS;
         let (family, current) = (MitFamily::Damiao, None);
         (
-            "DM-J8009",
-            MitRanges { family, position: 12.5, velocity: 45.0, torque: 54.0, stiffness, damping, current },
+            "DM-J4310",
+            MitRanges { family, position: 12.5, velocity: 30.0, torque: 10.0, stiffness, damping, current },
         )
     };
 
