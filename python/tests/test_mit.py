@@ -57,6 +57,7 @@ def test_the_package_of_another_drives_simulated_motors(tmp_path: Path) -> None:
     finally:
         bus.shutdown()
         process.terminate()
+        process.communicate(timeout=30)
 
 
 def drive(bus: Any, node: int) -> None:
@@ -125,6 +126,7 @@ def test_answers_of_simulated_motors_are_those_of_another_package(tmp_path: Path
     finally:
         bus.shutdown()
         process.terminate()
+        process.communicate(timeout=30)
 
 
 class Motor:
