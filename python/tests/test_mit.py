@@ -252,21 +252,3 @@ def test_our_master_drives_motors_of_the_package_and_its_watchdog_outlives_it(
         print(f"{ends.name}: told to leave {1e3 * left[0]:.0f} ms after it")
         assert left[0] < WATCHDOG + LATER, report
         assert not [octet for at, octet in motor.told if octet == 0xFC and at > killed], report
-
-
-@pytest.mark.parametrize("ends", [signal.SIGKILL, signal.SIGSTOP])
-def test_simulated_motors_have_no_power_after_their_master_is_gone(tmp_path: Path, ends: signal.Signals) -> None:
-    """The same with this project's motors, which say at their end how many have power."""
-    path = machine(tmp_path / "joint.toml", (1, 15), "AK10-9")
-    simulation, port = simulated(path)
-    command = [str(PROGRAM), "run", str(path), "--bus", "can", "--interface", port, "--duration", "30", "--unverified"]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    time.sleep(5)
-    assert process.poll() is None
-    process.send_signal(ends)
-    time.sleep(LATER)
-    simulation.send_signal(signal.SIGINT)
-    out, _ = simulation.communicate(timeout=30)
-    process.kill()
-    process.wait()
-    assert "at the end 0 drives with power" in out, out

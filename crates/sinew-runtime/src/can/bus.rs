@@ -70,7 +70,7 @@ const MIN_CYCLES: u64 = 8;
 
 impl<L: Link> CanBus<L> {
     /// Finds the nodes of a machine, sets them up and reads everything back. None has power until the first
-    /// command, but for a drive on CANSimple, moteus or in MIT mode while its watchdog is tried, at standstill.
+    /// command, but for a drive that is not on CANopen while its watchdog is tried, at standstill.
     ///
     /// # Errors
     /// The first node that is missing, another one, faulty, or does not take what it is told.

@@ -90,7 +90,10 @@ impl Link for SimulatedLink {
     fn sign(&mut self, sign: Sign) -> io::Result<()> {
         match &mut self.guard {
             Some(guard) if guard.ended => Err(io::ErrorKind::BrokenPipe.into()),
-            Some(guard) => Ok(guard.last = (sign, self.time.now)),
+            Some(guard) => {
+                guard.last = (sign, self.time.now);
+                Ok(())
+            }
             None => Ok(()),
         }
     }

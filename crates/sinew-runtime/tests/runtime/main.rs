@@ -5,11 +5,13 @@
 mod bus_faults;
 mod bus_stops;
 mod can;
+mod can_common;
 mod clocks;
 mod common;
 mod device_tables;
 mod link;
 mod link_stops;
+mod mit;
 mod no_allocation;
 mod segment;
 mod servos;

@@ -82,7 +82,8 @@ fn registers<L: Link>(talk: &mut Talk<'_, L>, motor: &MitMotor, time: f64) -> Re
         RANGES.into_iter().zip([ranges.position, ranges.velocity, ranges.torque])
     {
         let range = f64::from(f32::from_bits(register(talk, number)?));
-        if !((range / expected - 1.0).abs() <= ROUNDING) {
+        let near = (1.0 - ROUNDING)..=(1.0 + ROUNDING);
+        if !near.contains(&(range / expected)) {
             let model = &motor.model;
             return Err(talk.device.wrong(format!("{name} {range}: expected {expected}, that of {model}")));
         }

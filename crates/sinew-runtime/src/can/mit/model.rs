@@ -22,8 +22,8 @@ const GAINS: [f64; 2] = [500.0, 5.0];
 /// Name and ranges of position, rad, velocity, rad/s, and torque, N m.
 type Row = (&'static str, [f64; 3]);
 
-/// With a current in the answer, A. Source: Ben Katz' firmware HKC_MiniCheetah; in the present one every range
-/// is a parameter.
+/// With a current in the answer, A. Source: Ben Katz' firmware HKC_MiniCheetah; in the present one every
+/// range is a parameter.
 const MINI_CHEETAH: [(Row, f64); 1] = [(("mini-cheetah", [12.5, 65.0, 18.0]), 40.0)];
 /// Source: CubeMars, manual of the AK series for its second drivers, 1.0.15.
 const CUBEMARS: [Row; 7] = [
