@@ -43,7 +43,7 @@ pub(in crate::can) fn start<L: Link>(
             most[1] / 4095.0
         )));
     }
-    let of_node = |frame: &Frame| answer(node, &ranges, frame);
+    let of_node = |frame: &Frame| answer(node, ranges, frame);
     talk.answer(&leave(node), of_node)?;
     talk.is_alone(of_node)?;
     if ranges.family == MitFamily::Damiao {
