@@ -38,9 +38,7 @@ def machine(path: Path, nodes: tuple[int, int], model: str) -> Path:
 
 def simulated(path: Path) -> tuple[subprocess.Popen[str], str]:
     """Simulated motors, and the path of their terminal."""
-    process = subprocess.Popen(
-        [str(PROGRAM), "can", "simulate", str(path), "--pty"], stdout=subprocess.PIPE, text=True
-    )
+    process = subprocess.Popen([str(PROGRAM), "can", "simulate", str(path), "--pty"], stdout=subprocess.PIPE, text=True)
     assert process.stdout
     port = process.stdout.readline().strip()
     assert "SIMULATED" in process.stdout.readline()
@@ -68,7 +66,8 @@ def drive(bus: Any, node: int) -> None:
         while (frame := bus.recv(0.02)) is not None:
             if frame.arbitration_id == 0x10 + node:
                 motor.process_feedback_frame(frame.data, frame.arbitration_id)
-        return motor.get_states()
+        states: dict[str, Any] = motor.get_states()
+        return states
 
     for number in (8, 10, 21, 22, 23):
         motor.request_register_reading(number)
@@ -172,7 +171,7 @@ class Motor:
         position, velocity, torque = (
             damiao.float_to_uint(value, -most, most, bits) for value, (most, bits) in zip(numbers, STEPS.values())
         )
-        word = position << 24 | velocity << 12 | torque
+        word: int = position << 24 | velocity << 12 | torque
         return bytes([self.node | self.power << 4]) + word.to_bytes(5, "big") + bytes([30, 31])
 
     def register(self, data: bytes) -> bytes:

@@ -2,6 +2,7 @@
 
 use crate::can_common::{Act, Guard, MIDDLE, Watched, bus, setup_on, stopped};
 use crate::common::{Setup, tracked};
+use proptest::prelude::*;
 use sinew_runtime::can::{
     CanBus, CanDevice, CanFault, CanNode, FoundNode, Frame, Link, MitFamily, MitMotor, Protocol, scan_mit,
     words,
@@ -55,6 +56,38 @@ fn commands_and_answers_in_mit_mode_have_the_octets_of_other_peoples_programs() 
         for (got, expected) in [position, velocity, torque].into_iter().zip(expected) {
             assert!((got - expected).abs() < 1e-12, "{octets:x?}: {got} {expected}");
         }
+    }
+}
+
+proptest! {
+    #[test]
+    fn every_command_of_every_model_is_understood_within_half_a_step(model in 0_usize..19,
+        parts in proptest::array::uniform5(-1.1_f64..1.1)) {
+        let (_, ranges) = MitMotor::models().nth(model).unwrap();
+        let [position, velocity, torque] = [ranges.position, ranges.velocity, ranges.torque];
+        let [p, v, kp, kd, t] = parts;
+        let told = MitCommand {
+            position: position * p,
+            velocity: velocity * v,
+            stiffness: ranges.stiffness * kp.abs(),
+            damping: ranges.damping * kd.abs(),
+            torque: torque * t,
+        };
+        let octets = ranges.command(&told);
+        let understood = ranges.commanded(octets);
+        prop_assert_eq!(ranges.command(&understood), octets);
+        // Beyond a range its end is told.
+        let near = |told: f64, understood: f64, low: f64, high: f64, steps: f64| {
+            (told.clamp(low, high) - understood).abs() <= 0.5001 * (high - low) / steps
+        };
+        prop_assert!(near(told.position, understood.position, -position, position, 65_535.0));
+        prop_assert!(near(told.velocity, understood.velocity, -velocity, velocity, 4095.0));
+        prop_assert!(near(told.torque, understood.torque, -torque, torque, 4095.0));
+        prop_assert!(near(told.stiffness, understood.stiffness, 0.0, ranges.stiffness, 4095.0));
+        prop_assert!(near(told.damping, understood.damping, 0.0, ranges.damping, 4095.0));
+        let shown = MitReadings { position: told.position.clamp(-position, position), velocity: 0.0, torque: 0.0 };
+        let seen = ranges.readings(ranges.answer(&shown));
+        prop_assert!(near(shown.position, seen.position, -position, position, 65_535.0), "{:?} {:?}", shown, seen);
     }
 }
 

@@ -4,6 +4,7 @@ mod canopen;
 mod cansimple;
 mod frame;
 mod mit;
+mod mit_frame;
 mod moteus;
 
 use crate::drive::Drive;
@@ -11,7 +12,8 @@ use canopen::Canopen;
 
 pub use cansimple::Cansimple;
 pub use frame::CanFrame;
-pub use mit::{Mit, MitCommand, MitFamily, MitRanges, MitReadings};
+pub use mit::Mit;
+pub use mit_frame::{MitCommand, MitFamily, MitRanges, MitReadings};
 pub use moteus::Moteus;
 
 /// How a simulated node fails.
