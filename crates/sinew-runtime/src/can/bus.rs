@@ -31,8 +31,8 @@ pub struct CanBus<L: Link> {
     in_operation: bool,
     /// Whether the last writing did not leave the computer.
     lost: bool,
-    /// Whether a watchdog of ours is told that the cycle runs, and whether it has ended.
-    guarded: bool,
+    /// What a watchdog of ours is told, where there is one, and whether it has ended.
+    sign: Option<Sign>,
     unguarded: bool,
 }
 
@@ -112,7 +112,7 @@ impl<L: Link> CanBus<L> {
             commanded: None,
             in_operation: true,
             lost: false,
-            guarded,
+            sign: guarded.then_some(Sign::Rest),
             unguarded: false,
         };
         bus.probe()?;
@@ -154,11 +154,10 @@ impl<L: Link> CanBus<L> {
     /// Sends commands and what asks for the answers.
     fn exchange(&mut self, commands: &[DriveCommand]) {
         let (h, now) = (self.period as f64 * 1e-9, self.begin);
-        if self.guarded {
-            let off = |node: &Node| commands.get(node.device.drive.muscle) == Some(&DriveCommand::Off);
-            let rests = self.nodes.iter().all(off);
-            self.unguarded |= self.link.sign(if rests { Sign::Rest } else { Sign::Alive }).is_err();
-        }
+        let off = |node: &Node| commands.get(node.device.drive.muscle) == Some(&DriveCommand::Off);
+        let sign = if self.nodes.iter().all(off) { Sign::Rest } else { Sign::Alive };
+        self.sign = self.sign.map(|_| sign);
+        self.sign();
         for node in &mut self.nodes {
             let command = commands.get(node.device.drive.muscle).copied().unwrap_or(DriveCommand::Brake);
             // Without the watchdog none gets power.
@@ -171,6 +170,11 @@ impl<L: Link> CanBus<L> {
         }
         self.lost = self.link.send(&self.out).is_err();
         self.out.clear();
+    }
+
+    /// A sign of life to the watchdog of ours.
+    fn sign(&mut self) {
+        self.unguarded |= self.sign.is_some_and(|sign| self.link.sign(sign).is_err());
     }
 
     /// The link.
@@ -322,6 +326,8 @@ impl<L: Link> Plant for CanBus<L> {
     fn read(&mut self, feedback: &mut Feedback) -> Exchange {
         self.link.begin_cycle(self.period);
         self.begin = self.link.now();
+        // After a stall: that it has acted is known before the drives say that they have no power.
+        self.sign();
         let deadline = self.begin + (self.period as f64 * READ_FRACTION) as u64;
         let any = self.gather(deadline);
         feedback.clear();
@@ -333,7 +339,8 @@ impl<L: Link> Plant for CanBus<L> {
             code: UNGUARDED,
             muscle: Some(node.device.drive.muscle),
         });
-        Exchange { fault: self.take_over(feedback).or(unguarded).or(self.link.injected()) }
+        let found = self.take_over(feedback);
+        Exchange { fault: unguarded.or(found).or(self.link.injected()) }
     }
 
     fn write(&mut self, commands: &[DriveCommand]) {

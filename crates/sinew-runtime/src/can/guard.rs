@@ -21,9 +21,9 @@ use std::time::Duration;
 
 /// First argument and variable of the environment of such a process.
 pub(super) const NAME: &str = "SINEW_CAN_WATCHDOG";
-/// Octets of a sign, and of all signs that wait to be read, at most: a watchdog that does not read for so
-/// many cycles is none.
-const SIGN: usize = 128;
+/// Octets of a sign, of which a cycle gives two, and of all signs that wait to be read, at most: a watchdog
+/// that does not read for so many cycles is none.
+const SIGN: usize = 64;
 pub(super) const UNREAD: usize = 4096;
 /// Times that it is looked at whether it has begun or ended, and the time between them.
 const PATIENCE: u32 = 500;
