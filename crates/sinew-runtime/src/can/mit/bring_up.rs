@@ -21,6 +21,8 @@ const TIMEOUT_UNIT: f64 = 50e-6;
 const LATER: f64 = 2.0;
 /// Difference of a range that is a rounding, as a part of it.
 const ROUNDING: f64 = 1e-3;
+/// Part of its time after the last sign of life in which our watchdog has not acted yet.
+const EARLY: f64 = 0.8;
 /// Periods in which motors are told to follow.
 const ENTERING: usize = 4;
 
@@ -133,11 +135,12 @@ pub(in crate::can) fn prove_watchdog<L: Link>(
         talk.pass(period);
         hear(&mut talk, devices, &mut powers)?;
     }
-    // What is still on its way was asked for here.
-    talk.pass((0.4e9 * time) as u64);
+    // What comes until here was asked for here, by an adapter that takes its time.
+    let silence = |part: f64| (part * 1e9 * time) as u64;
+    talk.pass(silence(EARLY).saturating_sub(period));
     hear(&mut talk, devices, &mut powers)?;
     let mut after = vec![None; devices.len()];
-    talk.pass(((SILENCE - 0.4) * 1e9 * time) as u64);
+    talk.pass(silence(SILENCE - EARLY));
     hear(&mut talk, devices, &mut after)?;
     talk.link.sign(Sign::Rest).map_err(guard)?;
     talk.send(&leaves)?;
