@@ -22,17 +22,18 @@ fn is_guarded(port: &str) -> bool {
     std::fs::read_dir("/proc").unwrap().flatten().any(|entry| guards(&entry.path()))
 }
 
-/// What simulated motors say at their end, a moment after their master in mid-motion got this signal.
-fn ends(bench: &Bench, with: Option<&str>) -> String {
+/// What simulated motors say at their end, a moment after their master in mid-motion got this signal; none
+/// where that was stopped before, since a busy computer stood for longer than its watchdog waits.
+fn ends(bench: &Bench, with: Option<&str>) -> Option<String> {
     let mut motors = bench.command("can simulate joint.toml --pty").stdout(Stdio::piped()).spawn().unwrap();
     let mut said = BufReader::new(motors.stdout.take().unwrap());
     let mut port = String::new();
     said.read_line(&mut port).unwrap();
     let run = format!("run joint.toml --bus can --interface {} --duration 30 --unverified", port.trim());
     let mut run = bench.command(&run).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    sleep(Duration::from_secs(6));
-    assert!(run.try_wait().unwrap().is_none() && is_guarded(port.trim()), "{with:?}: it does not run");
-    if let Some(with) = with {
+    sleep(Duration::from_secs(4));
+    let runs = run.try_wait().unwrap().is_none() && is_guarded(port.trim());
+    if let Some(with) = with.filter(|_| runs) {
         signal(&run, with);
         sleep(Duration::from_millis(300));
         assert!(!is_guarded(port.trim()), "{with}: its watchdog has ended");
@@ -43,7 +44,7 @@ fn ends(bench: &Bench, with: Option<&str>) -> String {
     motors.wait().unwrap();
     run.kill().unwrap();
     run.wait().unwrap();
-    text
+    runs.then_some(text)
 }
 
 #[test]
@@ -58,15 +59,10 @@ fn a_program_that_is_killed_or_stopped_in_mid_motion_leaves_no_motor_with_power(
         )
     };
     let devices: Vec<_> = ["front", "back"].into_iter().enumerate().map(device).collect();
-    let text = format!("period_s = 0.01\n{bare}\n[every_joint_encoder]\nnone = true\n{}", devices.concat());
+    let text = format!("period_s = 0.02\n{bare}\n[every_joint_encoder]\nnone = true\n{}", devices.concat());
     bench.write("joint.toml", text);
-    let bench = &bench;
-    std::thread::scope(|scope| {
-        let runs = [(None, 2), (Some("KILL"), 0), (Some("STOP"), 0)]
-            .map(|(with, left)| (with, left, scope.spawn(move || ends(bench, with))));
-        for (with, left, run) in runs {
-            let said = run.join().unwrap();
-            assert!(said.contains(&format!("at the end {left} drives with power")), "{with:?}: {said}");
-        }
-    });
+    for (with, left) in [(None, 2), (Some("KILL"), 0), (Some("STOP"), 0)] {
+        let said = (0..8).find_map(|_| ends(&bench, with)).expect("a run that goes on");
+        assert!(said.contains(&format!("at the end {left} drives with power")), "{with:?}: {said}");
+    }
 }
