@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Source: the firmware of the MIT mini cheetah's motors (bgkatz/motorcontrol); CubeMars' manual of the AK
-//! series, 1.0.15; DAMIAO's manual, as its Python packages have it.
+//! series, 1.0.8; DAMIAO's manual, as its Python packages have it.
 
 mod bring_up;
 mod model;

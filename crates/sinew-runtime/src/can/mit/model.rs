@@ -25,7 +25,7 @@ type Row = (&'static str, [f64; 3]);
 /// With a current in the answer, A. Source: Ben Katz' firmware HKC_MiniCheetah; in the present one every
 /// range is a parameter.
 const MINI_CHEETAH: [(Row, f64); 1] = [(("mini-cheetah", [12.5, 65.0, 18.0]), 40.0)];
-/// Source: CubeMars, manual of the AK series for its second drivers, 1.0.15.
+/// Source: CubeMars, manual of the AK series, 1.0.8; AK80-8 of 1.0.15, as other people's programs cite it.
 const CUBEMARS: [Row; 7] = [
     ("AK10-9", [12.5, 50.0, 65.0]),
     ("AK60-6", [12.5, 45.0, 15.0]),
