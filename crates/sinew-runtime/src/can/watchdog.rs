@@ -22,11 +22,12 @@ const BETWEEN: u64 = 2_000_000;
 /// that a program does whose machines have motors in MIT mode. None in any other start.
 #[must_use]
 pub fn watch() -> Option<ExitCode> {
-    let mut arguments = std::env::args().skip(1);
+    let mut arguments = std::env::args_os().skip(1);
     if arguments.next()? != NAME {
         return None;
     }
-    Some(run(&arguments.collect::<Vec<_>>()).map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS))
+    let arguments: Vec<_> = arguments.map(|argument| argument.to_string_lossy().into_owned()).collect();
+    Some(run(&arguments).map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS))
 }
 
 fn run(arguments: &[String]) -> io::Result<()> {

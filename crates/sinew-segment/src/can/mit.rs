@@ -6,7 +6,8 @@
 //! ```
 //!
 //! Source: the firmware of the MIT mini cheetah's motors (bgkatz/motorcontrol); CubeMars' manual of the AK
-//! series, 1.0.8; DAMIAO's registers, as its Python packages have them. What they leave open is said where it is filled in here.
+//! series, 1.0.8; DAMIAO's registers, as its Python packages have them. What they leave open is said where it
+//! is filled in here.
 
 use super::CanFrame;
 use super::mit_frame::{MitCommand, MitFamily, MitRanges, MitReadings};
