@@ -9,18 +9,20 @@ const PACKAGES: [&str; 6] = ["hypothesis", "jsonschema", "maturin>=1.9,<2", "myp
 
 /// What parts of the package work with; tests of those that cannot be installed are skipped with a message.
 /// Not among them: stable-baselines3, which brings gigabytes of PyTorch; where it is installed, it is tested.
-const OPTIONAL: [&str; 28] = [
+const OPTIONAL: [&str; 30] = [
     "gymnasium>=1.1",
     "canopen",
     "cantools",
     "cmaes",
     "cyclonedds",
+    "damiao-motor",
     "dynamixel-sdk",
     "feetech-servo-sdk",
     "ipykernel",
     "jax",
     "matplotlib",
     "mcap-ros2-support",
+    "mini-cheetah-motor-driver-socketcan",
     "mujoco",
     "mujoco-mjx",
     "mujoco-warp>=3.6",

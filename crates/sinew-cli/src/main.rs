@@ -21,6 +21,10 @@ use progress::Progress;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    // No verb: what a run with motors in MIT mode starts beside itself.
+    if let Some(ended) = sinew_runtime::can::watch() {
+        return ended;
+    }
     let (arguments, verb) = match parse_arguments() {
         Ok(parsed) => parsed,
         Err(error) => return refuse_arguments(&error),

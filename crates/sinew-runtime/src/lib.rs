@@ -10,7 +10,7 @@
 //! | [`ethercat`] | a machine on EtherCAT: link, master, drives after CiA 402; what identifies its devices |
 //! | [`cia402`] | drives after CiA 402, on EtherCAT and CAN alike |
 //! | [`servos`] | a machine whose drives are serial servos: lines, protocol, registers; simulated servos |
-//! | [`can`] | a machine whose drives are nodes on CAN, CANopen or CANSimple: links; simulated nodes |
+//! | [`can`] | a machine whose drives are nodes on CAN: links, protocols; simulated nodes |
 //! | [`link`] | requests and references from a client elsewhere |
 //! | [`cycle`] | a session in real time: its deadlines, and how well they are kept |
 //!

@@ -57,6 +57,14 @@ impl Ttys {
         self.clock.now()
     }
 
+    /// A port once more, for another process.
+    ///
+    /// # Errors
+    /// Of the operating system.
+    pub(crate) fn duplicate(&self, line: usize) -> io::Result<Option<File>> {
+        self.ports.get(line).map(File::try_clone).transpose()
+    }
+
     /// Sends octets on a port.
     ///
     /// # Errors

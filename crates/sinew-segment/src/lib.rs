@@ -5,7 +5,8 @@
 //! devices runs, mailboxes are answered, watchdogs expire, clocks drift. Nothing here reads a clock, starts a
 //! thread or opens a file, so that a run is repeatable bit for bit; the feature `raw-socket` adds the one
 //! exception, `serve`, which lets virtual time follow the clock. A device is data: a table in TOML or an ESI
-//! file. [`CanNode`] is a drive on CAN instead: the built-in one on CANopen, one on CANSimple, or a moteus.
+//! file. [`CanNode`] is a drive on CAN instead: the built-in one on CANopen, one on CANSimple, a moteus, or a
+//! motor in MIT mode.
 //!
 //! ```
 //! use sinew_segment::{Device, DeviceSettings, Segment, builtin};
@@ -57,7 +58,10 @@ mod settings;
 mod sii;
 
 pub use al::{AlState, AlStatusCode};
-pub use can::{CanDrive, CanFault, CanFrame, CanNode, Cansimple, Moteus};
+pub use can::{
+    CanDrive, CanFault, CanFrame, CanNode, Cansimple, Mit, MitCommand, MitFamily, MitRanges, MitReadings,
+    Moteus,
+};
 pub use coe::Abort;
 pub use description::{
     Access, ClockDescription, DataType, DescriptionError, DescriptionFile, DeviceDescription, Direction,

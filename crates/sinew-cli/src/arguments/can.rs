@@ -19,9 +19,10 @@ pub(crate) enum CanVerb {
 }
 
 /// List the nodes that answer on a bus: those on CANSimple (ODrive) with their versions, or else those on
-/// CANopen with name, vendor, product, profile; with --fd those of moteus with model and firmware.
+/// CANopen with name, vendor, product, profile; with --fd those of moteus with model and firmware, with --mit
+/// motors in MIT mode.
 ///
-/// Nothing moves and nothing is written. Ends with exit code 3 where none answers.
+/// Nothing moves and, but with --mit, nothing is written. Ends with exit code 3 where none answers.
 ///
 /// Example: sinew can scan /dev/ttyACM0 --bitrate 500000
 #[derive(Debug, Args)]
@@ -36,6 +37,10 @@ pub(crate) struct CanScanArguments {
     /// Ask moteus controllers, by frames of CAN FD: 1 Mbit/s, octets at 5 Mbit/s
     #[arg(long, conflicts_with = "bitrate")]
     pub(crate) fd: bool,
+    /// Ask motors in MIT mode (mini cheetah, CubeMars, DAMIAO) by telling them to leave it: those that have
+    /// power lose it
+    #[arg(long, conflicts_with = "fd")]
+    pub(crate) mit: bool,
 }
 
 fn rates() -> impl TypedValueParser<Value = u32> {

@@ -17,6 +17,8 @@ mod link;
 mod live;
 mod machine;
 mod map;
+#[cfg(target_os = "linux")]
+mod mit;
 mod period;
 mod recording;
 mod robots;

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use std::io;
 
 #[cfg(target_os = "linux")]
-use {super::Link, crate::tty::Ttys};
+use {super::Link, super::guard::Guard, super::sign::Sign, crate::tty::Ttys};
 
 /// How an adapter writes frames.
 pub trait Dialect: Debug + Default {
@@ -46,6 +46,8 @@ pub(super) const OCTETS: usize = 4096;
 #[cfg(target_os = "linux")]
 #[derive(Debug)]
 pub struct Adapter<D: Dialect> {
+    guard: Option<Guard>,
+    path: String,
     port: Ttys,
     dialect: D,
     out: Vec<u8>,
@@ -68,13 +70,16 @@ impl<D: Dialect> Adapter<D> {
         port.open(path, LINE_RATE)?;
         port.send(0, begin.as_bytes())?;
         let (dialect, out) = (D::default(), Vec::with_capacity(OCTETS));
-        Ok(Self { port, dialect, out, buffer: [0; OCTETS], came: 0, seen: 0 })
+        let path = path.to_owned();
+        Ok(Self { guard: None, path, port, dialect, out, buffer: [0; OCTETS], came: 0, seen: 0 })
     }
 }
 
 #[cfg(target_os = "linux")]
 impl<D: Dialect> Drop for Adapter<D> {
     fn drop(&mut self) {
+        // It says its last through the open bus.
+        self.guard = None;
         // Where the adapter is gone, there is no bus to close.
         let _ = self.port.send(0, D::CLOSE);
     }
@@ -116,4 +121,16 @@ impl<D: Dialect> Link for Adapter<D> {
     }
 
     fn begin_cycle(&mut self, _period: u64) {}
+
+    fn guard(&mut self, leave: &[Frame], time: u64) -> io::Result<()> {
+        if D::CARRIES_FD {
+            return Err(io::ErrorKind::Unsupported.into());
+        }
+        self.guard = Some(Guard::start(&self.path, self.port.duplicate(0)?, leave, time)?);
+        Ok(())
+    }
+
+    fn sign(&mut self, sign: Sign) -> io::Result<()> {
+        self.guard.as_mut().map_or(Ok(()), |guard| guard.sign(sign))
+    }
 }

@@ -2,8 +2,9 @@
 
 use super::device::{CanDevice, Protocol};
 use super::error::CanError;
+use super::sign::Sign;
 use super::slot::{Heard, Slot};
-use super::{Link, SimulatedMachine, canopen, cansimple, moteus};
+use super::{Link, SimulatedMachine, canopen, cansimple, mit, moteus};
 use crate::rest::{Drives, bring_to_rest};
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
@@ -30,6 +31,9 @@ pub struct CanBus<L: Link> {
     in_operation: bool,
     /// Whether the last writing did not leave the computer.
     lost: bool,
+    /// What a watchdog of ours is told, where there is one, and whether it has ended.
+    sign: Option<Sign>,
+    unguarded: bool,
 }
 
 #[derive(Debug)]
@@ -57,6 +61,7 @@ const BUS_FRACTION: f64 = 0.95;
 const SILENT: u16 = 0;
 pub(super) const HEARTBEAT_LOST: u16 = 1;
 pub(super) const RESTARTED: u16 = 2;
+pub(super) const UNGUARDED: u16 = 3;
 /// Time until all nodes answer without a fault, and until a drive is enabled, at most, ns.
 const START_TIME: u64 = 4_000_000_000;
 const ENABLE_TIME: u64 = 500_000_000;
@@ -65,7 +70,7 @@ const MIN_CYCLES: u64 = 8;
 
 impl<L: Link> CanBus<L> {
     /// Finds the nodes of a machine, sets them up and reads everything back. None has power until the first
-    /// command, but for a drive on CANSimple or moteus while its watchdog is tried, at standstill.
+    /// command, but for a drive that is not on CANopen while its watchdog is tried, at standstill.
     ///
     /// # Errors
     /// The first node that is missing, another one, faulty, or does not take what it is told.
@@ -83,9 +88,14 @@ impl<L: Link> CanBus<L> {
                 Protocol::Canopen => canopen::start(&mut link, device, machine)?,
                 Protocol::Cansimple => cansimple::start(&mut link, device, machine)?,
                 Protocol::Moteus => moteus::start(&mut link, device, machine)?,
+                Protocol::Mit => mit::start(&mut link, device, machine)?,
             };
             let device = device.clone();
             nodes.push(Node { device, slot, silent: 0, alive: 0, left: false, wanted: false, waiting: 0 });
+        }
+        let guarded = devices.iter().any(|device| device.protocol == Protocol::Mit);
+        if guarded {
+            mit::prove_watchdog(&mut link, devices, machine)?;
         }
         let alive = link.now();
         nodes.iter_mut().for_each(|node| node.alive = alive);
@@ -102,6 +112,8 @@ impl<L: Link> CanBus<L> {
             commanded: None,
             in_operation: true,
             lost: false,
+            sign: guarded.then_some(Sign::Rest),
+            unguarded: false,
         };
         bus.probe()?;
         Ok(bus)
@@ -142,8 +154,14 @@ impl<L: Link> CanBus<L> {
     /// Sends commands and what asks for the answers.
     fn exchange(&mut self, commands: &[DriveCommand]) {
         let (h, now) = (self.period as f64 * 1e-9, self.begin);
+        let off = |node: &Node| commands.get(node.device.drive.muscle) == Some(&DriveCommand::Off);
+        let sign = if self.nodes.iter().all(off) { Sign::Rest } else { Sign::Alive };
+        self.sign = self.sign.map(|_| sign);
+        self.sign();
         for node in &mut self.nodes {
             let command = commands.get(node.device.drive.muscle).copied().unwrap_or(DriveCommand::Brake);
+            // Without the watchdog none gets power.
+            let command = if self.unguarded && !node.slot.is_enabled() { DriveCommand::Off } else { command };
             node.wanted = !matches!(command, DriveCommand::Off | DriveCommand::Brake);
             node.slot.command(command, h, now, &mut self.out);
         }
@@ -152,6 +170,11 @@ impl<L: Link> CanBus<L> {
         }
         self.lost = self.link.send(&self.out).is_err();
         self.out.clear();
+    }
+
+    /// A sign of life to the watchdog of ours.
+    fn sign(&mut self) {
+        self.unguarded |= self.sign.is_some_and(|sign| self.link.sign(sign).is_err());
     }
 
     /// The link.
@@ -165,7 +188,7 @@ impl<L: Link> CanBus<L> {
         self.nodes.iter_mut().for_each(|node| node.silent = node.silent.saturating_add(1));
         // When all have come, what has come beside them is not left for the next cycle.
         while let Ok(Some(frame)) = self.link.receive(if left > 0 { deadline } else { 0 }) {
-            let from = self.nodes.iter_mut().find(|node| !frame.is_remote() && node.slot.sends(frame.id()));
+            let from = self.nodes.iter_mut().find(|node| !frame.is_remote() && node.slot.sends(&frame));
             let Some(node) = from else { continue };
             any = true;
             match node.slot.take(&frame) {
@@ -253,6 +276,7 @@ fn check(devices: &[CanDevice], period: f64) -> Result<(), CanError> {
         Protocol::Canopen => canopen::time(nodes, period, bitrate),
         Protocol::Cansimple => cansimple::time(nodes, period, bitrate),
         Protocol::Moteus => moteus::time(nodes, bitrate),
+        Protocol::Mit => mit::time(nodes, bitrate),
     };
     if needed > BUS_FRACTION * period {
         return Err(CanError::Slow { nodes, bitrate, needed, period });
@@ -302,13 +326,21 @@ impl<L: Link> Plant for CanBus<L> {
     fn read(&mut self, feedback: &mut Feedback) -> Exchange {
         self.link.begin_cycle(self.period);
         self.begin = self.link.now();
+        // After a stall: that it has acted is known before the drives say that they have no power.
+        self.sign();
         let deadline = self.begin + (self.period as f64 * READ_FRACTION) as u64;
         let any = self.gather(deadline);
         feedback.clear();
         if !any || self.lost {
             return Exchange { fault: Some(BusFault::Lost) };
         }
-        Exchange { fault: self.take_over(feedback).or(self.link.injected()) }
+        let unguarded = self.nodes.first().filter(|_| self.unguarded).map(|node| BusFault::NotReady {
+            device: node.device.device,
+            code: UNGUARDED,
+            muscle: Some(node.device.drive.muscle),
+        });
+        let found = self.take_over(feedback);
+        Exchange { fault: unguarded.or(found).or(self.link.injected()) }
     }
 
     fn write(&mut self, commands: &[DriveCommand]) {

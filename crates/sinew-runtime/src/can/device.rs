@@ -1,6 +1,8 @@
 //! What identifies a machine's nodes.
 
 use super::error::CanError;
+use super::mit::MitMotor;
+use sinew::drive::DriveParameters;
 use sinew::machine::{DeviceRole, DriveDevice, Machine};
 
 /// What a node speaks; all on one bus speak the same.
@@ -12,6 +14,8 @@ pub enum Protocol {
     Cansimple,
     /// Registers of a moteus, on CAN FD.
     Moteus,
+    /// MIT mode: mini cheetah, CubeMars, DAMIAO.
+    Mit,
 }
 
 /// A drive of the machine that is a node on CAN.
@@ -31,6 +35,8 @@ pub struct CanDevice {
     pub identity: [Option<u32>; 2],
     /// On CANSimple the file with the numbers of its parameters; none: they are not read back.
     pub endpoints: Option<String>,
+    /// Of a motor in MIT mode, what it is.
+    pub mit: Option<MitMotor>,
     /// Serial port of an adapter, or CAN interface; none: the one that the program is given.
     pub port: Option<String>,
     /// Rate of the bus, bit/s.
@@ -59,6 +65,7 @@ impl CanDevice {
                 node,
                 identity: [None; 2],
                 endpoints: None,
+                mit: None,
                 port: None,
                 bitrate: BITRATE,
             })
@@ -66,15 +73,28 @@ impl CanDevice {
         machine.devices.iter().enumerate().filter_map(node).collect()
     }
 
-    /// The same node with another protocol; those but CANopen show turns of the motor, in the direction that
-    /// its counts have.
+    /// The same node with another protocol; those but CANopen show turns of the motor, in MIT mode of the
+    /// winch as a DM-J4310, in the direction that its counts have.
     #[must_use]
-    pub fn on(mut self, protocol: Protocol) -> Self {
+    pub fn on(mut self, protocol: Protocol, machine: &Machine) -> Self {
         self.protocol = protocol;
+        let drive = machine.muscles[self.drive.muscle].drive;
         if protocol != Protocol::Canopen {
             self.drive.counts_per_turn = 1_f64.copysign(self.drive.counts_per_turn);
         }
+        if protocol == Protocol::Mit {
+            self.drive.counts_per_turn /= drive.reducer.ratio;
+            self.drive.offset = middle(&drive);
+            let [stiffness, damping] = MitMotor::gains(&drive, self.drive.counts_per_turn);
+            let (model, ranges) = MitMotor::USUAL;
+            self.mit = Some(MitMotor { model: model.to_owned(), ranges, stiffness, damping });
+        }
         self
+    }
+
+    /// What a motor in MIT mode is.
+    pub(super) fn motor(&self) -> Result<&MitMotor, CanError> {
+        self.mit.as_ref().ok_or_else(|| self.wrong("its model is not said"))
     }
 
     /// That its port cannot be used.
@@ -86,4 +106,9 @@ impl CanDevice {
     pub(super) fn wrong(&self, problem: impl Into<String>) -> CanError {
         CanError::Node { device: self.name.clone(), node: self.node, problem: problem.into() }
     }
+}
+
+/// Angle of the motor with half of the drum wound, rad.
+pub(super) fn middle(drive: &DriveParameters) -> f64 {
+    0.5 * drive.winch.full() * drive.reducer.ratio
 }

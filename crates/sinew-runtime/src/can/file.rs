@@ -1,13 +1,14 @@
-//! What a machine file says of nodes on CAN: `node`, `protocol`, `vendor`, `product`, `endpoints`,
-//! `port`, `bitrate`.
+//! What a machine file says of nodes on CAN: `node`, `protocol`, `port`, `bitrate`, and keys of one protocol.
 
-use super::device::{BITRATE, CanDevice, MASTER, Protocol};
+use super::device::{BITRATE, CanDevice, MASTER, Protocol, middle};
+use super::mit::{MAX_DAMIAO, MitMotor};
 use super::slcan::RATES;
 use crate::bus::{AnyDevices, DeviceReader, Tables};
 use crate::whole::is_whole;
 use sinew::description::DescriptionError;
 use sinew::description::machine::{BusKeys, BusReader, Domain, Entry, Listing, Table, ValueSource};
 use sinew::machine::{DeviceRole, Machine};
+use sinew_segment::{MitFamily, MitRanges};
 use std::sync::Arc;
 
 const NODE: Domain =
@@ -25,8 +26,26 @@ const RATE: Domain = Domain::new("10, 20, 50, 100, 125, 250, 500, 800 thousand o
     RATES.iter().any(|rate| f64::from(*rate).to_bits() == x.to_bits())
 });
 
-const PROTOCOLS: [Protocol; 3] = [Protocol::Canopen, Protocol::Cansimple, Protocol::Moteus];
-const NAMES: &[&str] = &["canopen", "cansimple", "moteus"];
+const DAMIAO_NODE: Domain =
+    Domain::new("a whole number in 1..=15, since a DAMIAO shows no more of it", |x| {
+        x >= 1.0 && is_whole(x, f64::from(MAX_DAMIAO))
+    });
+const POSITIVE: Domain = Domain::new("a number > 0", |x| x > 0.0 && x.is_finite());
+
+const PROTOCOLS: [Protocol; 4] = [Protocol::Canopen, Protocol::Cansimple, Protocol::Moteus, Protocol::Mit];
+const NAMES: &[&str] = &["canopen", "cansimple", "moteus", "mit"];
+const FAMILIES: [MitFamily; 3] = [MitFamily::MiniCheetah, MitFamily::Cubemars, MitFamily::Damiao];
+/// Keys that not every protocol has.
+const OF_SOME: [&str; 8] = [
+    "vendor",
+    "product",
+    "rated_torque_nm",
+    "endpoints",
+    "bitrate",
+    "model",
+    "stiffness_nm_per_rad",
+    "damping_nm_s_per_rad",
+];
 const PORT: &str = "the path of a serial port, or the name of a CAN interface";
 
 /// How they are told.
@@ -42,8 +61,11 @@ pub struct DeviceTables {
 struct Identified {
     protocol: Protocol,
     node: u8,
-    /// But on CANopen, turns that are shown in a turn of the motor.
-    turn: f64,
+    /// But on CANopen, turns that are shown in a turn of the motor, where they are said.
+    turn: Option<f64>,
+    /// Of a motor in MIT mode its model, stiffness and damping; whether its zero is said.
+    mit: Option<(String, MitRanges, [Option<f64>; 2])>,
+    zeroed: bool,
     identity: [Option<u32>; 2],
     endpoints: Option<String>,
     port: Option<String>,
@@ -58,12 +80,24 @@ impl DeviceReader for DeviceTables {
         let devices = machine.devices.iter().zip(&self.read).enumerate();
         let node = |(device, (of, identified)): (usize, (&sinew::machine::Device, &Identified))| {
             let DeviceRole::Drive(mut drive) = of.role else { return None };
-            let Identified { protocol, node, turn, identity, endpoints, port, bitrate } = identified.clone();
-            if protocol != Protocol::Canopen {
-                drive.counts_per_turn = turn;
+            let Identified { protocol, node, turn, mit, zeroed, identity, endpoints, port, bitrate } =
+                identified.clone();
+            let parameters = &machine.muscles[drive.muscle].drive;
+            match protocol {
+                Protocol::Canopen => {}
+                Protocol::Cansimple | Protocol::Moteus => drive.counts_per_turn = turn.unwrap_or(1.0),
+                Protocol::Mit => {
+                    drive.counts_per_turn = turn.unwrap_or(1.0 / parameters.reducer.ratio);
+                    drive.offset = if zeroed { drive.offset } else { middle(parameters) };
+                }
             }
+            let mit = mit.map(|(model, ranges, [stiffness, damping])| {
+                let [usual_stiffness, usual_damping] = MitMotor::gains(parameters, drive.counts_per_turn);
+                let stiffness = stiffness.unwrap_or(usual_stiffness);
+                MitMotor { model, ranges, stiffness, damping: damping.unwrap_or(usual_damping) }
+            });
             let name = of.name.clone();
-            Some(CanDevice { device, name, drive, protocol, node, identity, endpoints, port, bitrate })
+            Some(CanDevice { device, name, drive, protocol, node, identity, endpoints, mit, port, bitrate })
         };
         Ok(Arc::new(devices.filter_map(node).collect::<Vec<_>>()))
     }
@@ -72,7 +106,10 @@ impl DeviceReader for DeviceTables {
 impl BusReader for DeviceTables {
     fn keys(&self) -> BusKeys {
         BusKeys {
-            device: vec!["node", "protocol", "vendor", "product", "endpoints", "port", "bitrate"],
+            device: ["node", "protocol", "port"]
+                .into_iter()
+                .chain(OF_SOME.into_iter().filter(|key| *key != "rated_torque_nm"))
+                .collect(),
             ..BusKeys::default()
         }
     }
@@ -92,24 +129,32 @@ impl BusReader for DeviceTables {
             return Err(mode.refuse("velocity: on CAN, drives close the loop of the torque themselves"));
         }
         let protocol = PROTOCOLS[listing.word(device, "protocol", (NAMES, 0))?];
-        let (foreign, kind, ids): (&[&str], _, _) = match protocol {
-            Protocol::Canopen => (&["endpoints"], "CANopen", NODE),
-            Protocol::Cansimple => (&["vendor", "product", "rated_torque_nm"], "CANSimple", CANSIMPLE_NODE),
+        let (own, kind): (&[&str], _) = match protocol {
+            Protocol::Canopen => (&["vendor", "product", "rated_torque_nm", "bitrate"], "CANopen"),
+            Protocol::Cansimple => (&["endpoints", "bitrate"], "CANSimple"),
             // Its bus has one rate.
-            Protocol::Moteus => {
-                (&["vendor", "product", "rated_torque_nm", "endpoints", "bitrate"], "moteus", NODE)
+            Protocol::Moteus => (&[], "moteus"),
+            Protocol::Mit => {
+                (&["model", "stiffness_nm_per_rad", "damping_nm_s_per_rad", "bitrate"], "MIT mode")
             }
         };
-        if let Some(entry) = foreign.iter().find_map(|key| device.entry(key)) {
+        let foreign = OF_SOME.iter().filter(|key| !own.contains(*key)).find_map(|key| device.entry(key));
+        if let Some(entry) = foreign {
             return Err(entry.refuse(&format!("no such key of a node on {kind}")));
         }
         let turns = match protocol {
             Protocol::Canopen => None,
-            Protocol::Cansimple => device.entry("counts_per_turn").map(|entry| entry.number(TURN)),
-            Protocol::Moteus => device.entry("counts_per_turn").map(|entry| entry.number(TURNS)),
+            Protocol::Cansimple => Some(TURN),
+            Protocol::Moteus | Protocol::Mit => Some(TURNS),
         };
-        let turn = turns.unwrap_or(Ok(1.0))?;
-        let node = entry.number(ids)?;
+        let turns = turns.and_then(|turns| Some(device.entry("counts_per_turn")?.number(turns)));
+        let turn = turns.transpose()?;
+        let mit = (protocol == Protocol::Mit).then(|| motor(device, listing)).transpose()?;
+        let node = entry.number(match (protocol, &mit) {
+            (Protocol::Cansimple, _) => CANSIMPLE_NODE,
+            (_, Some((_, MitRanges { family: MitFamily::Damiao, .. }, _))) => DAMIAO_NODE,
+            _ => NODE,
+        })?;
         listing.number("node", node, source(&entry));
         let mut number = |key: &str, domain: Domain| -> Result<Option<u32>, DescriptionError> {
             let Some(entry) = device.entry(key) else { return Ok(None) };
@@ -123,8 +168,62 @@ impl BusReader for DeviceTables {
             device.entry(key).map(|entry| entry.text(expected).map(str::to_owned)).transpose()
         };
         let (endpoints, port) = (text("endpoints", "the path of a file")?, text("port", PORT)?);
-        let node = node as u8;
-        self.read.push(Identified { protocol, node, turn, identity, endpoints, port, bitrate });
+        let (node, zeroed) = (node as u8, device.entry("offset_rad").is_some());
+        self.read.push(Identified { protocol, node, turn, mit, zeroed, identity, endpoints, port, bitrate });
         Ok(())
     }
+}
+
+/// A motor in MIT mode: a model of the table by its name or one of a user's own, its stiffness and damping.
+fn motor(
+    device: &Table<'_>,
+    listing: &mut Listing,
+) -> Result<(String, MitRanges, [Option<f64>; 2]), DescriptionError> {
+    let entry = device.required("model")?;
+    let (name, ranges) = match entry.is_table().then(|| device.table("model")).transpose()?.flatten() {
+        Some(table) => own_model(&table)?,
+        None => {
+            let (names, models): (Vec<_>, Vec<_>) = MitMotor::models().unzip();
+            let found = entry.name("motor's model", &names)?;
+            (names[found].to_owned(), models[found])
+        }
+    };
+    listing.text("model", &name, ValueSource::File { line: entry.line() });
+    let mut gain = |key: &str| -> Result<Option<f64>, DescriptionError> {
+        let Some(entry) = device.entry(key) else { return Ok(None) };
+        let gain = entry.number(POSITIVE)?;
+        listing.number(key, gain, ValueSource::File { line: entry.line() });
+        Ok(Some(gain))
+    };
+    Ok((name, ranges, [gain("stiffness_nm_per_rad")?, gain("damping_nm_s_per_rad")?]))
+}
+
+/// `{ name, family, position_rad, velocity_rad_s, torque_nm, stiffness_nm_per_rad, damping_nm_s_per_rad,
+/// current_a }`.
+fn own_model(table: &Table<'_>) -> Result<(String, MitRanges), DescriptionError> {
+    table.check_keys(&[
+        "name",
+        "family",
+        "position_rad",
+        "velocity_rad_s",
+        "torque_nm",
+        "stiffness_nm_per_rad",
+        "damping_nm_s_per_rad",
+        "current_a",
+    ])?;
+    let required = |key| table.required(key)?.number(POSITIVE);
+    let given = |key| table.entry(key).map(|entry| entry.number(POSITIVE)).transpose();
+    let family =
+        table.required("family")?.name("family of motors", &["mini-cheetah", "cubemars", "damiao"])?;
+    let name = table.required("name")?.text("the name of a model")?.to_owned();
+    let ranges = MitRanges {
+        family: FAMILIES[family],
+        position: required("position_rad")?,
+        velocity: required("velocity_rad_s")?,
+        torque: required("torque_nm")?,
+        stiffness: given("stiffness_nm_per_rad")?.unwrap_or(500.0),
+        damping: given("damping_nm_s_per_rad")?.unwrap_or(5.0),
+        current: given("current_a")?,
+    };
+    Ok((name, ranges))
 }

@@ -1,6 +1,7 @@
 //! What carries frames to the nodes and back.
 
 use super::SimulatedMachine;
+use super::sign::Sign;
 use sinew_segment::CanFrame as Frame;
 use sinew_session::BusFault;
 use std::io;
@@ -32,6 +33,23 @@ pub trait Link {
 
     /// A cycle begins: where time is virtual, the rest of the last one's period, ns, passes.
     fn begin_cycle(&mut self, period: u64);
+
+    /// Starts a watchdog that does not depend on this program: it sends frames by itself where no sign of
+    /// life comes for a time, ns.
+    ///
+    /// # Errors
+    /// Of the operating system; the link has none.
+    fn guard(&mut self, _leave: &[Frame], _time: u64) -> io::Result<()> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
+
+    /// A sign of life to the watchdog.
+    ///
+    /// # Errors
+    /// It has ended, as after it has acted, or does not read.
+    fn sign(&mut self, _sign: Sign) -> io::Result<()> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
 
     /// Of a simulated machine: what is wrong by injection in the cycle that has begun.
     fn injected(&self) -> Option<BusFault> {
@@ -67,6 +85,14 @@ impl<L: Link + ?Sized> Link for Box<L> {
 
     fn begin_cycle(&mut self, period: u64) {
         (**self).begin_cycle(period);
+    }
+
+    fn guard(&mut self, leave: &[Frame], time: u64) -> io::Result<()> {
+        (**self).guard(leave, time)
+    }
+
+    fn sign(&mut self, sign: Sign) -> io::Result<()> {
+        (**self).sign(sign)
     }
 
     fn injected(&self) -> Option<BusFault> {

@@ -1,4 +1,5 @@
-//! A machine whose drives are nodes on CAN: CANopen (CiA 301) with CiA 402, CANSimple (ODrive), or moteus.
+//! A machine whose drives are nodes on CAN: CANopen (CiA 301) with CiA 402, CANSimple (ODrive), moteus,
+//! or motors in MIT mode.
 //!
 //! ```text
 //! Link (slcan, fdcanusb, SocketCAN, simulated bus) <-> CanBus: find, compare, configure, read back -> cycle
@@ -16,11 +17,15 @@ mod device;
 mod error;
 pub mod fdcanusb;
 mod file;
+#[cfg(target_os = "linux")]
+mod guard;
 mod link;
+mod mit;
 mod moteus;
 mod scan;
 #[cfg(target_os = "linux")]
 mod serve;
+mod sign;
 mod simulated;
 mod simulated_link;
 pub mod slcan;
@@ -28,6 +33,8 @@ mod slot;
 #[cfg(target_os = "linux")]
 mod socketcan;
 mod talk;
+#[cfg(target_os = "linux")]
+mod watchdog;
 #[cfg(target_os = "linux")]
 mod wire;
 mod words;
@@ -41,14 +48,18 @@ pub use device::{CanDevice, Protocol};
 pub use error::CanError;
 pub use file::DeviceTables;
 pub use link::Link;
-pub use scan::{FoundNode, scan, scan_fd};
+pub use mit::MitMotor;
+pub use scan::{FoundNode, scan, scan_fd, scan_mit};
 #[cfg(target_os = "linux")]
 pub use serve::{HostedAdapter, serve};
+pub use sign::Sign;
 pub use simulated::SimulatedMachine;
 pub use simulated_link::SimulatedLink;
-pub use sinew_segment::{CanFault, CanFrame as Frame, CanNode};
+pub use sinew_segment::{CanFault, CanFrame as Frame, CanNode, MitFamily};
 #[cfg(target_os = "linux")]
 pub use socketcan::SocketCan;
+#[cfg(target_os = "linux")]
+pub use watchdog::watch;
 #[cfg(target_os = "linux")]
 pub use wire::connect;
 pub use words::words;
@@ -60,7 +71,7 @@ use crate::bus::Bus;
 /// Nodes behind a serial adapter.
 pub const BUS: Bus = Bus {
     name: "can",
-    about: "drives on CAN (CANopen, ODrive, moteus), behind the serial adapter or CAN interface of the machine file or of --interface",
+    about: "drives on CAN (CANopen, ODrive, moteus, MIT mode), behind the serial adapter or CAN interface of the machine file or of --interface",
     needs_interface: false,
     reads_ahead: true,
     open: wire::open,

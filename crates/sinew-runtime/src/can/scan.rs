@@ -1,8 +1,8 @@
 //! What answers on a bus.
 
 use super::canopen::{SdoClient, SdoError};
-use super::{Link, cansimple, moteus};
-use sinew_segment::CanFrame as Frame;
+use super::{Link, cansimple, mit, moteus};
+use sinew_segment::{CanFrame as Frame, MitFamily};
 use std::io;
 use std::ops::RangeInclusive;
 
@@ -37,6 +37,15 @@ pub enum FoundNode {
         model: i32,
         /// As model.
         firmware: i32,
+    },
+    /// A motor in MIT mode.
+    Mit {
+        /// Its identifier.
+        node: u8,
+        /// Whose firmware it has, by the form of its answer.
+        family: MitFamily,
+        /// The identifier under which it answers.
+        answers_as: u16,
     },
 }
 
@@ -105,6 +114,25 @@ pub fn scan_fd<L: Link>(link: &mut L) -> io::Result<Vec<FoundNode>> {
     found.sort_unstable();
     found.dedup();
     let node = |(node, [model, firmware, _]): (u8, [i32; 3])| FoundNode::Moteus { node, model, firmware };
+    Ok(found.into_iter().map(node).collect())
+}
+
+/// The motors in MIT mode that answer on a bus, by their identifiers. They have no question that changes
+/// nothing: each is told to leave, and loses its power.
+///
+/// # Errors
+/// Of the operating system.
+pub fn scan_mit<L: Link>(link: &mut L) -> io::Result<Vec<FoundNode>> {
+    let mut found = Vec::new();
+    let ask = |link: &mut L, nodes: RangeInclusive<u8>| link.send(&nodes.map(mit::leave).collect::<Vec<_>>());
+    // A DAMIAO that has power looks like a CubeMars of another identifier.
+    each(link, 1..=mit::MAX_NODE, ask, |_| {})?;
+    each(link, 1..=mit::MAX_NODE, ask, |frame| {
+        let seen = mit::sender(frame).map(|(node, family)| (node, frame.id(), family));
+        found.extend(seen.filter(|seen| !found.contains(seen)));
+    })?;
+    found.sort_unstable_by_key(|(node, id, _)| (*node, *id));
+    let node = |(node, answers_as, family)| FoundNode::Mit { node, family, answers_as };
     Ok(found.into_iter().map(node).collect())
 }
 

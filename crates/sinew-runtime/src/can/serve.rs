@@ -32,7 +32,9 @@ impl HostedAdapter {
     pub fn open(device: &CanDevice) -> io::Result<Self> {
         let host: Box<dyn Host> = match device.protocol {
             Protocol::Moteus => Box::new(FdcanusbHost::default()),
-            Protocol::Canopen | Protocol::Cansimple => Box::new(SlcanHost::new(device.bitrate)),
+            Protocol::Canopen | Protocol::Cansimple | Protocol::Mit => {
+                Box::new(SlcanHost::new(device.bitrate))
+            }
         };
         let (terminal, out) = (PseudoTerminal::open()?, Vec::with_capacity(OCTETS));
         Ok(Self { terminal, host, out, buffer: [0; OCTETS], came: 0, seen: 0, clock: MonotonicClock })

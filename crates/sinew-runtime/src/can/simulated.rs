@@ -2,12 +2,14 @@
 //! are what they show.
 
 use super::device::{CanDevice, Protocol};
+use super::mit::MitMotor;
 use crate::cia402::{Axis, Measured, WinchFault};
 use crate::virtual_time::Simulated;
+use core::f64::consts::TAU;
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew::twin::arm::ArmTwin;
-use sinew_segment::{CanDrive, CanFrame as Frame, CanNode};
+use sinew_segment::{CanDrive, CanFrame as Frame, CanNode, MitFamily, MitReadings};
 use sinew_session::BusFault;
 use std::collections::VecDeque;
 
@@ -27,11 +29,18 @@ pub struct SimulatedMachine {
     /// When the bus is free, ns.
     free: u64,
     answers: Vec<Frame>,
+    /// Whether motors compute their torques by themselves: many times in a period.
+    torques: bool,
 }
 
 /// Errors of an axis on CANSimple, and faults of a moteus: encoder, heat, position.
 const CANSIMPLE_ERRORS: [u32; 3] = [1 << 3, 1 << 13, 1 << 16];
 const MOTEUS_FAULTS: [u32; 3] = [35, 38, 39];
+/// Errors of a CubeMars and of a DAMIAO, which has none of its encoder and of the travel.
+const CUBEMARS_ERRORS: [u32; 3] = [5, 1, 7];
+const DAMIAO_ERRORS: [u32; 3] = [14, 12, 14];
+/// Time between two torques of a motor, at most, ns; that of a real one is much shorter.
+const TORQUE_TIME: u64 = 1_000_000;
 /// Frames under way, at most; more are lost.
 const CAPACITY: usize = 4096;
 
@@ -45,6 +54,10 @@ impl SimulatedMachine {
                 Protocol::Canopen => CanNode::canopen(device.node, device.identity),
                 Protocol::Cansimple => CanNode::cansimple(device.node, (1e9 * machine.watchdog()) as u64),
                 Protocol::Moteus => CanNode::moteus(device.node),
+                Protocol::Mit => {
+                    let ranges = device.mit.as_ref().map_or(MitMotor::USUAL.1, |motor| motor.ranges);
+                    CanNode::mit(device.node, ranges)
+                }
             };
             (node, Axis { drive, parameters })
         };
@@ -60,6 +73,7 @@ impl SimulatedMachine {
             queue: VecDeque::with_capacity(CAPACITY),
             free: 0,
             answers: Vec::with_capacity(256),
+            torques: devices.iter().any(|device| device.protocol == Protocol::Mit),
         };
         machine.show();
         machine
@@ -111,21 +125,37 @@ impl SimulatedMachine {
 
     /// The machine follows its drives for a period, ns, that ends at `now`. It is held until one has power.
     pub fn advance(&mut self, period: u64, now: u64) {
-        let Self { nodes, answers, commands, arm, .. } = self;
-        for (node, axis) in nodes.iter_mut() {
-            node.advance(now, period, answers);
+        for (node, _) in &mut self.nodes {
+            node.advance(now, period, &mut self.answers);
             self.started |= node.has_power();
+        }
+        self.free = self.free.max(now);
+        self.enqueue();
+        let parts = if self.torques { period.div_ceil(TORQUE_TIME) } else { 1 };
+        for _ in 0..parts {
+            if self.started && !self.failed {
+                self.command();
+                self.failed = self.arm.step(&self.commands, period as f64 * 1e-9 / parts as f64).is_err();
+                self.show();
+            }
+        }
+    }
+
+    /// What the drives let the machine do.
+    fn command(&mut self) {
+        let Self { nodes, commands, arm, .. } = self;
+        for (node, axis) in nodes {
             commands[axis.drive.muscle] = match node.drive_mut() {
                 CanDrive::Canopen(drive) => axis.command(arm, drive),
                 CanDrive::Cansimple(drive) => axis.turns(arm, drive.command()),
                 CanDrive::Moteus(drive) => axis.turns(arm, drive.command()),
+                CanDrive::Mit(motor) => {
+                    let Measured { position, velocity, .. } = axis.measured(arm);
+                    let torque = motor.torque(TAU * position, TAU * velocity);
+                    let turn = axis.drive.counts_per_turn / axis.parameters.motor.torque_constant;
+                    torque.map_or(DriveCommand::Brake, |torque| DriveCommand::Current(torque * turn))
+                }
             };
-        }
-        self.free = self.free.max(now);
-        self.enqueue();
-        if self.started && !self.failed {
-            self.failed = self.arm.step(&self.commands, period as f64 * 1e-9).is_err();
-            self.show();
         }
     }
 
@@ -155,6 +185,11 @@ impl SimulatedMachine {
                 }
                 CanDrive::Cansimple(_) => (CANSIMPLE_ERRORS, axis.fault(arm)),
                 CanDrive::Moteus(_) => (MOTEUS_FAULTS, axis.fault(arm)),
+                CanDrive::Mit(motor) => match motor.family() {
+                    // It says of no error, but has no power any more.
+                    MitFamily::MiniCheetah | MitFamily::Cubemars => (CUBEMARS_ERRORS, axis.fault(arm)),
+                    MitFamily::Damiao => (DAMIAO_ERRORS, axis.fault(arm)),
+                },
             };
             match fault {
                 Some(WinchFault::Encoder) => node.raise_fault(faults[0]),
@@ -163,7 +198,7 @@ impl SimulatedMachine {
                 None => {}
             }
             let Measured { position, velocity, current } = axis.measured(arm);
-            let (position, velocity) = (position as f32, velocity as f32);
+            let (shaft, position, velocity) = ([position, velocity], position as f32, velocity as f32);
             match node.drive_mut() {
                 CanDrive::Canopen(_) => {}
                 CanDrive::Cansimple(drive) => drive.set_actual(position, velocity, current as f32),
@@ -171,6 +206,12 @@ impl SimulatedMachine {
                     let torque = axis.parameters.motor.torque_constant * current;
                     let torque = torque / axis.drive.counts_per_turn.abs();
                     drive.set_actual(position, velocity, torque as f32);
+                }
+                CanDrive::Mit(motor) => {
+                    let torque = axis.parameters.motor.torque_constant / axis.drive.counts_per_turn.abs();
+                    let torque = if motor.shows_current() { current } else { torque * current };
+                    let [position, velocity] = shaft.map(|turns| TAU * turns);
+                    motor.set_actual(MitReadings { position, velocity, torque });
                 }
             }
         }

@@ -4,8 +4,8 @@ use std::fmt::Debug;
 
 /// A node in operation, as its protocol has it.
 pub(super) trait Slot: Debug + Send {
-    /// Whether a frame of this identifier can be one of the node.
-    fn sends(&self, id: u16) -> bool;
+    /// Whether a frame can be one of the node.
+    fn sends(&self, frame: &Frame) -> bool;
 
     /// The frame that begins or ends its operation.
     fn operate(&self, begin: bool) -> Frame;

@@ -1,6 +1,8 @@
 //! A CAN interface of Linux, whose bit rate the system has set.
 
 use super::Link;
+use super::guard::Guard;
+use super::sign::Sign;
 use crate::cycle::{Clock as _, MonotonicClock};
 use crate::tty::wait_for_input;
 use sinew_segment::CanFrame as Frame;
@@ -13,6 +15,8 @@ use std::io::{self, ErrorKind};
 /// A socket on a CAN interface.
 #[derive(Debug)]
 pub struct SocketCan {
+    guard: Option<Guard>,
+    interface: String,
     socket: CanFdSocket,
     fd: bool,
     clock: MonotonicClock,
@@ -63,7 +67,7 @@ impl SocketCan {
             return Err(refused("the interface has no CAN FD"));
         }
         socket.set_nonblocking(true)?;
-        Ok(Self { socket, fd, clock: MonotonicClock })
+        Ok(Self { guard: None, interface: interface.to_owned(), socket, fd, clock: MonotonicClock })
     }
 }
 
@@ -156,4 +160,13 @@ impl Link for SocketCan {
     }
 
     fn begin_cycle(&mut self, _period: u64) {}
+
+    fn guard(&mut self, leave: &[Frame], time: u64) -> io::Result<()> {
+        self.guard = Some(Guard::start(&self.interface, None, leave, time)?);
+        Ok(())
+    }
+
+    fn sign(&mut self, sign: Sign) -> io::Result<()> {
+        self.guard.as_mut().map_or(Ok(()), |guard| guard.sign(sign))
+    }
 }

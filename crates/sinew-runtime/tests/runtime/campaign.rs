@@ -1,8 +1,9 @@
 //! Faults of servos, drives on CAN and their lines at random moments of a motion, on every bus but EtherCAT,
 //! whose are in `bus_faults`.
 
+use crate::can::PROTOCOLS;
 use crate::common::{Setup, bare_machine};
-use crate::{can, servos};
+use crate::{can_common as can, servos};
 use sinew::control::arm::{ArmStatus, Fault};
 use sinew::control::supervisor::Mode;
 use sinew_runtime::can::{CanBus, CanFault, CanNode, Protocol};
@@ -11,7 +12,7 @@ use sinew_session::{BusFault, Plant};
 use std::collections::BTreeMap;
 
 /// Names of the buses.
-const BUSES: [&str; 5] = ["Dynamixel", "Feetech", "CANopen", "CANSimple", "moteus"];
+const BUSES: [&str; 6] = ["Dynamixel", "Feetech", "CANopen", "CANSimple", "moteus", "MIT mode"];
 const MACHINES: [&str; 4] = ["bench_joint", "planar_leg", "finger", "two_finger_hand"];
 
 /// What is done to a drive or to the line.
@@ -49,7 +50,7 @@ impl Kind {
         matches!(self, Self::Damaged | Self::LateBriefly)
     }
 
-    /// Whether a bus has it: moteus and servos send no heartbeat, Feetech's servos wait for ever.
+    /// Whether a bus has it: servos, moteus and motors in MIT mode send no heartbeat, Feetech's servos wait for ever.
     fn is_of(self, bus: usize) -> bool {
         match self {
             Self::NoHeartbeat => matches!(bus, 2 | 3),
@@ -136,7 +137,7 @@ fn on_servos(case: &Case, setup: &Setup, dynamixel: bool) -> Outcome {
         Kind::LineCut => servos::Act::Cut,
         Kind::AdapterUnplugged => servos::Act::Unplug,
         Kind::Damaged => servos::Act::Fault(k, Some(ServoFault::Corrupted(1000))),
-        Kind::LateBriefly | Kind::LateLong => servos::Act::Late(late),
+        Kind::LateBriefly | Kind::LateLong => servos::Act::Stall(late),
     };
     let watched = servos::Watched::new(setup, &devices);
     let bus = ServoBus::start(watched.clone(), &setup.machine, &devices).unwrap();
@@ -152,12 +153,13 @@ fn on_servos(case: &Case, setup: &Setup, dynamixel: bool) -> Outcome {
 
 fn on_can(case: &Case, setup: &Setup, protocol: Protocol) -> Outcome {
     let devices = sinew_runtime::can::CanDevice::simulated(&setup.machine);
-    let devices: Vec<_> = devices.into_iter().map(|node| node.on(protocol)).collect();
+    let devices: Vec<_> = devices.into_iter().map(|node| node.on(protocol, &setup.machine)).collect();
     let k = case.drive;
     let code = match protocol {
         Protocol::Canopen => 0x2310,
         Protocol::Cansimple => 1 << 13,
-        _ => 38,
+        Protocol::Moteus => 38,
+        Protocol::Mit => 10,
     };
     let act = match case.kind {
         Kind::Silent => can::Act::Fault(k, CanFault::Silent),
@@ -167,7 +169,7 @@ fn on_can(case: &Case, setup: &Setup, protocol: Protocol) -> Outcome {
         Kind::LineCut => can::Act::Cut,
         Kind::AdapterUnplugged => can::Act::Unplug,
         Kind::Damaged => can::Act::Fault(k, CanFault::Loses(1000)),
-        Kind::LateBriefly | Kind::LateLong => can::Act::Late(case.periods),
+        Kind::LateBriefly | Kind::LateLong => can::Act::Stall(case.periods),
     };
     let watched = can::Watched::new(setup, &devices);
     let bus = CanBus::start(watched.clone(), &setup.machine, &devices).unwrap();
@@ -219,7 +221,7 @@ fn campaign(count: usize, seed: u64) -> Vec<(Case, Outcome)> {
         let setup = &setups[case.machine];
         let outcome = match case.bus {
             bus @ 0..=1 => on_servos(&case, setup, bus == 0),
-            bus => on_can(&case, setup, can::PROTOCOLS[bus - 2]),
+            bus => on_can(&case, setup, PROTOCOLS[bus - 2]),
         };
         let after = outcome.stop.map(|(cycle, _)| cycle.saturating_sub(case.cycle));
         let good =

@@ -1,171 +1,27 @@
 //! Machines behind simulated drives on CAN, in virtual time; decoders on whatever comes.
 
+use crate::can_common::{Act, MIDDLE, TIMED_OUT, Watched, bus, setup, setup_on, stopped};
 use crate::common::{Setup, bare_machine, machine, tracked};
 use proptest::prelude::*;
-use sinew::control::arm::ArmStatus;
 use sinew::drive::DriveCommand;
 use sinew::machine::Machine;
 use sinew_runtime::can::fdcanusb::Fdcanusb;
 use sinew_runtime::can::slcan::{Decoder, Line, encode};
 use sinew_runtime::can::{
-    CanBus, CanDevice, CanFault, CanNode, Dialect, FoundNode, Frame, Link, Protocol, SdoClient, SdoError,
-    SimulatedLink, SimulatedMachine, scan, scan_fd, words,
+    CanBus, CanDevice, CanFault, CanNode, Dialect, FoundNode, Frame, Link, MitMotor, Protocol, SdoClient,
+    SdoError, scan, scan_fd, words,
 };
 use sinew_segment::CanDrive;
-use sinew_session::{BusFault, Exchange, Feedback, Plant};
-use std::cell::RefCell;
-use std::io;
-use std::rc::Rc;
+use sinew_session::{BusFault, Feedback, Plant};
 
 /// s.
 const PERIOD: f64 = 4e-3;
-/// A cycle in the middle of the motion.
-const MIDDLE: u64 = 1000;
-pub(crate) const PROTOCOLS: [Protocol; 3] = [Protocol::Canopen, Protocol::Cansimple, Protocol::Moteus];
+pub(crate) const PROTOCOLS: [Protocol; 4] =
+    [Protocol::Canopen, Protocol::Cansimple, Protocol::Moteus, Protocol::Mit];
 const NAMES: [&str; 3] = ["bench_joint", "planar_leg", "finger"];
-
-/// What happens, to the node of this index where there is one.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Act {
-    Fault(usize, CanFault),
-    Restart(usize),
-    Raise(usize, u32),
-    Cut,
-    Unplug,
-    /// The master comes so many periods late, and with it SYNC.
-    Late(u64),
-}
-
-/// A link that is there after its bus is gone, what is done before a cycle, and what has been.
-#[derive(Clone)]
-pub(crate) struct Watched(Rc<RefCell<Inner>>);
-
-pub(crate) struct Inner {
-    link: SimulatedLink,
-    acts: Vec<(u64, Act)>,
-    cycle: u64,
-    unplugged: bool,
-    /// Every frame that comes is changed by this.
-    damage: Option<fn(&Frame) -> Frame>,
-    /// Whether it has frames of CAN FD.
-    fd: bool,
-}
-
-impl Watched {
-    pub(crate) fn new(setup: &Setup, nodes: &[CanDevice]) -> Self {
-        let machine = SimulatedMachine::new(setup.plant.clone(), &setup.machine, nodes, true);
-        let link = SimulatedLink::new(machine);
-        Self(Rc::new(RefCell::new(Inner {
-            link,
-            acts: Vec::new(),
-            cycle: 0,
-            unplugged: false,
-            damage: None,
-            fd: true,
-        })))
-    }
-
-    pub(crate) fn with(self, cycle: u64, act: Act) -> Self {
-        self.0.borrow_mut().acts.push((cycle, act));
-        self
-    }
-
-    /// True tensions of the cables at their drives, N.
-    pub(crate) fn tensions(&self) -> Vec<f64> {
-        let inner = self.0.borrow();
-        let machine = inner.link.simulated().unwrap();
-        machine.arm().truth().cables.iter().map(|cable| cable.tension_in).collect()
-    }
-
-    /// Cycles of the start are none of the run.
-    pub(crate) fn begin(&self) {
-        self.0.borrow_mut().cycle = 0;
-    }
-
-    /// Whether a node has power; one on CANSimple or moteus, which has no brake, may stand with it.
-    fn moves(&self, k: usize) -> bool {
-        let mut inner = self.0.borrow_mut();
-        let node = inner.link.machine_mut().nodes_mut().nth(k).unwrap();
-        match node.drive_mut() {
-            CanDrive::Canopen(drive) => drive.brake_released(),
-            CanDrive::Cansimple(axis) => axis.command().is_some_and(|velocity| velocity != 0.0),
-            // A position that is held is not reached to the last bit.
-            CanDrive::Moteus(node) => node.command().is_some_and(|velocity| velocity.abs() > 1e-3),
-        }
-    }
-
-    pub(crate) fn nodes<T>(&self, see: impl Fn(&CanNode) -> T) -> Vec<T> {
-        self.0.borrow_mut().link.machine_mut().nodes().map(see).collect()
-    }
-}
-
-impl Link for Watched {
-    fn carries_fd(&self) -> bool {
-        self.0.borrow().fd
-    }
-    fn now(&mut self) -> u64 {
-        self.0.borrow_mut().link.now()
-    }
-    fn send(&mut self, frames: &[Frame]) -> io::Result<()> {
-        let mut inner = self.0.borrow_mut();
-        if inner.unplugged { Err(io::ErrorKind::UnexpectedEof.into()) } else { inner.link.send(frames) }
-    }
-    fn receive(&mut self, deadline: u64) -> io::Result<Option<Frame>> {
-        let mut inner = self.0.borrow_mut();
-        if inner.unplugged {
-            return Err(io::ErrorKind::UnexpectedEof.into());
-        }
-        let frame = inner.link.receive(deadline)?;
-        Ok(frame.map(|frame| inner.damage.map_or(frame, |damage| damage(&frame))))
-    }
-    fn rest_until(&mut self, time: u64) {
-        self.0.borrow_mut().link.rest_until(time);
-    }
-    fn begin_cycle(&mut self, period: u64) {
-        let Inner { link, acts, cycle, unplugged, .. } = &mut *self.0.borrow_mut();
-        for (_, act) in acts.iter().filter(|(at, _)| at == cycle) {
-            let mut nodes = link.machine_mut().nodes_mut();
-            match *act {
-                Act::Fault(k, fault) => nodes.nth(k).unwrap().set_fault(Some(fault)),
-                Act::Restart(k) => nodes.nth(k).unwrap().restart(),
-                Act::Raise(k, code) => nodes.nth(k).unwrap().raise_fault(code),
-                Act::Cut => {
-                    drop(nodes);
-                    link.cut();
-                }
-                Act::Unplug => *unplugged = true,
-                Act::Late(periods) => {
-                    drop(nodes);
-                    (0..periods).for_each(|_| link.begin_cycle(period));
-                }
-            }
-        }
-        *cycle += 1;
-        link.begin_cycle(period);
-    }
-}
 
 /// What a node on CANSimple that heard nothing for the time of its watchdog shows.
 const WATCHDOG_EXPIRED: u32 = 1 << 24;
-/// What a moteus shows then.
-pub(crate) const TIMED_OUT: u32 = 11;
-
-pub(crate) fn setup_on(name: &str, protocol: Protocol) -> (Setup, Vec<CanDevice>) {
-    let (setup, nodes) = setup(name);
-    (setup, nodes.into_iter().map(|node| node.on(protocol)).collect())
-}
-
-fn setup(name: &str) -> (Setup, Vec<CanDevice>) {
-    // The motion begins when the cables have their tensions.
-    let setup = Setup { before: 3.0, ..Setup::new(bare_machine(name), 3, &[]) };
-    let nodes = CanDevice::simulated(&setup.machine);
-    (setup, nodes)
-}
-
-fn bus(setup: &Setup, nodes: &[CanDevice]) -> CanBus<SimulatedLink> {
-    let machine = SimulatedMachine::new(setup.plant.clone(), &setup.machine, nodes, true);
-    CanBus::start(SimulatedLink::new(machine), &setup.machine, nodes).unwrap()
-}
 
 #[test]
 fn a_machine_tracks_behind_drives_on_can_as_without_wires() {
@@ -197,30 +53,6 @@ fn drives_on_can_are_still_tracked_with_a_period_of_delay_that_their_gains_do_no
     assert!(late.mean < 2.0 * usual.mean && late.max < 2.0 * usual.max, "{usual:?} {late:?}");
 }
 
-/// The cycle in which a machine is stopped, the fault of the bus in it, and the fault as its supervisor names
-/// it; none for a run to its end.
-fn stopped(setup: &Setup, watched: &Watched, nodes: &[CanDevice]) -> Option<(u64, Exchange, String)> {
-    let bus = CanBus::start(watched.clone(), &setup.machine, nodes).unwrap();
-    watched.begin();
-    let (mut found, mut cycles, mut moving) = (None, 0, 0);
-    setup.run(bus, |record| {
-        cycles += 1;
-        if let (None, ArmStatus::Stopped(fault)) = (&found, record.command.arm.status) {
-            found = Some((cycles, record.exchange, format!("{fault:?}")));
-        }
-        if found.as_ref().is_some_and(|(at, ..)| cycles > at + 400) {
-            moving += usize::from(watched.moves(1));
-        }
-    });
-    if found.is_some() {
-        assert_eq!(moving, 0, "the second drive does not move again by itself");
-    }
-    // What hears no heartbeat is stopped by its own watchdog; a moteus then holds still, with power.
-    let left = watched.nodes(|node| node.has_power() && node.error() != TIMED_OUT);
-    assert!(left.iter().all(|powered| !powered), "no power at the end");
-    found
-}
-
 #[test]
 fn what_fails_in_the_middle_of_a_motion_is_found_named_and_leads_to_a_safe_stop() {
     let not_ready = |code| BusFault::NotReady { device: 1, code, muscle: Some(1) };
@@ -228,14 +60,15 @@ fn what_fails_in_the_middle_of_a_motion_is_found_named_and_leads_to_a_safe_stop(
     // The second node, in the middle of the motion; cycles until the stop, at most: a heartbeat is missed
     // after four of its intervals, and on CANSimple says what is wrong.
     let cases = [
-        (Act::Fault(1, CanFault::Silent), not_ready(0), "Drive(1)", [5, 5, 5]),
-        (Act::Fault(1, CanFault::NoHeartbeat), not_ready(1), "Drive(1)", [65, 40, 0]),
-        (Act::Restart(1), not_ready(2), "Drive(1)", [5, 9, 5]),
-        (Act::Raise(1, 0x2310), drive(0x2310), "Drive(1)", [5, 0, 0]),
-        (Act::Raise(1, 1 << 13), drive(14), "Drive(1)", [0, 9, 0]),
-        (Act::Raise(1, 38), drive(0x126), "Drive(1)", [0, 0, 5]),
-        (Act::Cut, BusFault::Lost, "Bus", [5, 5, 5]),
-        (Act::Unplug, BusFault::Lost, "Bus", [5, 5, 5]),
+        (Act::Fault(1, CanFault::Silent), not_ready(0), "Drive(1)", [5, 5, 5, 5]),
+        (Act::Fault(1, CanFault::NoHeartbeat), not_ready(1), "Drive(1)", [65, 40, 0, 0]),
+        (Act::Restart(1), not_ready(2), "Drive(1)", [5, 9, 5, 5]),
+        (Act::Raise(1, 0x2310), drive(0x2310), "Drive(1)", [5, 0, 0, 0]),
+        (Act::Raise(1, 1 << 13), drive(14), "Drive(1)", [0, 9, 0, 0]),
+        (Act::Raise(1, 38), drive(0x126), "Drive(1)", [0, 0, 5, 0]),
+        (Act::Raise(1, 12), drive(0x21c), "Drive(1)", [0, 0, 0, 5]),
+        (Act::Cut, BusFault::Lost, "Bus", [5, 5, 5, 5]),
+        (Act::Unplug, BusFault::Lost, "Bus", [5, 5, 5, 5]),
     ];
     for (k, protocol) in PROTOCOLS.into_iter().enumerate() {
         let (setup, nodes) = setup_on("planar_leg", protocol);
@@ -256,6 +89,7 @@ fn what_fails_in_the_middle_of_a_motion_is_found_named_and_leads_to_a_safe_stop(
     assert_eq!(words(drive(0x126)), "reports over temperature (fault 38)");
     assert_eq!(words(drive(0x10b)), "reports no command within its watchdog timeout (mode 11)");
     assert_eq!(words(drive(14)), "reports MOTOR_OVER_TEMP (bit 13)");
+    assert_eq!(words(drive(0x21c)), "reports motor over temperature (error 12)");
 }
 
 #[test]
@@ -269,7 +103,7 @@ fn frames_that_are_lost_now_and_then_are_bridged() {
 
 #[test]
 fn a_computer_that_falls_silent_leaves_no_drive_with_power() {
-    for (protocol, error) in PROTOCOLS.into_iter().zip([0x8130, WATCHDOG_EXPIRED, TIMED_OUT]) {
+    for (protocol, error) in PROTOCOLS.into_iter().zip([0x8130, WATCHDOG_EXPIRED, TIMED_OUT, 0]) {
         let (setup, nodes) = setup_on("finger", protocol);
         let watched = Watched::new(&setup, &nodes);
         let mut bus = CanBus::start(watched.clone(), &setup.machine, &nodes).unwrap();
@@ -380,7 +214,7 @@ fn what_is_wrong_with_an_axis_on_cansimple_is_refused_before_anything_moves() {
     let configured = |watchdog, heartbeat| {
         on_wire(&move |node| match node.drive_mut() {
             CanDrive::Cansimple(axis) => axis.configure(watchdog, heartbeat),
-            CanDrive::Canopen(_) | CanDrive::Moteus(_) => unreachable!(),
+            CanDrive::Canopen(_) | CanDrive::Moteus(_) | CanDrive::Mit(_) => unreachable!(),
         })
     };
     let heartbeat = 20_000_000;
@@ -679,6 +513,7 @@ fn play(count: u32, mut seed: u64) -> u32 {
     let mut node = CanNode::canopen(1, [None; 2]);
     let mut axis = CanNode::cansimple(1, 20_000_000);
     let (mut moteus, mut adapter) = (CanNode::moteus(1), Fdcanusb::default());
+    let mut mit = CanNode::mit(1, MitMotor::models().last().unwrap().1);
     let subframes = [0x01, 0x00, 0x0a, 0x0d, 0x0e, 0x20, 0x11, 0x13, 0x1f, 0x1c, 0x14, 0x50, 0x27, 0x80];
     let (mut answers, mut decoder, mut played) = (Vec::new(), Decoder::default(), 0);
     for now in 0..u64::from(count) {
@@ -713,6 +548,14 @@ fn play(count: u32, mut seed: u64) -> u32 {
         if let CanDrive::Moteus(moteus) = moteus.drive_mut() {
             assert!(moteus.command().is_none_or(f32::is_finite));
         }
+        let octets =
+            std::array::from_fn::<u8, 8, _>(|_| if number(3) == 0 { number(256) as u8 } else { 255 });
+        let frame = Frame::new([1, 1, 1, 0x7ff][number(4) as usize], &octets[..number(9) as usize]);
+        mit.process(&frame, now * 100_000, &mut answers);
+        mit.advance(now * 100_000, 100_000, &mut answers);
+        if let CanDrive::Mit(motor) = mit.drive_mut() {
+            assert!(motor.torque(0.0, 0.0).is_none_or(f64::is_finite));
+        }
         let _ = adapter.feed(octets[1]);
         answers.clear();
         let _ = decoder.feed(octets[0]);
@@ -738,13 +581,14 @@ fn a_master_takes_any_frame() {
     PROTOCOLS.into_iter().for_each(|protocol| takes_any_frame(protocol, 20_000));
 }
 
-/// Of four nodes on CANopen or moteus a cycle has four frames, of four axes on CANSimple eight.
+/// Of four nodes on CANopen, moteus or in MIT mode a cycle has four frames, of four axes on CANSimple eight.
 #[test]
 fn long_a_master_takes_a_million_frames() {
     if std::env::var_os("SINEW_LONG").is_some() {
         takes_any_frame(Protocol::Canopen, 250_000);
         takes_any_frame(Protocol::Cansimple, 125_000);
         takes_any_frame(Protocol::Moteus, 250_000);
+        takes_any_frame(Protocol::Mit, 250_000);
     }
 }
 

@@ -213,6 +213,27 @@ fn nodes_on_can_are_read_and_what_is_none_of_theirs_is_refused() {
     let [flexor, extensor] = devices.of::<CanDevice>() else { panic!("{devices:?}") };
     assert_eq!(of(flexor), (Protocol::Moteus, 1, 1.0));
     assert_eq!(of(extensor), (Protocol::Moteus, 126, -0.1));
+    let own = "{ name = \"own\", family = \"mini-cheetah\", position_rad = 95.5, velocity_rad_s = 45, torque_nm = 18, \
+        current_a = 40 }";
+    let mit = drives(
+        "node = 15\nprotocol = \"mit\"\nmodel = \"DM-J4310\"",
+        &format!(
+            "node = 126\nprotocol = \"mit\"\nmodel = {own}\ncounts_per_turn = -0.1\ndamping_nm_s_per_rad = 1\noffset_rad = 3"
+        ),
+    );
+    let (described, devices) = read_all(&mit).unwrap();
+    let [flexor, extensor] = devices.of::<CanDevice>() else { panic!("{devices:?}") };
+    let drive = described.machine.muscles[0].drive;
+    assert_eq!(of(flexor), (Protocol::Mit, 15, 1.0 / drive.reducer.ratio));
+    // Without a zero that is said it is the middle of the drum.
+    assert!(
+        (drive.winch.angle(0.5 * drive.winch.capacity()) * drive.reducer.ratio - flexor.drive.offset).abs()
+            < 1e-9
+    );
+    assert_eq!((of(extensor), extensor.drive.offset), ((Protocol::Mit, 126, -0.1), 3.0));
+    let motor = extensor.mit.as_ref().unwrap();
+    assert_eq!((motor.ranges.position, motor.ranges.current, motor.damping), (95.5, Some(40.0), 1.0));
+    assert!(motor.stiffness > 0.0 && motor.stiffness < motor.ranges.stiffness);
     for (more, parts) in [
         ("node = 127", ["node", "1..=126"]),
         ("node = 4\nbitrate = 9600", ["bitrate", "500"]),
@@ -220,7 +241,15 @@ fn nodes_on_can_are_read_and_what_is_none_of_theirs_is_refused() {
         ("node = 0", ["node", "1..=126"]),
         ("node = 4\nendpoints = \"a\"", ["endpoints", "CANopen"]),
         ("node = 63\nprotocol = \"cansimple\"", ["node", "0..=62"]),
-        ("node = 4\nprotocol = \"mit\"", ["protocol", "moteus"]),
+        ("node = 4\nprotocol = \"cia402\"", ["protocol", "mit"]),
+        ("node = 4\nprotocol = \"mit\"", ["model", "is missing"]),
+        ("node = 4\nprotocol = \"mit\"\nmodel = \"AK80\"", ["model", "AK80-6"]),
+        ("node = 16\nprotocol = \"mit\"\nmodel = \"DM-J4310\"", ["node", "1..=15"]),
+        ("node = 4\nprotocol = \"mit\"\nmodel = \"AK80-9\"\nvendor = 1", ["vendor", "MIT mode"]),
+        ("node = 4\nprotocol = \"mit\"\nmodel = \"AK80-9\"\ndamping_nm_s_per_rad = 0", ["damping", "> 0"]),
+        ("node = 4\nprotocol = \"mit\"\nmodel = { name = \"a\" }", ["family", "is missing"]),
+        ("node = 4\nprotocol = \"moteus\"\nmodel = \"AK80-9\"", ["model", "moteus"]),
+        ("node = 4\nstiffness_nm_per_rad = 1", ["stiffness_nm_per_rad", "CANopen"]),
         ("node = 0\nprotocol = \"moteus\"", ["node", "1..=126"]),
         ("node = 4\nprotocol = \"moteus\"\nbitrate = 500000", ["bitrate", "moteus"]),
         ("node = 4\nprotocol = \"moteus\"\nendpoints = \"a\"", ["endpoints", "moteus"]),

@@ -74,8 +74,8 @@ fn allocates_nothing<B: Plant>(setup: &Setup, bus: B) {
 fn a_cycle_over_can_allocates_nothing() {
     let setup = bare_setup();
     let canopen = CanDevice::simulated(&setup.machine);
-    for protocol in [Protocol::Canopen, Protocol::Cansimple, Protocol::Moteus] {
-        let nodes: Vec<_> = canopen.iter().cloned().map(|node| node.on(protocol)).collect();
+    for protocol in [Protocol::Canopen, Protocol::Cansimple, Protocol::Moteus, Protocol::Mit] {
+        let nodes: Vec<_> = canopen.iter().cloned().map(|node| node.on(protocol, &setup.machine)).collect();
         let simulated = can::SimulatedMachine::new(setup.plant.clone(), &setup.machine, &nodes, true);
         let bus = CanBus::start(SimulatedLink::new(simulated), &setup.machine, &nodes).unwrap();
         allocates_nothing(&setup, bus);

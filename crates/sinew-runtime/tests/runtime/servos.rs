@@ -39,8 +39,8 @@ pub(crate) enum Act {
     /// The line is cut behind the adapter.
     Cut,
     Unplug,
-    /// The master comes so many periods late.
-    Late(u64),
+    /// The program stands for so many periods.
+    Stall(u64),
 }
 
 impl Watched {
@@ -110,7 +110,7 @@ impl Lines for Watched {
                 Act::Raise(k, error) => servos.nth(k).unwrap().raise(error),
                 Act::Cut => servos.for_each(|servo| servo.set_fault(Some(ServoFault::Silent))),
                 Act::Unplug => *unplugged = true,
-                Act::Late(periods) => (0..periods).for_each(|_| lines.begin_cycle(period)),
+                Act::Stall(periods) => (0..periods).for_each(|_| lines.begin_cycle(period)),
             }
         }
         *cycle += 1;

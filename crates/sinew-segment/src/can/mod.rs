@@ -3,6 +3,8 @@
 mod canopen;
 mod cansimple;
 mod frame;
+mod mit;
+mod mit_frame;
 mod moteus;
 
 use crate::drive::Drive;
@@ -10,6 +12,8 @@ use canopen::Canopen;
 
 pub use cansimple::Cansimple;
 pub use frame::CanFrame;
+pub use mit::Mit;
+pub use mit_frame::{MitCommand, MitFamily, MitRanges, MitReadings};
 pub use moteus::Moteus;
 
 /// How a simulated node fails.
@@ -36,6 +40,7 @@ enum Speaks {
     Canopen(Box<Canopen>),
     Cansimple(Cansimple),
     Moteus(Moteus),
+    Mit(Mit),
 }
 
 /// The drive in a node, by its protocol.
@@ -47,6 +52,8 @@ pub enum CanDrive<'a> {
     Cansimple(&'a mut Cansimple),
     /// moteus.
     Moteus(&'a mut Moteus),
+    /// MIT mode.
+    Mit(&'a mut Mit),
 }
 
 impl CanNode {
@@ -70,6 +77,12 @@ impl CanNode {
         Self::of(Speaks::Moteus(Moteus::new(id)))
     }
 
+    /// A motor in MIT mode that has started, with this identifier of 1 to 126, of a DAMIAO up to 15.
+    #[must_use]
+    pub fn mit(id: u8, ranges: MitRanges) -> Self {
+        Self::of(Speaks::Mit(Mit::new(id, ranges)))
+    }
+
     fn of(speaks: Speaks) -> Self {
         Self { speaks, sent: 0, fault: None }
     }
@@ -80,6 +93,7 @@ impl CanNode {
             Speaks::Canopen(node) => CanDrive::Canopen(node.drive_mut()),
             Speaks::Cansimple(node) => CanDrive::Cansimple(node),
             Speaks::Moteus(node) => CanDrive::Moteus(node),
+            Speaks::Mit(node) => CanDrive::Mit(node),
         }
     }
 
@@ -90,17 +104,19 @@ impl CanNode {
             Speaks::Canopen(node) => node.drive().brake_released(),
             Speaks::Cansimple(node) => node.is_armed(),
             Speaks::Moteus(node) => node.has_power(),
+            Speaks::Mit(node) => node.has_power(),
         }
     }
 
     /// Error code of the present or last fault of a drive on CANopen, error bits of one on CANSimple, fault
-    /// code of a moteus, or 11 where it has timed out; 0 is none.
+    /// code of a moteus, or 11 where it has timed out, error of a motor in MIT mode; 0 is none.
     #[must_use]
     pub fn error(&self) -> u32 {
         match &self.speaks {
             Speaks::Canopen(node) => u32::from(node.drive().error_code()),
             Speaks::Cansimple(node) => node.errors(),
             Speaks::Moteus(node) => node.error(),
+            Speaks::Mit(node) => node.error(),
         }
     }
 
@@ -110,6 +126,7 @@ impl CanNode {
             CanDrive::Canopen(drive) => drive.raise_fault(error as u16),
             CanDrive::Cansimple(node) => node.raise_fault(error),
             CanDrive::Moteus(node) => node.raise_fault(error as u8),
+            CanDrive::Mit(node) => node.raise_fault(error as u8),
         }
     }
 
@@ -124,6 +141,7 @@ impl CanNode {
             Speaks::Canopen(node) => node.restart(),
             Speaks::Cansimple(node) => node.restart(),
             Speaks::Moteus(node) => node.restart(),
+            Speaks::Mit(node) => node.restart(),
         }
     }
 
@@ -137,6 +155,7 @@ impl CanNode {
             Speaks::Canopen(node) => node.process(frame, now, out),
             Speaks::Cansimple(node) => node.process(frame, now, out),
             Speaks::Moteus(node) => node.process(frame, now, out),
+            Speaks::Mit(node) => node.process(frame, now, out),
         }
         self.lose(start, out);
     }
@@ -148,6 +167,7 @@ impl CanNode {
             Speaks::Canopen(node) => node.advance(now, elapsed, beats, out),
             Speaks::Cansimple(node) => node.advance(now, beats, out),
             Speaks::Moteus(node) => node.advance(now, elapsed),
+            Speaks::Mit(node) => node.advance(now),
         }
         self.lose(start, out);
     }

@@ -4,13 +4,18 @@ use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{CanScanArguments, General};
 use crate::error::Error;
 use crate::table::table;
-use sinew_runtime::can::{CanError, FoundNode, connect, scan, scan_fd};
+use sinew_runtime::can::{CanError, FoundNode, MitFamily, connect, scan, scan_fd, scan_mit};
 
 pub(super) fn run(arguments: &CanScanArguments, general: &General) -> Result<Answer, Error> {
     let port = arguments.port.display().to_string();
     let refused = |source| CanError::Port { port: port.clone(), source };
     let mut link = connect(&port, arguments.bitrate, arguments.fd).map_err(refused)?;
-    let found = if arguments.fd { scan_fd(&mut link) } else { scan(&mut link) }.map_err(refused)?;
+    let found = match (arguments.fd, arguments.mit) {
+        (true, _) => scan_fd(&mut link),
+        (_, true) => scan_mit(&mut link),
+        _ => scan(&mut link),
+    }
+    .map_err(refused)?;
     let content = if general.json { Content::json(&json(&found))? } else { Content::Text(text(&found)) };
     Ok(Answer { outcome: Outcome::new(!found.is_empty()), content, written: Vec::new() })
 }
@@ -30,9 +35,21 @@ fn json(found: &[FoundNode]) -> serde_json::Value {
             FoundNode::Moteus { node, model, firmware } => serde_json::json!({
                 "node": node, "protocol": "moteus", "model": model, "firmware": firmware,
             }),
+            FoundNode::Mit { node, family, answers_as } => serde_json::json!({
+                "node": node, "protocol": "mit", "family": name(*family), "answers_as": answers_as,
+            }),
         })
         .collect();
     serde_json::json!({ "found": nodes })
+}
+
+/// As in the machine file.
+fn name(family: MitFamily) -> &'static str {
+    match family {
+        MitFamily::MiniCheetah => "mini-cheetah",
+        MitFamily::Cubemars => "cubemars",
+        MitFamily::Damiao => "damiao",
+    }
 }
 
 fn version([major, minor, revision]: &[u8; 3]) -> String {
@@ -58,6 +75,9 @@ fn text(found: &[FoundNode]) -> String {
         }
         FoundNode::Moteus { node, model, firmware } => {
             versioned(*node, "moteus", format!("model {model:#06x}, firmware {firmware:#06x}"))
+        }
+        FoundNode::Mit { node, family, answers_as } => {
+            versioned(*node, "mit", format!("{}, answers as {answers_as:#05x}", name(*family)))
         }
     };
     let rows: Vec<Vec<String>> = found.iter().map(row).collect();

@@ -33,8 +33,8 @@ impl CanopenSlot {
 }
 
 impl Slot for CanopenSlot {
-    fn sends(&self, id: u16) -> bool {
-        id & 0x7f == u16::from(self.node)
+    fn sends(&self, frame: &Frame) -> bool {
+        frame.id() & 0x7f == u16::from(self.node)
     }
 
     fn operate(&self, begin: bool) -> Frame {

@@ -86,8 +86,8 @@ impl CansimpleSlot {
 }
 
 impl Slot for CansimpleSlot {
-    fn sends(&self, id: u16) -> bool {
-        id >> 5 == u16::from(self.node)
+    fn sends(&self, frame: &Frame) -> bool {
+        frame.id() >> 5 == u16::from(self.node)
     }
 
     fn operate(&self, begin: bool) -> Frame {

@@ -82,8 +82,8 @@ impl MoteusSlot {
 }
 
 impl Slot for MoteusSlot {
-    fn sends(&self, id: u16) -> bool {
-        id == u16::from(self.node) << 8
+    fn sends(&self, frame: &Frame) -> bool {
+        frame.id() == u16::from(self.node) << 8
     }
 
     fn operate(&self, _begin: bool) -> Frame {

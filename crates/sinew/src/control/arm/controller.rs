@@ -158,9 +158,8 @@ impl ArmController {
         let stiffness = JointStiffness::new(models, joints)?;
         let estimated = matches!(mode, ActuationMode::WinchSpeed(CableStateSource::Observer));
         let joint_tolerance = if estimated { 1.0 } else { TOLERANCE_WITHOUT_ESTIMATES };
-        let unheld: Vec<bool> = (0..muscles)
-            .map(|k| body.crossings(k).any(|(joint, _)| !gains.joints[joint].encoder))
-            .collect();
+        let unheld: Vec<bool> =
+            (0..muscles).map(|k| body.crossings(k).any(|(joint, _)| !gains.joints[joint].encoder)).collect();
         let mut corrected = gains.clone();
         corrected.muscles.iter_mut().zip(&unheld).for_each(|(muscle, unheld)| muscle.load_cell &= !unheld);
         let controllable = ControllableMotion::new(robot)?;
