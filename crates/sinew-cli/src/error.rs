@@ -62,6 +62,12 @@ pub(crate) enum Error {
     /// A simulated device that contradicts itself.
     #[error(transparent)]
     Device(#[from] sinew_segment::DescriptionError),
+    /// A sensor that no device of the machine file measures.
+    #[error(
+        "{0}: no device of the machine file measures it: expected a channel with it, or load_cell = \"none\" or none = \
+         true where there is none"
+    )]
+    Unmeasured(String),
     /// A file with devices that a machine does not have.
     #[error("--device {}: none of its {described} devices is one of the machine file's: {expected}", file.display())]
     ForeignDevices {

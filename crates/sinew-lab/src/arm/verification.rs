@@ -257,7 +257,11 @@ fn simulate(
         seed: FIRST_SEED,
     };
     // What a machine does after its stop is nothing to judge.
-    let limits = Limits::of_gains(controller.gains()).with_drives_of_unmeasured(machine);
+    let limits = if measured {
+        Limits::of_gains(controller.gains())
+    } else {
+        Limits::from_machine(machine, controller.gains())?
+    };
     let supervisor = Supervisor::new(controller, limits)?;
     let (mut session, mut stopped) = (TrackSession::supervised(&run, supervisor)?, false);
     while !stopped && session.step(|row| stopped = matches!(row.command.status, ArmStatus::Stopped(_)))? {}

@@ -193,6 +193,42 @@ fn random_machines_track_a_tour_of_their_ranges_by_rules_alone() {
     assert!(good.iter().all(|tracked| tracked.over_dead_band < 0.02 && tracked.over_true < 1.3));
 }
 
+/// Machines with what is left of their sensors. Observers that followed load cells used to let go of joints
+/// without encoders, and verification began without the tensions that a pretension tells.
+#[test]
+fn machines_with_fewer_sensors_are_verified_and_tracked() {
+    let cases = [
+        ("planar_leg", true, false, 0.01),
+        ("finger", true, false, 0.008),
+        ("surgical_wrist", true, false, 0.008),
+        ("surgical_wrist", false, true, 0.008),
+        ("surgical_wrist", false, false, 0.012),
+    ];
+    for (name, load_cells, joint_encoders, most) in cases {
+        let mut machine = common::machines::machine(name);
+        machine.muscles.iter_mut().for_each(|muscle| muscle.drive.has_load_cell = load_cells);
+        if !joint_encoders {
+            machine.encoders.fill(None);
+        }
+        let tour = common::machines::motion(&machine, 1);
+        let tour = verify_tour(&machine, tour, 1).unwrap();
+        let Verified::Tracks(rules) = tour.verified else { panic!("{name}: {:?}", tour.verified) };
+        let arm = CalibratedArm::new(&Machine { rules, ..machine }, 1).unwrap();
+        let task = TrackingTask {
+            trajectory: &tour.trajectory,
+            repeats: 1,
+            learning: false,
+            final_rest: 0.0,
+            faults: &[],
+            gains: None,
+            trace_interval: 1.0,
+        };
+        let run = track_arm(&arm, CompensationVariant::Observer, &task).unwrap().numbers;
+        let error = run.joint_error_rad.unwrap().mean;
+        assert!(run.ended == TrackOutcome::Completed && error < most, "{name}: {:?} {error}", run.ended);
+    }
+}
+
 #[test]
 fn long_campaign_of_random_machines() {
     // `SINEW_MACHINES=first seed,machines`; with `SINEW_LONG` twelve.

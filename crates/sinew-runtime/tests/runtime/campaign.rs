@@ -146,7 +146,8 @@ fn on_servos(case: &Case, setup: &Setup, dynamixel: bool) -> Outcome {
     let outcome = outcome(setup, bus, || watched.tensions());
     // What hears nothing is stopped by its own watchdog; a Feetech has none.
     let cut_off = matches!(case.kind, Kind::Silent | Kind::LineCut | Kind::AdapterUnplugged) && !dynamixel;
-    let moving = watched.servos(|servo| servo.goal() != ServoGoal::Off);
+    let stands = |goal| matches!(goal, ServoGoal::Off) || goal == ServoGoal::Velocity(0.0);
+    let moving = watched.servos(|servo| !stands(servo.goal()));
     let left = if cut_off { 0 } else { moving.iter().filter(|moving| **moving).count() };
     Outcome { left, ..outcome }
 }
@@ -255,6 +256,24 @@ fn campaign(count: usize, seed: u64) -> Vec<(Case, Outcome)> {
 fn faults_on_every_bus_are_found_named_and_stop_the_machine_for_good() {
     let wrong = campaign(24, 1);
     assert!(wrong.is_empty(), "{} of 24", wrong.len());
+}
+
+#[test]
+fn drives_wait_as_long_as_their_machine_bridges_a_late_cycle() {
+    let [usual, longer] = [None, Some(0.06)].map(|lateness| {
+        let mut machine = bare_machine("planar_leg");
+        machine.safety.bridged_lateness = lateness.unwrap_or(machine.safety.bridged_lateness);
+        Setup { before: 3.0, ..Setup::new(machine, 3, &[]) }
+    });
+    for bus in (0..BUSES.len()).filter(|bus| Kind::LateLong.is_of(*bus)) {
+        let case = Case { bus, machine: 1, kind: Kind::LateLong, drive: 0, cycle: 1000, periods: 12 };
+        let run = |setup: &Setup| match bus {
+            0 | 1 => on_servos(&case, setup, bus == 0),
+            _ => on_can(&case, setup, PROTOCOLS[bus - 2]),
+        };
+        assert!(run(&usual).stop.is_some(), "{}", BUSES[bus]);
+        assert_eq!(run(&longer).stop, None, "{}", BUSES[bus]);
+    }
 }
 
 /// `SINEW_LONG=1 cargo nextest run -E 'test(long_four_hundred_faults)' --no-capture`

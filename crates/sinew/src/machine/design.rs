@@ -1,4 +1,4 @@
-use super::device::{self, Device};
+use super::device::{self, Device, Signal};
 use super::muscle::MuscleDesign;
 use super::period::{DEFAULT_PERIOD, check_period, dead_time};
 use super::rules::ControlRules;
@@ -13,6 +13,8 @@ use crate::muscle::MuscleDynamics;
 use crate::random::EvenPoints;
 use crate::trajectory::{Equilibrium, Redundancy, finite_ranges, independent_ranges};
 use crate::transmission::SheathBend;
+use alloc::format;
+use alloc::string::String;
 use alloc::vec::Vec;
 
 /// Time without commands after which drives stop by themselves: s, at least as many periods.
@@ -150,6 +152,25 @@ impl Machine {
     #[must_use]
     pub fn watchdog(&self) -> f64 {
         WATCHDOG.max(WATCHDOG_PERIODS * self.period).max(self.period + self.safety.bridged_lateness)
+    }
+
+    /// The name of the first load cell or joint encoder that none of its devices measures.
+    #[must_use]
+    pub fn unmeasured(&self) -> Option<String> {
+        let measured =
+            |signal| self.devices.iter().flat_map(Device::channels).any(|channel| channel.signal == signal);
+        let parts = self.robot.parts();
+        let mut cells = self.muscles.iter().zip(&parts.tendons).enumerate();
+        let cell = cells.find_map(|(k, (design, tendon))| {
+            let missing = design.drive.has_load_cell && !measured(Signal::Tension(k));
+            missing.then(|| format!("load cell of {}", tendon.name))
+        });
+        let joints = self.robot.independent_joints();
+        let encoder = self.encoders.iter().zip(joints).enumerate().find_map(|(k, (encoder, joint))| {
+            let missing = encoder.is_some() && !measured(Signal::Joint(k));
+            missing.then(|| format!("joint encoder of {}", parts.joints[joint].name))
+        });
+        cell.or(encoder)
     }
 
     /// Longest transport delay of the readings of its drives, s, beside their sampling: their own and that of

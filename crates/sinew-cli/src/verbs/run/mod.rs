@@ -55,6 +55,9 @@ fn start(door: &Door<'_>, general: &General) -> Result<Answer, Error> {
     let setup = door.setup();
     drop(progress);
     let setup = setup?;
+    if let (false, Some(sensor)) = (matches!(door.bus, BusArgument::Twin), setup.machine.unmeasured()) {
+        return Err(Error::Unmeasured(sensor));
+    }
     let descriptions = device_files::read(door.devices, setup.devices.of())?;
     door.tell_duration(&setup);
     let timed = door.pace == Pace::RealTime;

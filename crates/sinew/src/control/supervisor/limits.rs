@@ -67,18 +67,6 @@ impl Limits {
         }
     }
 
-    /// With the drives of those muscles of a machine that have no load cell: their currents tell when they
-    /// are tense.
-    #[must_use]
-    pub fn with_drives_of_unmeasured(mut self, machine: &Machine) -> Self {
-        for (limit, design) in self.muscles.iter_mut().zip(&machine.muscles) {
-            if !design.drive.has_load_cell {
-                limit.motor = Some((design.drive, f64::INFINITY));
-            }
-        }
-        self
-    }
-
     /// Of a machine with these gains.
     ///
     /// # Errors
