@@ -17,10 +17,12 @@ const TRIES: usize = 3;
 /// Unit of the bus watchdog, s.
 const WATCHDOG_UNIT: f64 = 0.02;
 
-/// The addresses that a reading of a Dynamixel is made of, by way of indirect addresses: torque enable,
-/// hardware error, temperature, current, velocity, position.
+/// The addresses that a reading of a Dynamixel is made of, by way of indirect addresses: torque enable, bus
+/// watchdog, hardware error, temperature, current, velocity, position.
 fn shown(of: Registers) -> impl Iterator<Item = u16> {
-    [of.torque_enable, of.hardware_error, of.temperature()].into_iter().chain(of.present..of.present + 10)
+    [of.torque_enable, of.bus_watchdog, of.hardware_error, of.temperature()]
+        .into_iter()
+        .chain(of.present..of.present + 10)
 }
 
 /// A question to one servo, and its answer.

@@ -58,6 +58,7 @@ const LINE_FRACTION: f64 = 0.95;
 /// Codes of [`BusFault::NotReady`].
 pub(super) const SILENT: u16 = 0;
 pub(super) const WITHOUT_TORQUE: u16 = 1;
+pub(super) const TIMED_OUT: u16 = 2;
 /// Octets that are sent or come at once, at most.
 const OCTETS: usize = 8192;
 /// Cycles in which a servo takes a change of its state, at most.
@@ -300,6 +301,9 @@ impl<L: Lines> ServoBus<L> {
                 // It has started anew: what it shows is no position of the cable.
                 fault = fault.or(Some(not_ready(WITHOUT_TORQUE, Some(muscle))));
                 continue;
+            } else if servo.expected && reading.timed_out {
+                // It stands, and takes no goals.
+                fault = fault.or(Some(not_ready(TIMED_OUT, Some(muscle))));
             }
             feedback.motor[muscle] = reading.cable;
             feedback.current[muscle] = reading.current;

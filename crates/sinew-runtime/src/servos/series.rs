@@ -28,6 +28,8 @@ pub(super) struct Places {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Measured {
     pub(super) torque: bool,
+    /// Whether its watchdog has stopped it.
+    pub(super) timed_out: bool,
     /// As of a Dynamixel.
     pub(super) error: u8,
     pub(super) temperature: u8,
@@ -38,6 +40,8 @@ pub(super) struct Measured {
 
 /// Bit of [`Measured::error`] that a Dynamixel does not have: too large a current.
 pub(super) const OVERCURRENT: u8 = 0x40;
+/// Value of a bus watchdog that has stopped its servo: -1.
+pub(super) const WATCHDOG_ERROR: u8 = 0xff;
 /// Hardware errors: the bits of the STS series, and those of a Dynamixel.
 const ERRORS: [(u8, u8); 5] = [(0x01, 0x01), (0x02, 0x08), (0x04, 0x04), (0x08, OVERCURRENT), (0x20, 0x20)];
 
@@ -92,7 +96,7 @@ impl Series {
     /// Address and octets of what a cycle reads.
     pub(super) const fn reading(self) -> [u16; 2] {
         match self {
-            Self::X | Self::P => [self.registers().indirect[1], 13],
+            Self::X | Self::P => [self.registers().indirect[1], 14],
             Self::Sts => [sts::LOCK, 16],
         }
     }
@@ -113,27 +117,30 @@ impl Series {
     pub(super) const fn cycle_octets(self, servos: usize, fast: bool) -> usize {
         match (self, fast) {
             (Self::Sts, _) => 8 + 3 * servos + 8 + servos + 22 * servos,
-            (_, true) => 14 + 5 * servos + 14 + servos + 8 + 17 * servos,
-            (_, false) => 14 + 5 * servos + 14 + servos + 24 * servos,
+            (_, true) => 14 + 5 * servos + 14 + servos + 8 + 18 * servos,
+            (_, false) => 14 + 5 * servos + 14 + servos + 25 * servos,
         }
     }
 
     /// What the octets that a cycle reads say.
     pub(super) fn measured(self, data: &[u8]) -> Option<Measured> {
         Some(match (self, data) {
-            (Self::X | Self::P, &[torque, error, temperature, c0, c1, v0, v1, v2, v3, p0, p1, p2, p3]) => {
-                Measured {
-                    torque: torque == 1,
-                    error,
-                    temperature,
-                    current: i32::from(i16::from_le_bytes([c0, c1])),
-                    velocity: i32::from_le_bytes([v0, v1, v2, v3]),
-                    position: i32::from_le_bytes([p0, p1, p2, p3]),
-                }
-            }
+            (
+                Self::X | Self::P,
+                &[torque, watchdog, error, temperature, c0, c1, v0, v1, v2, v3, p0, p1, p2, p3],
+            ) => Measured {
+                torque: torque == 1,
+                timed_out: watchdog == WATCHDOG_ERROR,
+                error,
+                temperature,
+                current: i32::from(i16::from_le_bytes([c0, c1])),
+                velocity: i32::from_le_bytes([v0, v1, v2, v3]),
+                position: i32::from_le_bytes([p0, p1, p2, p3]),
+            },
             (Self::Sts, &[lock, p0, p1, v0, v1, _, _, _, temperature, _, status, _, _, _, c0, c1]) => {
                 Measured {
                     torque: lock == 0,
+                    timed_out: false,
                     error: self.errors(status),
                     temperature,
                     current: signed([c0, c1]),

@@ -38,6 +38,8 @@ pub(super) struct Slot {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Reading {
     pub(super) torque: bool,
+    /// Whether its watchdog has stopped it.
+    pub(super) timed_out: bool,
     pub(super) error: u8,
     /// degC.
     pub(super) temperature: f64,
@@ -49,8 +51,8 @@ pub(super) struct Reading {
 
 impl Slot {
     pub(super) fn new(device: ServoDevice, line: usize, parameters: DriveParameters) -> Self {
-        let reading =
-            Reading { torque: false, error: 0, temperature: f64::NAN, current: f64::NAN, cable: f64::NAN };
+        let (temperature, current, cable) = (f64::NAN, f64::NAN, f64::NAN);
+        let reading = Reading { torque: false, timed_out: false, error: 0, temperature, current, cable };
         Self {
             line,
             parameters,
@@ -101,6 +103,7 @@ impl Slot {
         let [cable, _] = DriveDevice::cable(&parameters.winch, parameters.reducer.ratio, self.angle);
         self.reading = Reading {
             torque: measured.torque,
+            timed_out: measured.timed_out,
             error: measured.error,
             temperature: f64::from(measured.temperature),
             current: f64::from(measured.current) * unit * sign,

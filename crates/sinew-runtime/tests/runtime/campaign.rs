@@ -78,7 +78,8 @@ impl Case {
             let [bus, machine, kind] =
                 [BUSES.len(), MACHINES.len(), Kind::ALL.len()].map(|of| random(of as u64));
             let (bus, machine, kind) = (bus as usize, machine as usize, Kind::ALL[kind as usize]);
-            if !kind.is_of(bus) {
+            // Ten axes on CANSimple need 5.4 ms.
+            if !kind.is_of(bus) || (bus, machine) == (3, 3) {
                 continue;
             }
             let periods = if kind == Kind::LateLong { 12 + random(50) } else { 1 + random(2) };

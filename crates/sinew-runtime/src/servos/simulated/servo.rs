@@ -3,7 +3,7 @@
 use crate::servos::model::Model;
 use crate::servos::protocol::{ALERT, MAX_ID};
 use crate::servos::registers::{Registers, eeprom, sts};
-use crate::servos::series::{Places, Series, magnitude, signed};
+use crate::servos::series::{Places, Series, WATCHDOG_ERROR, magnitude, signed};
 
 /// Errors of a status.
 pub(super) const RESULT_FAIL: u8 = 1;
@@ -20,8 +20,6 @@ pub const OVERHEATING: u8 = 0x04;
 /// See [`OVERLOAD`].
 pub const ENCODER: u8 = 0x08;
 
-/// Value of the bus watchdog that has stopped the servo: -1.
-const WATCHDOG_ERROR: u8 = 0xff;
 /// Unit of the bus watchdog, ns.
 const WATCHDOG_UNIT: u64 = 20_000_000;
 /// Octets of the control table.
