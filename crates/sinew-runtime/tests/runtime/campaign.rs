@@ -6,6 +6,7 @@ use crate::common::{Setup, bare_machine};
 use crate::{can_common as can, servos};
 use sinew::control::arm::{ArmStatus, Fault};
 use sinew::control::supervisor::Mode;
+use sinew::machine::SafetyLimits;
 use sinew_runtime::can::{CanBus, CanFault, CanNode, Protocol};
 use sinew_runtime::servos::{OVERLOAD, ServoBus, ServoFault, ServoGoal};
 use sinew_session::{BusFault, Plant};
@@ -257,6 +258,20 @@ fn campaign(count: usize, seed: u64) -> Vec<(Case, Outcome)> {
 fn faults_on_every_bus_are_found_named_and_stop_the_machine_for_good() {
     let wrong = campaign(24, 1);
     assert!(wrong.is_empty(), "{} of 24", wrong.len());
+}
+
+#[test]
+fn a_line_that_is_cut_is_the_fault_of_the_bus_at_any_period() {
+    for period in [2e-3, 8e-3, 0.012, 0.016, 0.02] {
+        let mut machine = bare_machine("planar_leg");
+        (machine.period, machine.reading_age) = (period, period);
+        machine.safety = SafetyLimits::at_period(period);
+        let setup = Setup { before: 3.0, ..Setup::new(machine, 3, &[]) };
+        let cycle = (4.0 / period) as u64;
+        let case = Case { bus: 2, machine: 1, kind: Kind::LineCut, drive: 0, cycle, periods: 0 };
+        let outcome = on_can(&case, &setup, Protocol::Canopen);
+        assert!(is_named(&case, &outcome), "{period}: {outcome:?}");
+    }
 }
 
 #[test]

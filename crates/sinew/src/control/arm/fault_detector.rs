@@ -29,8 +29,10 @@ pub(super) struct Prediction<'a> {
     pub(super) reference: &'a Reference,
 }
 
-/// Time for which a fault has to persist before it stops the arm, s.
+/// Time for which a fault has to persist before it stops the arm, s; of a motor encoder cycles, at least: what
+/// is lost with the whole exchange is named by the supervisor before.
 const PERSISTENCE_TIME: f64 = 0.03;
+const PERSISTENT_CYCLES: f64 = 3.0;
 /// The same for a joint encoder, which the muscles replace.
 const JOINT_PERSISTENCE_TIME: f64 = 0.25;
 /// Fraction of a missing tension that the commanded travel of an unchanged motor encoder explains where it is
@@ -310,7 +312,7 @@ impl FaultDetector {
                     true => (Fault::Drive(k), Symptom::Standing),
                     false => (Fault::MotorSensor(k), symptom),
                 };
-                self.report_vital(rejected_for, fault, symptom);
+                self.report_vital(h, rejected_for, fault, symptom);
             }
             let residual = if blocked { 0.0 } else { h * speed - moved };
             self.winch_residual[k] = (self.winch_residual[k] + residual) * (1.0 - h / WINCH_RESIDUAL_DECAY);
@@ -447,9 +449,9 @@ impl FaultDetector {
     }
 
     /// The same for a sensor without which the arm stops after the persistence time.
-    fn report_vital(&mut self, rejected_for: f64, fault: Fault, symptom: Symptom) {
+    fn report_vital(&mut self, h: f64, rejected_for: f64, fault: Fault, symptom: Symptom) {
         self.report(fault, symptom);
-        if rejected_for > PERSISTENCE_TIME {
+        if rejected_for > PERSISTENCE_TIME.max(PERSISTENT_CYCLES * h) {
             self.stop(fault, symptom);
         }
     }
