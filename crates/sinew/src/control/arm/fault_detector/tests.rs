@@ -512,18 +512,20 @@ fn a_joint_encoder_that_jumped_before_is_why_a_cable_lacks_its_tension_one_that_
 #[test]
 fn a_fault_that_has_lasted_for_exactly_its_persistence_time_does_not_stop_the_arm_yet() {
     type Change = fn(Cycle) -> Cycle;
-    let faults: [(f64, Change, Fault); 3] = [
-        (0.015, |c| Cycle { motor: f64::NAN, ..c }, Fault::MotorSensor(1)),
-        (0.015, |c| Cycle { tension: c.tension - 38.0, ..c }, Fault::Cable(1)),
-        (0.125, |c| Cycle { joint: f64::NAN, ..c }, Fault::JointSensor(1)),
+    // The cycles that are the time: 0.03 and 0.25 s, and three of long ones for a motor encoder.
+    let faults: [(f64, u32, Change, Fault); 4] = [
+        (0.01, 3, |c| Cycle { motor: f64::NAN, ..c }, Fault::MotorSensor(1)),
+        (0.02, 3, |c| Cycle { motor: f64::NAN, ..c }, Fault::MotorSensor(1)),
+        (0.015, 2, |c| Cycle { tension: c.tension - 38.0, ..c }, Fault::Cable(1)),
+        (0.125, 2, |c| Cycle { joint: f64::NAN, ..c }, Fault::JointSensor(1)),
     ];
-    for (h, change, fault) in faults {
+    for (h, cycles, change, fault) in faults {
         let mut detector = detector();
-        for k in 0..7 {
+        for k in 0..=4 + cycles {
             let cycle = if k >= 4 { change(quiet(k)) } else { quiet(k) };
             see_after(&mut detector, h, &quiet(k), &cycle);
-            // Two cycles are the time: 0.03 and 0.25 s.
-            assert_eq!(detector.status == ArmStatus::Stopped(fault), k == 6, "{h} {k} {:?}", detector.status);
+            let stopped = detector.status == ArmStatus::Stopped(fault);
+            assert_eq!(stopped, k == 4 + cycles, "{h} {k} {:?}", detector.status);
         }
     }
 }
