@@ -51,7 +51,8 @@ impl Kind {
         matches!(self, Self::Damaged | Self::LateBriefly)
     }
 
-    /// Whether a bus has it: servos, moteus and motors in MIT mode send no heartbeat, Feetech's servos wait for ever.
+    /// Whether a bus has it: servos, moteus and motors in MIT mode send no heartbeat, Feetech's servos wait
+    /// indefinitely.
     fn is_of(self, bus: usize) -> bool {
         match self {
             Self::NoHeartbeat => matches!(bus, 2 | 3),

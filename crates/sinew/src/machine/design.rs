@@ -147,8 +147,8 @@ impl Machine {
         libm::round(1e9 * self.period) as u64
     }
 
-    /// Time without commands after which its drives stop by themselves, s: 20 ms, four periods, or a cycle that
-    /// is as late as is [bridged](SafetyLimits::bridged_lateness), whichever is longest.
+    /// Time without commands after which its drives stop by themselves, s: 20 ms, four periods, or a cycle
+    /// that is as late as is [bridged](SafetyLimits::bridged_lateness), whichever is longest.
     #[must_use]
     pub fn watchdog(&self) -> f64 {
         WATCHDOG.max(WATCHDOG_PERIODS * self.period).max(self.period + self.safety.bridged_lateness)

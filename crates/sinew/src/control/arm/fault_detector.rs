@@ -29,8 +29,8 @@ pub(super) struct Prediction<'a> {
     pub(super) reference: &'a Reference,
 }
 
-/// Time for which a fault has to persist before it stops the arm, s; of a motor encoder cycles, at least: what
-/// is lost with the whole exchange is named by the supervisor before.
+/// Time for which a fault has to persist before it stops the arm, s; of a motor encoder cycles, at least:
+/// what is lost with the whole exchange is named by the supervisor before.
 const PERSISTENCE_TIME: f64 = 0.03;
 const PERSISTENT_CYCLES: f64 = 3.0;
 /// The same for a joint encoder, which the muscles replace.
