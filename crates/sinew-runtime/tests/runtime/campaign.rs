@@ -1,6 +1,8 @@
 //! Faults of servos, drives on CAN and their lines at random moments of a motion, on every bus but EtherCAT,
 //! whose are in `bus_faults`.
 
+#![allow(clippy::print_stdout, reason = "a campaign prints its table")]
+
 use crate::can::PROTOCOLS;
 use crate::common::{Setup, bare_machine};
 use crate::{can_common as can, servos};
