@@ -87,6 +87,25 @@ fn feasible(seed: u64, period: f64, equipment: Equipment) -> Result<(RandomMachi
     Err(reason)
 }
 
+/// One repeat, without faults.
+fn once(trajectory: &Trajectory) -> TrackingTask<'_> {
+    TrackingTask {
+        trajectory,
+        repeats: 1,
+        learning: false,
+        final_rest: 0.0,
+        faults: &[],
+        gains: None,
+        trace_interval: 1.0,
+    }
+}
+
+/// Numbers, separated by commas, of a variable of the environment; none where it is not set.
+fn given(name: &str) -> Option<Vec<f64>> {
+    let given = std::env::var(name).ok()?;
+    Some(given.split(',').map(|number| number.parse().unwrap()).collect())
+}
+
 fn track(seed: u64, period: f64, equipment: Equipment) -> Result<Tracked, String> {
     let text = |error: sinew_lab::Error| error.to_string();
     let (RandomMachine { machine, first_link }, trajectory) = feasible(seed, period, equipment)?;
@@ -100,15 +119,7 @@ fn track(seed: u64, period: f64, equipment: Equipment) -> Result<Tracked, String
     let machine = Machine { rules, ..machine };
     let arm = CalibratedArm::new(&machine, seed).map_err(text)?.with_normal_errors(tour.joint_errors);
     let (_, found) = arm.gains(&trajectory).map_err(text)?;
-    let task = TrackingTask {
-        trajectory: &trajectory,
-        repeats: 1,
-        learning: false,
-        final_rest: 0.0,
-        faults: &[],
-        gains: None,
-        trace_interval: 1.0,
-    };
+    let task = once(&trajectory);
     let run = track_arm(&arm, CompensationVariant::Observer, &task).map_err(text)?.numbers;
     let truth = track_arm(&arm, CompensationVariant::Perfect, &task).map_err(text)?.numbers;
     let error = run.joint_error_rad.unwrap();
@@ -214,15 +225,7 @@ fn machines_with_fewer_sensors_are_verified_and_tracked() {
         let tour = verify_tour(&machine, tour, 1).unwrap();
         let Verified::Tracks(rules) = tour.verified else { panic!("{name}: {:?}", tour.verified) };
         let arm = CalibratedArm::new(&Machine { rules, ..machine }, 1).unwrap();
-        let task = TrackingTask {
-            trajectory: &tour.trajectory,
-            repeats: 1,
-            learning: false,
-            final_rest: 0.0,
-            faults: &[],
-            gains: None,
-            trace_interval: 1.0,
-        };
+        let task = once(&tour.trajectory);
         let run = track_arm(&arm, CompensationVariant::Observer, &task).unwrap().numbers;
         let error = run.joint_error_rad.unwrap().mean;
         assert!(run.ended == TrackOutcome::Completed && error < most, "{name}: {:?} {error}", run.ended);
@@ -246,12 +249,11 @@ fn long_campaign_of_random_machines() {
 #[test]
 fn long_campaign_of_random_machines_at_several_periods() {
     // `SINEW_PERIODS=first seed,machines,milliseconds,..`
-    let Ok(given) = std::env::var("SINEW_PERIODS") else {
+    let Some(numbers) = given("SINEW_PERIODS") else {
         eprintln!("skipped: SINEW_PERIODS is not set");
         return;
     };
-    let numbers: Vec<f64> = given.split(',').map(|number| number.parse().unwrap()).collect();
-    let [first, count, ref periods @ ..] = numbers[..] else { panic!("{given}: expected three numbers") };
+    let [first, count, ref periods @ ..] = numbers[..] else { panic!("{numbers:?}: expected three numbers") };
     let first = first as u64;
     let mut reference: Option<Vec<Tracked>> = None;
     for period in periods {
@@ -280,12 +282,11 @@ fn long_campaign_of_random_machines_at_several_periods() {
 #[test]
 fn long_campaign_of_random_machines_on_servos() {
     // `SINEW_SERVOS=first seed,machines,milliseconds`
-    let Ok(given) = std::env::var("SINEW_SERVOS") else {
+    let Some(numbers) = given("SINEW_SERVOS") else {
         eprintln!("skipped: SINEW_SERVOS is not set");
         return;
     };
-    let numbers: Vec<f64> = given.split(',').map(|number| number.parse().unwrap()).collect();
-    let [first, count, period] = numbers[..] else { panic!("{given}: expected three numbers") };
+    let [first, count, period] = numbers[..] else { panic!("{numbers:?}: expected three numbers") };
     for joint_encoders in [true, false] {
         println!("with joint encoders: {joint_encoders}");
         let seeds = first as u64..first as u64 + count as u64;

@@ -69,11 +69,11 @@ pub struct ArmController {
     actuation: Actuation,
     tensions: TensionFollowing,
     started: bool,
-    /// Whether a muscle crosses a joint without an encoder, which its estimated tension alone holds to the
-    /// muscles: an observer that followed the load cell would let go of it. `[muscles]`.
-    unheld: Vec<bool>,
+    /// Whether a muscle crosses a joint without an encoder, whose estimate follows from the muscles'
+    /// estimated tensions alone: its load cell starts the observer and does not correct it. `[muscles]`.
+    crosses_unmeasured: Vec<bool>,
     /// Measured tensions that correct observers, NaN where none does, N: `[muscles]`.
-    believed: Vec<f64>,
+    correcting: Vec<f64>,
     disturbance_initialized: bool,
     /// Time since sensors were held against each other, s.
     since_isolation: f64,
@@ -158,10 +158,14 @@ impl ArmController {
         let stiffness = JointStiffness::new(models, joints)?;
         let estimated = matches!(mode, ActuationMode::WinchSpeed(CableStateSource::Observer));
         let joint_tolerance = if estimated { 1.0 } else { TOLERANCE_WITHOUT_ESTIMATES };
-        let unheld: Vec<bool> =
+        let crosses_unmeasured: Vec<bool> =
             (0..muscles).map(|k| body.crossings(k).any(|(joint, _)| !gains.joints[joint].encoder)).collect();
         let mut corrected = gains.clone();
-        corrected.muscles.iter_mut().zip(&unheld).for_each(|(muscle, unheld)| muscle.load_cell &= !unheld);
+        corrected
+            .muscles
+            .iter_mut()
+            .zip(&crosses_unmeasured)
+            .for_each(|(muscle, crosses_unmeasured)| muscle.load_cell &= !crosses_unmeasured);
         let controllable = ControllableMotion::new(robot)?;
         let coordinates = controllable.as_ref().map_or(joints, ControllableMotion::count);
         Ok(Self {
@@ -182,8 +186,8 @@ impl ArmController {
             actuation: Actuation::new(muscles, mode)?,
             tensions: TensionFollowing::new(muscles),
             started: false,
-            unheld,
-            believed: vec![f64::NAN; muscles],
+            crosses_unmeasured,
+            correcting: vec![f64::NAN; muscles],
             disturbance_initialized: false,
             since_isolation: 0.0,
             at_rest: false,
@@ -372,12 +376,14 @@ impl ArmController {
         reference: &PreviewedReference<'_>,
     ) -> Result<ArmCommand<'_>, Error> {
         self.dimensions.check(measurement, reference)?;
-        let mut believed = core::mem::take(&mut self.believed);
-        for ((believed, measured), unheld) in believed.iter_mut().zip(measurement.tension).zip(&self.unheld) {
-            *believed = if *unheld && self.started { f64::NAN } else { *measured };
+        let mut correcting = core::mem::take(&mut self.correcting);
+        for ((correcting, measured), crosses_unmeasured) in
+            correcting.iter_mut().zip(measurement.tension).zip(&self.crosses_unmeasured)
+        {
+            *correcting = if *crosses_unmeasured && self.started { f64::NAN } else { *measured };
         }
-        let done = self.follow(h, &ArmMeasurement { tension: &believed, ..*measurement }, reference);
-        self.believed = believed;
+        let done = self.follow(h, &ArmMeasurement { tension: &correcting, ..*measurement }, reference);
+        self.correcting = correcting;
         done?;
         Ok(ArmCommand {
             drives: &self.actuation.drives,
@@ -389,6 +395,7 @@ impl ArmController {
         })
     }
 
+    /// The cycle, with the tensions that correct observers.
     fn follow(
         &mut self,
         h: f64,
