@@ -12,6 +12,7 @@ use super::joint_stiffness::JointStiffness;
 use super::signals::{ArmCommand, ArmMeasurement, Dimensions, PreviewedReference};
 use super::status::{ArmStatus, Fault, Symptom};
 use super::tension_following::TensionFollowing;
+use super::unmeasured_joints::UnmeasuredJoints;
 use crate::Error;
 use crate::body::Robot;
 use crate::control::tension::{Distribution, Problem, Settings, Status};
@@ -56,6 +57,7 @@ pub struct ArmController {
     source: CableStateSource,
     dimensions: Dimensions,
     faults: FaultDetector,
+    unmeasured: UnmeasuredJoints,
     body: MuscleDynamics,
     cables: CableStates,
     stiffness: JointStiffness,
@@ -69,11 +71,6 @@ pub struct ArmController {
     actuation: Actuation,
     tensions: TensionFollowing,
     started: bool,
-    /// Whether a muscle crosses a joint without an encoder, whose estimate follows from the muscles'
-    /// estimated tensions alone: its load cell starts the observer and does not correct it. `[muscles]`.
-    crosses_unmeasured: Vec<bool>,
-    /// Measured tensions that correct observers, NaN where none does, N: `[muscles]`.
-    correcting: Vec<f64>,
     disturbance_initialized: bool,
     /// Time since sensors were held against each other, s.
     since_isolation: f64,
@@ -158,20 +155,13 @@ impl ArmController {
         let stiffness = JointStiffness::new(models, joints)?;
         let estimated = matches!(mode, ActuationMode::WinchSpeed(CableStateSource::Observer));
         let joint_tolerance = if estimated { 1.0 } else { TOLERANCE_WITHOUT_ESTIMATES };
-        let crosses_unmeasured: Vec<bool> =
-            (0..muscles).map(|k| body.crossings(k).any(|(joint, _)| !gains.joints[joint].encoder)).collect();
-        let mut corrected = gains.clone();
-        corrected
-            .muscles
-            .iter_mut()
-            .zip(&crosses_unmeasured)
-            .for_each(|(muscle, crosses_unmeasured)| muscle.load_cell &= !crosses_unmeasured);
         let controllable = ControllableMotion::new(robot)?;
         let coordinates = controllable.as_ref().map_or(joints, ControllableMotion::count);
         Ok(Self {
             source,
             dimensions: Dimensions { muscles, joints },
-            faults: FaultDetector::new(&stiffness.cables, &corrected, joint_tolerance),
+            faults: FaultDetector::new(&stiffness.cables, &gains, joint_tolerance),
+            unmeasured: UnmeasuredJoints::new(&body, &gains, &stiffness.cables),
             cables: CableStates::new(models, source, joints)?,
             stiffness,
             joints: JointObserver::new(models, &gains)?,
@@ -186,8 +176,6 @@ impl ArmController {
             actuation: Actuation::new(muscles, mode)?,
             tensions: TensionFollowing::new(muscles),
             started: false,
-            crosses_unmeasured,
-            correcting: vec![f64::NAN; muscles],
             disturbance_initialized: false,
             since_isolation: 0.0,
             at_rest: false,
@@ -273,6 +261,7 @@ impl ArmController {
     /// begin anew. What iterative learning has learned is kept. Nothing is allocated.
     pub fn restart(&mut self) {
         self.faults.restart();
+        self.unmeasured.restart();
         self.cables.restart();
         self.actuation.restart();
         self.law.error.fill(0.0);
@@ -376,15 +365,20 @@ impl ArmController {
         reference: &PreviewedReference<'_>,
     ) -> Result<ArmCommand<'_>, Error> {
         self.dimensions.check(measurement, reference)?;
-        let mut correcting = core::mem::take(&mut self.correcting);
-        for ((correcting, measured), crosses_unmeasured) in
-            correcting.iter_mut().zip(measurement.tension).zip(&self.crosses_unmeasured)
-        {
-            *correcting = if *crosses_unmeasured && self.started { f64::NAN } else { *measured };
+        self.detect_faults(h, measurement, reference.current);
+        if self.faults.is_stopped() {
+            self.actuation.brake(h, &self.gains.muscles);
+        } else {
+            self.estimate_cables(h, reference.current)?; // (7), (10) at the lengths of (19)
+            self.estimate_joints(h)?; // (21), (23)
+            self.isolate_faults(h)?;
+            self.evaluate_errors(h, reference)?; // (24), and (20)
+            self.detect_rest(reference);
+            self.law.evaluate(&self.gains, reference.current, self.at_rest); // (25), (26)
+            self.evaluate_torque()?; // (23)
+            self.distribute_tensions(h)?; // (22)
+            self.command_drives(h, reference.repeat_time)?; // (8), or the law of the winches
         }
-        let done = self.follow(h, &ArmMeasurement { tension: &correcting, ..*measurement }, reference);
-        self.correcting = correcting;
-        done?;
         Ok(ArmCommand {
             drives: &self.actuation.drives,
             desired_tension: &self.desired_tension,
@@ -395,31 +389,8 @@ impl ArmController {
         })
     }
 
-    /// The cycle, with the tensions that correct observers.
-    fn follow(
-        &mut self,
-        h: f64,
-        measurement: &ArmMeasurement<'_>,
-        reference: &PreviewedReference<'_>,
-    ) -> Result<(), Error> {
-        self.detect_faults(h, measurement, reference.current);
-        if self.faults.is_stopped() {
-            self.actuation.brake(h, &self.gains.muscles);
-        } else {
-            self.estimate_cables(h, reference.current)?; // (7), (10) at the lengths of (19)
-            self.estimate_joints(h)?; // (21), (23)
-            self.isolate_faults(h, measurement)?;
-            self.evaluate_errors(h, reference)?; // (24), and (20)
-            self.detect_rest(reference);
-            self.law.evaluate(&self.gains, reference.current, self.at_rest); // (25), (26)
-            self.evaluate_torque()?; // (23)
-            self.distribute_tensions(h)?; // (22)
-            self.command_drives(h, reference.repeat_time)?; // (8), or the law of the winches
-        }
-        Ok(())
-    }
-
     fn detect_faults(&mut self, h: f64, measurement: &ArmMeasurement<'_>, reference: &Reference) {
+        self.unmeasured.update(h, measurement.tension, &self.cables.tension_in, &self.body);
         let prediction = Prediction {
             winch_speed: &self.actuation.winch_speed,
             tension_in: &self.cables.tension_in,
@@ -429,6 +400,7 @@ impl ArmController {
             disturbance_torque: &self.stiffness.disturbance_torque,
             joint_stiffness: &self.stiffness.joints,
             reference,
+            unmeasured: &self.unmeasured,
         };
         self.faults.update(h, measurement, &prediction);
     }
@@ -490,8 +462,8 @@ impl ArmController {
     }
 
     /// Holds the sensors of every drive against each other and against the joints.
-    fn isolate_faults(&mut self, h: f64, measurement: &ArmMeasurement<'_>) -> Result<(), Error> {
-        let Self { body, cables, joints, stiffness, faults, .. } = self;
+    fn isolate_faults(&mut self, h: f64) -> Result<(), Error> {
+        let Self { body, cables, joints, stiffness, faults, unmeasured, .. } = self;
         self.since_isolation += h;
         let quiet = faults.isolation.is_quiet();
         if !cables.step_open_loop(h, &joints.q, &stiffness.disturbance_torque, quiet)? {
@@ -499,7 +471,7 @@ impl ArmController {
         }
         let seen = Seen {
             body,
-            tension: measurement.tension,
+            tension: &unmeasured.correcting,
             tension_in: &cables.tension_in,
             tension_out: &cables.tension_out,
             unexplained: &cables.unexplained,

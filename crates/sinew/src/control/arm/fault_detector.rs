@@ -4,6 +4,7 @@ use super::joint_monitor::{EncoderCheck, JointMonitor, JointPrediction};
 use super::sensor_monitor::{SensorLimits, SensorMonitor};
 use super::signals::ArmMeasurement;
 use super::status::{ArmStatus, Fault, Symptom};
+use super::unmeasured_joints::UnmeasuredJoints;
 use crate::trajectory::Reference;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -27,6 +28,8 @@ pub(super) struct Prediction<'a> {
     pub(super) joint_stiffness: &'a [f64],
     /// Reference of the joints.
     pub(super) reference: &'a Reference,
+    /// Load cells that correct no observer.
+    pub(super) unmeasured: &'a UnmeasuredJoints,
 }
 
 /// Time for which a fault has to persist before it stops the arm, s; of a motor encoder cycles, at least:
@@ -262,10 +265,16 @@ impl FaultDetector {
             let gains = &self.muscle_gains[k];
             // A load cell that is rejected does not say whether its cable is slack.
             let rejected = self.load_cells[k].rejected_for > 0.0 || self.isolation.is_bridged(k);
-            let tension = match rejected {
-                true => f64::NAN,
-                false => self.isolation.min_tension(k, measurement.tension[k]),
+            let alone = prediction.unmeasured.crossed[k];
+            let tension = match (rejected, alone) {
+                (true, _) => f64::NAN,
+                (false, true) => measurement.tension[k],
+                (false, false) => self.isolation.min_tension(k, measurement.tension[k]),
             };
+            let reading = if alone { measurement.tension[k] } else { self.tension[k] };
+            let innovation = reading - prediction.tension_in[k];
+            let innovation = if innovation.is_finite() { innovation } else { 0.0 };
+            let by_innovation = innovation / self.cable_stiffness[k];
             let blocked = may_ignore_command(speed, tension, gains.slack_tension);
             let (most, max_residual) = (gains.max_winch_speed, gains.max_winch_residual);
             let commanded = if speed.is_finite() { h * speed } else { 0.0 };
@@ -297,7 +306,8 @@ impl FaultDetector {
             if changed {
                 let last = measured - previous;
                 self.reversal[k] = [if self.started && last.is_finite() { last } else { 0.0 }, 0.0];
-                (*by_tension, *by_command) = (0.0, 0.0);
+                // An observer that its cell does not correct is off already.
+                (*by_tension, *by_command) = (if alone { -by_innovation } else { 0.0 }, 0.0);
             } else if accepted {
                 *by_tension += h * prediction.unexplained_speed[k];
                 *by_command += commanded;
@@ -305,7 +315,7 @@ impl FaultDetector {
             if changed {
                 self.drive_standing[k] = false;
             } else if accepted {
-                self.drive_standing[k] = !self.is_travel_confirmed(k, prediction.tension_in[k]);
+                self.drive_standing[k] = !self.is_travel_confirmed(k, by_innovation);
             }
             if !accepted {
                 let (fault, symptom) = match self.drive_standing[k] {
@@ -338,12 +348,10 @@ impl FaultDetector {
     }
 
     /// Whether the load cell of a winch confirms its commanded travel while the encoder's output is
-    /// unchanged.
-    fn is_travel_confirmed(&self, k: usize, estimated: f64) -> bool {
+    /// unchanged; `by_innovation` is the travel that makes up for its difference, m.
+    fn is_travel_confirmed(&self, k: usize, by_innovation: f64) -> bool {
         let [by_tension, by_command] = self.unchanged_travel[k];
-        let innovation = self.tension[k] - estimated;
-        let innovation = if innovation.is_finite() { innovation } else { 0.0 };
-        let confirmed = (by_tension + innovation / self.cable_stiffness[k]) * by_command.signum();
+        let confirmed = (by_tension + by_innovation) * by_command.signum();
         confirmed > CONFIRMED_FRACTION * by_command.abs()
     }
 
@@ -352,6 +360,10 @@ impl FaultDetector {
         for (k, &measured) in measured.iter().enumerate() {
             let estimated = prediction.tension_in[k];
             let plausible = self.load_cells[k].update(h, measured, 1.0);
+            if prediction.unmeasured.crossed[k] {
+                self.check_lone_cell(k, h, plausible.then_some(measured), prediction);
+                continue;
+            }
             // What is missing or stuck has no step; what comes after it has to agree with its estimate.
             let present = if plausible { measured } else { f64::NAN };
             let trusted = !self.started || self.isolation.check(k, h, present, estimated, pose);
@@ -376,6 +388,31 @@ impl FaultDetector {
                 self.report(fault, symptom);
             }
             self.judge_missing_tension(k, prediction);
+        }
+    }
+
+    /// A cell that corrects no observer: its first reading alone is used. Whether a tension is missing is
+    /// known from the other cells.
+    fn check_lone_cell(&mut self, k: usize, h: f64, plausible: Option<f64>, prediction: &Prediction<'_>) {
+        self.tension[k] = plausible.filter(|_| !self.started).unwrap_or(f64::NAN);
+        if !self.muscle_gains[k].load_cell {
+            return;
+        }
+        let Some(measured) = plausible.filter(|_| prediction.unmeasured.missing[k]) else {
+            self.missing_for[k] = 0.0;
+            if plausible.is_none() {
+                self.report(Fault::TensionSensor(k), self.load_cells[k].symptom());
+            }
+            return;
+        };
+        if self.missing_for[k] == 0.0 {
+            self.missing_by[k] = self.cause_of_missing_tension(k, measured, prediction.tension_in[k]);
+        }
+        self.missing_for[k] += h;
+        if self.missing_for[k] > PERSISTENCE_TIME {
+            let (fault, symptom) = self.missing_by[k];
+            let broken = Fault::Cable(prediction.unmeasured.broken(k));
+            self.stop(if fault == Fault::Cable(k) { broken } else { fault }, symptom);
         }
     }
 
@@ -432,7 +469,8 @@ impl FaultDetector {
             return (Fault::JointSensor(joint), self.encoders[joint].symptom());
         }
         let fraction = UNSEEN_FRACTION * (estimated - measured);
-        let fallen = self.tension[k] - measured;
+        // Of a cell that corrects no observer the last tension is not kept.
+        let fallen = if self.tension[k].is_nan() { 0.0 } else { self.tension[k] - measured };
         let unseen = -self.unchanged_travel[k][1] * self.cable_stiffness[k];
         if fallen <= fraction && unseen > fraction {
             (Fault::MotorSensor(k), Symptom::Stuck)

@@ -27,6 +27,7 @@ mod signals;
 mod status;
 mod synthesis;
 mod tension_following;
+mod unmeasured_joints;
 mod winch;
 
 pub use actuation::ActuationMode;

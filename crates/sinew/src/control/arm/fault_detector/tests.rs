@@ -16,6 +16,7 @@ fn stops(winch_speed: f64, sensors: impl Fn(u32) -> [f64; 3]) -> Option<(f64, Fa
         disturbance_torque: &[0.0],
         joint_stiffness: &[200.0],
         reference: &reference,
+        unmeasured: &UnmeasuredJoints::all_measured(1),
     };
     (0..1000).find_map(|k| {
         let [motor, tension, joint] = sensors(k);
@@ -160,6 +161,7 @@ fn see_after(detector: &mut FaultDetector, h: f64, clean: &Cycle, cycle: &Cycle)
         disturbance_torque: &[0.0; 2],
         joint_stiffness: &[200.0; 2],
         reference: &reference,
+        unmeasured: &UnmeasuredJoints::all_measured(2),
     };
     let measurement = ArmMeasurement {
         motor: &[clean.motor, cycle.motor],
@@ -571,7 +573,7 @@ fn residuals_at_their_thresholds_are_not_beyond_them() {
     assert_eq!(detector.cause_of_missing_tension(1, 15.1, 40.0).0, Fault::MotorSensor(1));
     // Of no commanded travel none is confirmed.
     detector.unchanged_travel[1] = [0.0, 0.0];
-    assert!(!detector.is_travel_confirmed(1, 20.0));
+    assert!(!detector.is_travel_confirmed(1, 0.0));
 }
 
 #[test]
