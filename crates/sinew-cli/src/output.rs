@@ -179,23 +179,24 @@ pub(crate) fn write_all(files: &[(PathBuf, &[u8])]) -> Result<Vec<Written>, Erro
     Ok(all)
 }
 
-/// Writes a file piece by piece so that it appears complete or not at all.
-pub(crate) fn write_streamed(
+/// Writes a file piece by piece so that it appears complete or not at all; returns what `write` does.
+pub(crate) fn write_streamed<R>(
     path: &Path,
-    write: impl FnOnce(&mut std::fs::File) -> Result<(), Error>,
-) -> Result<Written, Error> {
+    write: impl FnOnce(&mut std::fs::File) -> Result<R, Error>,
+) -> Result<(R, Written), Error> {
     let unwritable = |source| Error::Unwritable { file: path.to_owned(), source };
     let written = Written { file: path.to_owned(), replaced: path.is_file() };
-    match stage(path, &[]).map_err(unwritable)? {
+    let result = match stage(path, &[]).map_err(unwritable)? {
         Staged::File(mut file, place) => {
-            write(file.as_file_mut())?;
+            let result = write(file.as_file_mut())?;
             file.as_file().sync_all().map_err(unwritable)?;
             let _guard = lock();
             file.persist(place).map_err(|e| unwritable(e.error))?;
+            result
         }
         Staged::Stream(mut stream) => write(&mut stream)?,
-    }
-    Ok(written)
+    };
+    Ok((result, written))
 }
 
 fn stage(path: &Path, bytes: &[u8]) -> io::Result<Staged> {

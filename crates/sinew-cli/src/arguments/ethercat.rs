@@ -56,6 +56,9 @@ pub(crate) struct EthercatSimulateArguments {
     /// Seed of the machine's deviations from its design
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
+    /// CSV file for the true joints and tensions of the simulated machine, a row every 10 ms
+    #[arg(long, value_name = "FILE")]
+    pub(crate) truth: Option<PathBuf>,
     /// Seconds after which it ends, 0.1 to 86400 [default: never]
     #[arg(long, value_name = "SECONDS",
         value_parser = number("0.1 to 86400 s", |s| (0.1..=86_400.0).contains(&s)))]

@@ -72,6 +72,9 @@ pub(crate) struct SimulatedMachineArguments {
     pub(crate) machine: PathBuf,
     #[command(flatten)]
     pub(crate) root: RootArgument,
+    /// CSV file for the true joints and tensions of the simulated machine, a row every 10 ms
+    #[arg(long, value_name = "FILE")]
+    pub(crate) truth: Option<PathBuf>,
     /// Answer on pseudo-terminals, as without it
     #[arg(long)]
     pub(crate) pty: bool,

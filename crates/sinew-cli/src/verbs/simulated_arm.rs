@@ -1,10 +1,15 @@
 //! A machine as built, behind simulated devices for other masters.
 
 use crate::error::Error;
+use crate::output::{Written, write_streamed};
 use sinew::control::arm::{resting_tensions, synthesize};
 use sinew::machine::Machine;
 use sinew::twin::arm::{ArmSpecimen, ArmTwin};
 use sinew_lab::experiment::oracle_models;
+use sinew_lab::signals::Signal;
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -29,5 +34,78 @@ pub(super) fn end_after(duration: Option<f64>, stop: &'static AtomicBool) {
             std::thread::sleep(Duration::from_secs_f64(seconds));
             stop.store(true, Ordering::SeqCst);
         });
+    }
+}
+
+/// Serves another master with a machine and writes what is true of it meanwhile into a file, where one is
+/// given: CSV, a row every 10 ms, columns as in a recording (`docs/recording.md`).
+pub(super) fn serve_with_truth<R>(
+    path: Option<&Path>,
+    machine: &Machine,
+    serve: impl FnOnce(&mut dyn FnMut(&ArmTwin)) -> Result<R, Error>,
+) -> Result<(R, Vec<Written>), Error> {
+    let Some(path) = path else { return Ok((serve(&mut |_| {})?, Vec::new())) };
+    let (served, written) = write_streamed(path, |file| {
+        let mut truth = Truth::begin(file, machine)?;
+        let served = serve(&mut |arm| truth.take(arm))?;
+        truth.end()?;
+        Ok(served)
+    })?;
+    Ok((served, vec![written]))
+}
+
+/// Time between two rows of the truth, s.
+const TRUTH_INTERVAL: f64 = 0.01;
+/// Its signals of every muscle.
+const TRUE_OF_MUSCLES: [Signal; 3] = [Signal::PositionIn, Signal::TensionInTrue, Signal::TensionOut];
+
+/// What is true of a simulated machine, as a table.
+struct Truth<'a> {
+    table: csv::Writer<BufWriter<&'a mut File>>,
+    /// Time of the next row, s.
+    next: f64,
+    /// Why no more is written.
+    failed: Result<(), csv::Error>,
+}
+
+impl<'a> Truth<'a> {
+    fn begin(file: &'a mut File, machine: &Machine) -> Result<Self, Error> {
+        let mut file = BufWriter::new(file);
+        writeln!(file, "# SIMULATED").map_err(csv::Error::from)?;
+        let parts = machine.robot.parts();
+        let joints = machine.robot.independent_joints().into_iter().map(|joint| &parts.joints[joint]);
+        let mut header = vec!["time_s".to_owned()];
+        header.extend(joints.map(|joint| Signal::JointTrue.column(&joint.name, joint.kind.unit())));
+        for signal in TRUE_OF_MUSCLES {
+            header.extend(parts.tendons.iter().map(|tendon| signal.column(&tendon.name, "")));
+        }
+        let mut table = csv::Writer::from_writer(file);
+        table.write_record(header)?;
+        Ok(Self { table, next: 0.0, failed: Ok(()) })
+    }
+
+    /// A row, where it is time for one.
+    fn take(&mut self, arm: &ArmTwin) {
+        let truth = arm.truth();
+        if self.failed.is_err() || truth.time < self.next {
+            return;
+        }
+        // Times are sums of steps, and rounded.
+        self.next = truth.time + TRUTH_INTERVAL - 1e-6;
+        let cables = || truth.cables.iter();
+        let [joint, motor, tension_in, tension_out] =
+            [Signal::JointTrue, Signal::PositionIn, Signal::TensionInTrue, Signal::TensionOut]
+                .map(|signal| signal.row().digits().unwrap_or(7));
+        let mut row = vec![format!("{:.3}", truth.time)];
+        row.extend(truth.q.iter().map(|q| format!("{q:.joint$}")));
+        row.extend(arm.reading().motor.iter().map(|x| format!("{x:.motor$}")));
+        row.extend(cables().map(|cable| format!("{:.tension_in$}", cable.tension_in)));
+        row.extend(cables().map(|cable| format!("{:.tension_out$}", cable.tension_out)));
+        self.failed = self.table.write_record(row);
+    }
+
+    fn end(mut self) -> Result<(), Error> {
+        self.failed?;
+        Ok(self.table.flush().map_err(csv::Error::from)?)
     }
 }

@@ -29,6 +29,8 @@ mod stops;
 mod study;
 mod tension;
 mod text_bus;
+#[cfg(target_os = "linux")]
+mod truth;
 mod twin;
 mod verbs;
 mod writing;

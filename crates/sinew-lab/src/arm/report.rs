@@ -344,7 +344,7 @@ impl TrackingNumbers {
                     .filter(|(joint, _)| robot.parts().joints[*joint].kind == JointKind::Hinge)
                     .map(|(_, statistics)| statistics),
             ),
-            longest_slack_s: summary.slack.duration,
+            longest_slack_s: summary.longest_slack(|_| true).duration,
             end_point_error_m: (&summary.end_point_error).into(),
             unseen_error_m: (&summary.encoder_zero_error).into(),
             end_point_error_per_repeat_m: summary.repeat_error.iter().map(ErrorSpread::from).collect(),

@@ -1,7 +1,7 @@
 //! Verification of a controller before the start: the motion is simulated on machines sampled within the
 //! tolerances, other ones than that of the run, and gains are lowered until all of them track it: to its end,
-//! with taut cables, and with an error below that of a completed run by the machine's margin, or in joint
-//! space with one that the dead bands of the cables explain. More are sampled for a motion that is near to
+//! with taut cables where load cells measure them, and with an error below that of a completed run by the
+//! machine's margin, or in joint space with one that the dead bands of the cables explain. More are sampled for a motion that is near to
 //! the limits of the drives or of the error: there single specimens fail in single repeats.
 
 use super::feasibility::first_infeasibility;
@@ -24,9 +24,10 @@ use sinew::twin::arm::ArmSpecimen;
 pub enum Verified {
     /// Every sampled machine tracks the motion with these rules.
     Tracks(ControlRules),
-    /// With these rules every sampled machine comes to the motion's end with taut cables; the largest error
-    /// of a joint is above that of a completed run, but within what the dead bands of the cables explain: a
-    /// joint that breaks away from their friction jumps.
+    /// With these rules every sampled machine comes to the motion's end. The largest error of a joint is above
+    /// that of a completed run, but within what the dead bands of the cables explain: a joint that breaks
+    /// away from their friction jumps. Or a cable without a load cell is slack for a while, which nothing
+    /// in a run notices.
     Inaccurate(ControlRules, String),
     /// No set of rules does; what stopped a machine with the softest.
     Fails(String),
@@ -93,7 +94,7 @@ pub fn verify(machine: &Machine, trajectory: &Trajectory, repeats: u32) -> Resul
     let mut many = near_drives(machine, trajectory)?;
     let poses = poses_along(trajectory)?;
     let repeats = repeats.clamp(1, ((LONGEST / trajectory.duration()).ceil() as u32).max(1));
-    let (mut failure, mut failed_at) = (String::new(), None);
+    let (mut failure, mut failed_at, mut with_slack) = (String::new(), None, None);
     for factors in SOFTER {
         let rules = softened(&machine.rules, factors);
         let trial = Machine { rules, ..loaded.clone() };
@@ -108,17 +109,21 @@ pub fn verify(machine: &Machine, trajectory: &Trajectory, repeats: u32) -> Resul
         if many && promising {
             found.extend(run(more)?);
         }
+        let inaccurate =
+            |reason: &String| VerifiedMotion::new(Verified::Inaccurate(rules, reason.clone()), &found);
         match Quality::of_all(&found) {
             Quality::Accurate => return Ok(VerifiedMotion::new(Verified::Tracks(rules), &found)),
             // Softer gains enlarge errors that the dead bands cause.
-            Quality::Inaccurate(largest) => {
-                return Ok(VerifiedMotion::new(Verified::Inaccurate(rules, largest), &found));
-            }
-            Quality::Failed(reason) => failure = reason,
+            Quality::Inaccurate(largest) => return Ok(inaccurate(largest)),
+            Quality::Slack(reason) => with_slack = with_slack.or_else(|| Some(inaccurate(reason))),
+            Quality::Failed(reason) => failure.clone_from(reason),
         }
         if failed_at.is_none() {
             failed_at = Some(found.iter().find_map(|run| run.failed_at));
         }
+    }
+    if let Some(motion) = with_slack {
+        return Ok(motion);
     }
     let failed_at = failed_at.flatten();
     Ok(VerifiedMotion { failed_at, ..VerifiedMotion::new(Verified::Fails(failure), &[]) })
@@ -266,14 +271,15 @@ fn simulate(
     let (mut session, mut stopped) = (TrackSession::supervised(&run, supervisor)?, false);
     while !stopped && session.step(|row| stopped = matches!(row.command.status, ArmStatus::Stopped(_)))? {}
     let summary = session.finish();
-    let slack = (summary.slack.duration > MAX_SLACK).then_some(summary.slack.until);
-    let failed_at = summary.stopped.map(|(time, _)| time).or(summary.plant_failed).or(slack);
+    let slack = summary.longest_slack(|muscle| machine.muscles[muscle].drive.has_load_cell);
+    let failed_by_slack = (slack.duration > MAX_SLACK).then_some(slack.until);
+    let failed_at = summary.stopped.map(|(time, _)| time).or(summary.plant_failed).or(failed_by_slack);
     let dead_bands: Vec<f64> = found.joints.iter().map(|joint| joint.dead_band).collect();
     let error = largest_bounded_error(&summary, machine).map_or(0.0, |largest| largest.fraction());
     Ok(Simulated {
         quality: Quality::new(&summary, machine, &dead_bands),
         joint_errors: summary.joint_error.iter().map(|error| error.max).collect(),
-        fraction_of_limits: error.max(summary.slack.duration / MAX_SLACK),
+        fraction_of_limits: error.max(slack.duration / MAX_SLACK),
         failed_at: failed_at.map(|time| time - run.before),
     })
 }
@@ -294,6 +300,8 @@ fn known_models(machine: &Machine, built: &ArmSpecimen) -> Result<Vec<CableModel
 enum Quality {
     Accurate,
     Inaccurate(String),
+    /// Accurate, with a slack cable that has no load cell.
+    Slack(String),
     Failed(String),
 }
 
@@ -311,16 +319,20 @@ impl Quality {
         if summary.plant_failed.is_some() {
             return Self::Failed("motion faster than the cables allow".to_owned());
         }
-        let Slack { duration, muscle, .. } = summary.slack;
-        if duration > MAX_SLACK {
-            return Self::Failed(format!("cable of {} slack for {duration:.2} s", name(muscle)));
+        let measured = |muscle: usize| machine.muscles[muscle].drive.has_load_cell;
+        let slack = |of: &dyn Fn(usize) -> bool| {
+            let Slack { duration, muscle, .. } = summary.longest_slack(of);
+            (duration > MAX_SLACK).then(|| format!("cable of {} slack for {duration:.2} s", name(muscle)))
+        };
+        if let Some(reason) = slack(&measured) {
+            return Self::Failed(reason);
         }
         // Zero errors of the encoders and everything that differs from machine to machine need a margin.
         let margin = machine.rules.margin;
         let Some(largest) =
             largest_bounded_error(summary, machine).filter(|largest| largest.fraction() > margin)
         else {
-            return Self::Accurate;
+            return slack(&|muscle| !measured(muscle)).map_or(Self::Accurate, Self::Slack);
         };
         match &largest.joint {
             None => Self::Failed(format!(
@@ -340,18 +352,18 @@ impl Quality {
     }
 
     /// The worst of several runs, of equal ones the first.
-    fn of_all(runs: &[Simulated]) -> Self {
-        let failed = runs.iter().find_map(|run| match &run.quality {
-            Self::Failed(reason) => Some(Self::Failed(reason.clone())),
-            _ => None,
-        });
-        let inaccurate = || {
-            runs.iter().find_map(|run| match &run.quality {
-                Self::Inaccurate(reason) => Some(Self::Inaccurate(reason.clone())),
-                _ => None,
-            })
-        };
-        failed.or_else(inaccurate).unwrap_or(Self::Accurate)
+    fn of_all(runs: &[Simulated]) -> &Self {
+        let worst = runs.iter().map(|run| &run.quality).rev().max_by_key(|quality| quality.rank());
+        worst.unwrap_or(&Self::Accurate)
+    }
+
+    fn rank(&self) -> u8 {
+        match self {
+            Self::Accurate => 0,
+            Self::Inaccurate(_) => 1,
+            Self::Slack(_) => 2,
+            Self::Failed(_) => 3,
+        }
     }
 }
 
@@ -387,6 +399,11 @@ mod tests {
 
     /// The word for a run of one joint with this error, as a fraction of its range, and dead band.
     fn judged(machine: &Machine, fraction: f64, dead_band: f64) -> &'static str {
+        judged_slack(machine, fraction, dead_band, 0.0)
+    }
+
+    /// The same with a cable that was slack for this time, s.
+    fn judged_slack(machine: &Machine, fraction: f64, dead_band: f64, slack: f64) -> &'static str {
         let joints = machine.robot.independent_joints();
         let parts = &machine.robot.parts().joints;
         let ranges: Vec<f64> =
@@ -394,9 +411,11 @@ mod tests {
         let mut summary = TrackSummary::new(vec![1.0; machine.muscles.len()], ranges.clone(), machine.period);
         summary.joint_error[0].record(fraction * ranges[0]);
         summary.end_point_error.record(fraction);
+        summary.slack[0].duration = slack;
         match Quality::new(&summary, machine, &vec![dead_band; joints.len()]) {
             Quality::Accurate => "accurate",
             Quality::Inaccurate(_) => "inaccurate",
+            Quality::Slack(_) => "slack",
             Quality::Failed(_) => "failed",
         }
     }
@@ -410,6 +429,19 @@ mod tests {
         assert_eq!(judged(&machine, 0.081, range), "inaccurate");
         assert_eq!(judged(&machine, 0.199, range), "inaccurate");
         assert_eq!(judged(&machine, 0.201, range), "failed");
+    }
+
+    #[test]
+    fn a_slack_cable_is_a_failure_where_a_load_cell_shows_it_and_a_warning_where_none_does() {
+        let mut machine = bench_joint();
+        assert_eq!(judged_slack(&machine, 0.01, 0.0, 0.24), "accurate");
+        assert_eq!(judged_slack(&machine, 0.01, 0.0, 0.26), "failed");
+        machine.muscles[0].drive.has_load_cell = false;
+        assert_eq!(judged_slack(&machine, 0.01, 0.0, 0.26), "slack");
+        assert_eq!(judged_slack(&machine, 0.5, 0.0, 0.26), "failed");
+        machine.muscles[0].drive.has_load_cell = true;
+        machine.muscles[1].drive.has_load_cell = false;
+        assert_eq!(judged_slack(&machine, 0.01, 0.0, 0.26), "failed");
     }
 
     #[test]

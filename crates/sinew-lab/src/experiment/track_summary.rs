@@ -77,9 +77,9 @@ pub struct TrackSummary {
     pub closure_error: Vec<Statistics>,
     /// The same of [`TrackRow::off_manifold`], rad or m: `[joints]`, or empty.
     pub off_manifold: Vec<Statistics>,
-    /// The longest that a cable was slack: its far tension less than 1 N above its pretension, of a small
-    /// machine less than a fifth of what its minimum tension leaves.
-    pub slack: Slack,
+    /// The longest that every cable was slack: its far tension less than 1 N above its pretension, of a small
+    /// machine less than a fifth of what its minimum tension leaves. `[muscles]`.
+    pub slack: Vec<Slack>,
     /// Of the control cycle, s.
     period: f64,
     slack_below: Vec<f64>,
@@ -128,7 +128,7 @@ impl TrackSummary {
             joint_error: vec![Statistics::default(); joints],
             closure_error: Vec::new(),
             off_manifold: Vec::new(),
-            slack: Slack::default(),
+            slack: (0..muscles).map(|muscle| Slack { muscle, ..Slack::default() }).collect(),
             slack_for: vec![0.0; muscles],
             end_point_error: Statistics::default(),
             repeat_error: Vec::new(),
@@ -151,12 +151,19 @@ impl TrackSummary {
         }
     }
 
+    /// The longest slack of some of the muscles.
+    #[must_use]
+    pub fn longest_slack(&self, of: impl Fn(usize) -> bool) -> Slack {
+        let some = self.slack.iter().filter(|slack| of(slack.muscle));
+        some.copied().max_by(|a, b| a.duration.total_cmp(&b.duration)).unwrap_or_default()
+    }
+
     pub(super) fn record(&mut self, row: &TrackRow<'_>) {
         for (k, cable) in row.truth.cables.iter().enumerate() {
             let slack = cable.tension_out < self.slack_below[k];
             self.slack_for[k] = if slack { self.slack_for[k] + self.period } else { 0.0 };
-            if self.slack_for[k] > self.slack.duration {
-                self.slack = Slack { duration: self.slack_for[k], muscle: k, until: row.time };
+            if self.slack_for[k] > self.slack[k].duration {
+                self.slack[k] = Slack { duration: self.slack_for[k], muscle: k, until: row.time };
             }
             if cable.tension_out < self.min_anchor_tension.0 {
                 self.min_anchor_tension = (cable.tension_out, k);

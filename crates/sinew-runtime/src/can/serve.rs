@@ -7,6 +7,7 @@ use super::slcan::SlcanHost;
 use super::{Link, SimulatedMachine};
 use crate::cycle::{Clock as _, MonotonicClock};
 use crate::tty::PseudoTerminal;
+use sinew::twin::arm::ArmTwin;
 use sinew_segment::CanFrame as Frame;
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -95,7 +96,7 @@ impl Link for HostedAdapter {
 }
 
 /// Answers on a bus with the nodes of a machine in real time, which moves on once a period, ns, until `stop`
-/// is set; returns the number of frames that came.
+/// is set; `seen` is shown the machine after each. Returns the number of frames that came.
 ///
 /// # Errors
 /// Of the operating system.
@@ -104,6 +105,7 @@ pub fn serve(
     machine: &mut SimulatedMachine,
     period: u64,
     stop: &AtomicBool,
+    seen: &mut dyn FnMut(&ArmTwin),
 ) -> io::Result<u64> {
     let (start, mut advanced, mut frames, mut answers) = (bus.now(), 0, 0, Vec::new());
     while !stop.load(Ordering::Relaxed) {
@@ -113,6 +115,7 @@ pub fn serve(
         while advanced < now / period {
             advanced += 1;
             machine.advance(period, advanced * period);
+            seen(machine.arm());
         }
         if let Some(frame) = frame {
             frames += 1;

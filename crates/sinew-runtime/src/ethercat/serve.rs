@@ -3,12 +3,14 @@
 use super::pump::MAX_FRAME;
 use super::simulated_machine::SimulatedMachine;
 use crate::cycle::{Clock, MonotonicClock};
+use sinew::twin::arm::ArmTwin;
 use sinew_segment::{Passed, RawSocket, RawSocketError, Segment};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// Answers every EtherCAT frame on an interface in real time, with the machine behind the devices advancing
-/// once a period, ns, until `stop` is set; returns the number of answered frames.
+/// once a period, ns, until `stop` is set; `seen` is shown the machine after each. Returns the number of
+/// answered frames.
 ///
 /// # Errors
 /// [`RawSocketError`] where the interface goes down.
@@ -17,6 +19,7 @@ pub fn serve(
     (segment, machine): (&mut Segment, &mut SimulatedMachine),
     period: u64,
     stop: &AtomicBool,
+    seen: &mut dyn FnMut(&ArmTwin),
 ) -> Result<u64, RawSocketError> {
     let mut clock = MonotonicClock;
     let (start, offset) = (clock.now(), segment.now());
@@ -30,6 +33,7 @@ pub fn serve(
         // Where the system was late, several periods have passed.
         while advanced < now / period {
             machine.advance(segment, period);
+            seen(machine.arm());
             advanced += 1;
         }
         let Some(length) = received else { continue };

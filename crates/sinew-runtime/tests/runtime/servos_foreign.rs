@@ -33,7 +33,7 @@ fn a_master_of_another_crate_drives_simulated_servos() {
     let mut terminals = [PseudoTerminal::open().unwrap()];
     let (path, stop) = (terminals[0].path().to_owned(), AtomicBool::new(false));
     std::thread::scope(|scope| {
-        let served = scope.spawn(|| serve(&mut terminals, &mut machine, 1_000_000, &stop));
+        let served = scope.spawn(|| serve(&mut terminals, &mut machine, 1_000_000, &stop, &mut |_| {}));
         let driven = std::panic::catch_unwind(|| drive(&path));
         stop.store(true, Ordering::Relaxed);
         assert!(served.join().unwrap().unwrap() > 0);

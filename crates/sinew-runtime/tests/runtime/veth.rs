@@ -69,7 +69,8 @@ fn inside(panics: bool) {
             let mut simulated =
                 SimulatedMachine::new(setup.plant.clone(), &setup.machine, setup.devices.clone());
             let mut segment = simulated.segment(&[]).unwrap();
-            let answered = serve(&socket, (&mut segment, &mut simulated), PERIOD, &stop).unwrap();
+            let answered =
+                serve(&socket, (&mut segment, &mut simulated), PERIOD, &stop, &mut |_| {}).unwrap();
             let drives = segment.devices().iter().filter_map(|device| device.drive());
             // Without commands drives stop by themselves, with a fault: that is not what is meant after an
             // error. To unwind for the first time may take longer than the drives wait.

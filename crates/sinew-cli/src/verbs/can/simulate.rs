@@ -4,14 +4,19 @@ use crate::answer::{Answer, Content};
 use crate::arguments::{CanSimulateArguments, General};
 use crate::error::Error;
 use crate::interrupt;
-use crate::output::print;
+use crate::output::{print, refuse_overwrite};
 use crate::verbs::machine_source::load_machine;
-use crate::verbs::simulated_arm::{end_after, simulated_arm, step_ns};
+use crate::verbs::simulated_arm::{end_after, serve_with_truth, simulated_arm, step_ns};
 use sinew_runtime::can::{
     CanDevice, CanError, HostedAdapter, Link, Protocol, SimulatedMachine, connect, serve,
 };
 
 pub(super) fn run(arguments: &CanSimulateArguments, general: &General) -> Result<Answer, Error> {
+    refuse_overwrite(
+        [&arguments.simulated.machine],
+        arguments.simulated.truth.as_slice(),
+        general.no_clobber,
+    )?;
     let (described, devices) =
         load_machine(&arguments.simulated.machine, None, arguments.simulated.root.dir.as_deref())?;
     let (machine, nodes) = (described.machine, devices.of::<CanDevice>());
@@ -36,7 +41,9 @@ pub(super) fn run(arguments: &CanSimulateArguments, general: &General) -> Result
     }
     let stop = interrupt::answer();
     end_after(arguments.simulated.duration, stop);
-    let frames = serve(&mut *bus, &mut simulated, step_ns(&machine), stop).map_err(refused)?;
+    let (frames, written) = serve_with_truth(arguments.simulated.truth.as_deref(), &machine, |seen| {
+        serve(&mut *bus, &mut simulated, step_ns(&machine), stop, seen).map_err(|e| refused(e).into())
+    })?;
     let powered = simulated.nodes().filter(|node| node.has_power()).count();
     let content = if general.json {
         Content::json(&serde_json::json!({
@@ -45,5 +52,5 @@ pub(super) fn run(arguments: &CanSimulateArguments, general: &General) -> Result
     } else {
         Content::Text(format!("{frames} frames received; at the end {powered} drives with power\n"))
     };
-    Ok(Answer::done(content, Vec::new()))
+    Ok(Answer::done(content, written))
 }

@@ -27,14 +27,10 @@ pub(super) fn run(arguments: &LogExportArguments, general: &General) -> Result<A
         }
     };
     let columns: Vec<String> = rows.columns.iter().map(|column| column.name.clone()).collect();
-    let mut count = 0;
-    let written = write_streamed(out, |to| {
-        count = match format {
-            Format::Csv => csv(to, out, file, rows)?,
-            #[cfg(feature = "parquet")]
-            Format::Parquet => super::parquet::write(to, out, file, rows)?,
-        };
-        Ok(())
+    let (count, written) = write_streamed(out, |to| match format {
+        Format::Csv => csv(to, out, file, rows),
+        #[cfg(feature = "parquet")]
+        Format::Parquet => super::parquet::write(to, out, file, rows),
     })?;
     let content = if general.json {
         Content::json(&serde_json::json!({

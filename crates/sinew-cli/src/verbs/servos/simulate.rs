@@ -4,13 +4,18 @@ use crate::answer::{Answer, Content};
 use crate::arguments::{General, ServosSimulateArguments};
 use crate::error::Error;
 use crate::interrupt;
-use crate::output::print;
+use crate::output::{print, refuse_overwrite};
 use crate::verbs::machine_source::load_machine;
-use crate::verbs::simulated_arm::{end_after, simulated_arm, step_ns};
+use crate::verbs::simulated_arm::{end_after, serve_with_truth, simulated_arm, step_ns};
 use sinew_runtime::PseudoTerminal;
 use sinew_runtime::servos::{ServoDevice, ServoError, SimulatedMachine, serve};
 
 pub(super) fn run(arguments: &ServosSimulateArguments, general: &General) -> Result<Answer, Error> {
+    refuse_overwrite(
+        [&arguments.simulated.machine],
+        arguments.simulated.truth.as_slice(),
+        general.no_clobber,
+    )?;
     let (described, devices) =
         load_machine(&arguments.simulated.machine, None, arguments.simulated.root.dir.as_deref())?;
     let (machine, servos) = (described.machine, devices.of::<ServoDevice>());
@@ -33,7 +38,9 @@ pub(super) fn run(arguments: &ServosSimulateArguments, general: &General) -> Res
     }
     let stop = interrupt::answer();
     end_after(arguments.simulated.duration, stop);
-    let octets = serve(&mut terminals, &mut simulated, step_ns(&machine), stop).map_err(refused)?;
+    let (octets, written) = serve_with_truth(arguments.simulated.truth.as_deref(), &machine, |seen| {
+        serve(&mut terminals, &mut simulated, step_ns(&machine), stop, seen).map_err(|e| refused(e).into())
+    })?;
     let all = || simulated.chains().iter().flat_map(|chain| chain.servos());
     let powered = all().filter(|servo| servo.has_torque()).count();
     let content = if general.json {
@@ -43,5 +50,5 @@ pub(super) fn run(arguments: &ServosSimulateArguments, general: &General) -> Res
     } else {
         Content::Text(format!("{octets} octets received; at the end {powered} servos with torque\n"))
     };
-    Ok(Answer::done(content, Vec::new()))
+    Ok(Answer::done(content, written))
 }

@@ -3,11 +3,12 @@
 use super::machine::SimulatedMachine;
 use crate::cycle::{Clock, MonotonicClock};
 use crate::tty::PseudoTerminal;
+use sinew::twin::arm::ArmTwin;
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Answers on a terminal for every chain of a machine in real time, with the machine moving on once a period,
-/// ns, until `stop` is set; returns the number of octets that came.
+/// ns, until `stop` is set; `seen` is shown the machine after each. Returns the number of octets that came.
 ///
 /// # Errors
 /// Of the operating system.
@@ -16,6 +17,7 @@ pub fn serve(
     machine: &mut SimulatedMachine,
     period: u64,
     stop: &AtomicBool,
+    seen: &mut dyn FnMut(&ArmTwin),
 ) -> io::Result<u64> {
     let mut clock = MonotonicClock;
     let (start, mut advanced, mut octets) = (clock.now(), 0, 0);
@@ -30,6 +32,7 @@ pub fn serve(
         while advanced < now / period {
             advanced += 1;
             machine.advance(period, advanced * period);
+            seen(machine.arm());
         }
         for (terminal, chain) in terminals.iter_mut().zip(machine.chains_mut()) {
             let read = terminal.read(&mut buffer)?;

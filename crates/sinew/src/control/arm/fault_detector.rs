@@ -359,9 +359,10 @@ impl FaultDetector {
         let [pose, ..] = prediction.joint;
         for (k, &measured) in measured.iter().enumerate() {
             let estimated = prediction.tension_in[k];
+            let before = self.load_cells[k].previous();
             let plausible = self.load_cells[k].update(h, measured, 1.0);
             if prediction.unmeasured.crossed[k] {
-                self.check_lone_cell(k, h, plausible.then_some(measured), prediction);
+                self.check_lone_cell(k, h, (before, plausible.then_some(measured)), prediction);
                 continue;
             }
             // What is missing or stuck has no step; what comes after it has to agree with its estimate.
@@ -372,7 +373,8 @@ impl FaultDetector {
                 && measured < (1.0 - MISSING_FRACTION) * estimated
                 && estimated - measured > self.muscle_gains[k].missing_tension;
             if missing && self.missing_for[k] == 0.0 {
-                self.missing_by[k] = self.cause_of_missing_tension(k, measured, estimated);
+                let fell = [self.tension[k], measured];
+                self.missing_by[k] = self.cause_of_missing_tension(k, fell, estimated);
                 self.isolation.begin_missing(k);
             }
             self.missing_for[k] = if missing { self.missing_for[k] + h } else { 0.0 };
@@ -393,7 +395,13 @@ impl FaultDetector {
 
     /// A cell that corrects no observer: its first reading alone is used. Whether a tension is missing is
     /// known from the other cells.
-    fn check_lone_cell(&mut self, k: usize, h: f64, plausible: Option<f64>, prediction: &Prediction<'_>) {
+    fn check_lone_cell(
+        &mut self,
+        k: usize,
+        h: f64,
+        (before, plausible): (f64, Option<f64>),
+        prediction: &Prediction<'_>,
+    ) {
         self.tension[k] = plausible.filter(|_| !self.started).unwrap_or(f64::NAN);
         if !self.muscle_gains[k].load_cell {
             return;
@@ -406,7 +414,11 @@ impl FaultDetector {
             return;
         };
         if self.missing_for[k] == 0.0 {
-            self.missing_by[k] = self.cause_of_missing_tension(k, measured, prediction.tension_in[k]);
+            // A drive does not pay out a cable that is slack.
+            self.missing_by[k] = match measured > self.muscle_gains[k].slack_tension {
+                true => self.cause_of_missing_tension(k, [before, measured], prediction.tension_in[k]),
+                false => (Fault::Cable(k), Symptom::Unknown),
+            };
         }
         self.missing_for[k] += h;
         if self.missing_for[k] > PERSISTENCE_TIME {
@@ -458,7 +470,12 @@ impl FaultDetector {
     /// was already rejected: the muscles follow its replacement. The motor encoder: while its output was
     /// unchanged, the winch was commanded to pay out what is missing, and the tension fell in more than one
     /// cycle. Otherwise the cable itself.
-    fn cause_of_missing_tension(&self, k: usize, measured: f64, estimated: f64) -> (Fault, Symptom) {
+    fn cause_of_missing_tension(
+        &self,
+        k: usize,
+        [before, measured]: [f64; 2],
+        estimated: f64,
+    ) -> (Fault, Symptom) {
         let replaced = self.encoders.iter().position(|encoder| match encoder.symptom() {
             Symptom::Lost | Symptom::Stuck => encoder.rejected_for > MISSING_TIME,
             // A joint that loses a cable gathers speed first.
@@ -469,8 +486,7 @@ impl FaultDetector {
             return (Fault::JointSensor(joint), self.encoders[joint].symptom());
         }
         let fraction = UNSEEN_FRACTION * (estimated - measured);
-        // Of a cell that corrects no observer the last tension is not kept.
-        let fallen = if self.tension[k].is_nan() { 0.0 } else { self.tension[k] - measured };
+        let fallen = before - measured;
         let unseen = -self.unchanged_travel[k][1] * self.cable_stiffness[k];
         if fallen <= fraction && unseen > fraction {
             (Fault::MotorSensor(k), Symptom::Stuck)
