@@ -245,6 +245,8 @@ def test_the_size_of_a_set_of_torques_is_that_of_a_parallelepiped() -> None:
     assert torque_set_size(edges)[0] == pytest.approx(abs(np.linalg.det(edges[0])) ** (1 / 3))
     # Split edges span the same set.
     assert torque_set_size(np.concatenate([0.3 * edges, 0.7 * edges], axis=1)) == pytest.approx(torque_set_size(edges))
+    # Of one muscle over three joints, an edge.
+    assert torque_set_size(edges[:, :1])[0] == pytest.approx(np.linalg.norm(edges[0, 0]))
 
 
 @pytest.mark.parametrize("name", sinew.Machine.built_in())

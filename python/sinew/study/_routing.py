@@ -35,8 +35,9 @@ def routing(machine: str | os.PathLike[str], muscle: str) -> Objective:
     Values, over poses of the whole range of the joints and on the geometry and the sheath law of the machine:
 
     - `friction_loss`, 1: mean fraction of the drive's tension that friction takes from the anchor while the muscle pulls.
-    - `torque_nm`: size of the set of torques of the joints that the muscle moves, the k-th root of its volume for k joints, in the
-      pose in which it is least: all muscles at up to the drive tension that gives the design's largest tension in the start.
+    - `torque_nm`: size of the set of torques of the joints that the muscle moves, the k-th root of its volume for k joints, or k
+      muscles where there are fewer, in the pose in which it is least: all muscles at up to the drive tension that gives the
+      design's largest tension in the start.
     - `frictionless_torque_nm`: the same as if no cable had friction.
     - `stroke_m`: difference between the muscle's largest and smallest length.
 
@@ -119,12 +120,15 @@ def route_of(parameters: dict[str, float]) -> Routing:
 def torque_set_size(torques: NDArray[np.float64]) -> NDArray[np.float64]:
     """k-th root of the volume of every set of torques that muscles pulling between none and all of their tension give.
 
-    `torques`: of every muscle at its largest tension, N m, shape `(n, muscles, k)`. The set is a zonotope; its volume is the sum of
-    `|det|` over all sets of k muscles. Returns N m, shape `(n,)`.
+    `torques`: of every muscle at its largest tension, N m, shape `(n, muscles, joints)`. The set is a zonotope of `k` dimensions, the
+    joints or, where there are fewer muscles than joints, what these move; its volume is the sum of the volumes that all sets of k
+    muscles span. Returns N m, shape `(n,)`.
     """
     _, muscles, joints = torques.shape
-    if (sets := comb(muscles, joints)) > MAX_SETS:
+    dimensions = int(np.linalg.matrix_rank(torques).max())
+    if (sets := comb(muscles, dimensions)) > MAX_SETS:
         raise ValueError(f"{joints} joints and {muscles} muscles have {sets} sets, more than {MAX_SETS}")
-    volume = sum(np.abs(np.linalg.det(torques[:, list(chosen), :])) for chosen in combinations(range(muscles), joints))
-    size: NDArray[np.float64] = np.power(volume, 1.0 / joints)
+    spanned = (torques[:, list(chosen)] for chosen in combinations(range(muscles), dimensions))
+    volume = sum(np.sqrt(np.maximum(np.linalg.det(set_ @ set_.swapaxes(1, 2)), 0.0)) for set_ in spanned)
+    size: NDArray[np.float64] = np.power(volume, 1.0 / dimensions)
     return size

@@ -229,12 +229,17 @@ impl Machine {
     }
 
     /// Bound of the error of every coordinate of a tendon's site, m: that of its tolerances, by default 1 mm,
-    /// at most 0.4 % of the sum of the distances between the bodies.
+    /// at most 0.4 % of the reach, the largest sum of the distances from body to body along a branch.
     #[must_use]
     pub fn attachment_tolerance(&self) -> f64 {
         let parts = self.robot.parts();
         let length = |x: &[f64; 3]| libm::sqrt(x.iter().map(|x| x * x).sum());
-        let reach: f64 = parts.bodies.iter().map(|body| length(&body.position)).sum();
+        let mut reaches: Vec<f64> = Vec::with_capacity(parts.bodies.len());
+        for body in &parts.bodies {
+            let before = reaches.get(body.parent).copied().unwrap_or(0.0);
+            reaches.push(before + length(&body.position));
+        }
+        let reach = reaches.into_iter().fold(0.0, f64::max);
         let reach = parts.sites.iter().map(|site| length(&site.position)).fold(reach, f64::max);
         self.tolerances.attachment.unwrap_or((4e-3 * reach).min(1e-3))
     }
