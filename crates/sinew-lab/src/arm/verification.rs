@@ -1,8 +1,9 @@
 //! Verification of a controller before the start: the motion is simulated on machines sampled within the
 //! tolerances, other ones than that of the run, and gains are lowered until all of them track it: to its end,
 //! with taut cables where load cells measure them, and with an error below that of a completed run by the
-//! machine's margin, or in joint space with one that the dead bands of the cables explain. More are sampled for a motion that is near to
-//! the limits of the drives or of the error: there single specimens fail in single repeats.
+//! machine's margin, or in joint space with one that the dead bands of the cables explain. More are sampled
+//! for a motion that is near to the limits of the drives or of the error: there single specimens fail in
+//! single repeats.
 
 use super::feasibility::first_infeasibility;
 use super::outcome::{joint_errors, largest_bounded_error};
@@ -24,10 +25,10 @@ use sinew::twin::arm::ArmSpecimen;
 pub enum Verified {
     /// Every sampled machine tracks the motion with these rules.
     Tracks(ControlRules),
-    /// With these rules every sampled machine comes to the motion's end. The largest error of a joint is above
-    /// that of a completed run, but within what the dead bands of the cables explain: a joint that breaks
-    /// away from their friction jumps. Or a cable without a load cell is slack for a while, which nothing
-    /// in a run notices.
+    /// With these rules every sampled machine comes to the motion's end. The largest error of a joint is
+    /// above that of a completed run, but within what the dead bands of the cables explain: a joint that
+    /// breaks away from their friction jumps. Or a cable without a load cell is slack for a while, which
+    /// nothing in a run notices.
     Inaccurate(ControlRules, String),
     /// No set of rules does; what stopped a machine with the softest.
     Fails(String),
