@@ -8,7 +8,8 @@ use alloc::vec::Vec;
 /// load cells of all muscles that cross such joints.
 ///
 /// ```text
-/// T_i - T_i^ = a_i.x + e_i,   a_ij = -K_i R_ij,   x ~ N(0, s_x^2),   e_i ~ N(0, s_i^2),   s_i = 4 s + 0.2 max(T_i^, dT)
+/// T_i - T_i^ = a_i.x + e_i,   a_ij = -K_i R_ij,   x ~ N(0, s_x^2),   e_i ~ N(0, s_i^2)
+/// s_i = 4 s + 0.2 max(T_i^, dT)
 /// A = diag(1/s_x^2) + sum_{i /= k} a_i a_i^T/s_i^2,   x = A^-1 sum_{i /= k} a_i (T_i - T_i^)/s_i^2
 /// missing:  T_k < 0.2 T'   and   T' - T_k > max(dT, 3 (a_k^T A^-1 a_k)^1/2),   T' = T_k^ + 4 min(a_k.x, 0)
 /// broken:   of the muscles that cross a joint with k, that with T_i < 0.2 T_i^, T_i^ - T_i > 8 s for longest
