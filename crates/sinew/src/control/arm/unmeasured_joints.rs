@@ -211,14 +211,15 @@ mod tests {
         }
     }
 
-    /// Two antagonists at a joint without an encoder, whose tensions are estimated as 60 N and 50 N.
+    /// Two antagonists at a joint without an encoder, in the pose in which their moment arms are equal, whose
+    /// tensions are estimated as 60 N.
     fn missing(measured: [f64; 2]) -> Vec<bool> {
         let mut body = MuscleDynamics::new(&lever()).unwrap();
-        body.evaluate(&[0.2]).unwrap();
+        body.evaluate(&[0.0]).unwrap();
         let mut gains = ArmGains::for_tests(2, 1);
         gains.joints[0].encoder = false;
         let mut joints = UnmeasuredJoints::new(&body, &gains, &[STIFFNESS; 2]);
-        joints.update(1e-3, &measured, &[60.0, 50.0], &body);
+        joints.update(1e-3, &measured, &[60.0; 2], &body);
         assert_eq!(joints.crossed, [true; 2]);
         assert!(joints.correcting.iter().all(|tension| tension.is_nan()));
         joints.missing
@@ -226,15 +227,15 @@ mod tests {
 
     #[test]
     fn a_tension_that_falls_alone_is_missing_and_one_that_its_antagonist_has_taken_over_is_not() {
-        assert_eq!(missing([60.0, 50.0]), [false; 2]);
+        assert_eq!(missing([60.0, 60.0]), [false; 2]);
+        assert_eq!(missing([0.0, 60.0]), [true, false]);
         assert_eq!(missing([0.0, 50.0]), [true, false]);
-        assert_eq!(missing([0.0, 40.0]), [true, false]);
         assert_eq!(missing([60.0, 0.0]), [false, true]);
         // The joint has given way: the other cable has what this one lacks.
-        assert_eq!(missing([0.0, 110.0]), [false; 2]);
-        assert_eq!(missing([120.0, 0.0]), [false; 2]);
+        assert_eq!(missing([0.0, 130.0]), [false; 2]);
+        assert_eq!(missing([130.0, 0.0]), [false; 2]);
         // A fifth of the estimate is the limit.
-        assert_eq!(missing([13.0, 50.0]), [false; 2]);
+        assert_eq!(missing([12.1, 60.0]), [false; 2]);
     }
 
     #[test]
