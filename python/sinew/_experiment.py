@@ -90,7 +90,7 @@ def track(
     `"no_observer"`, `"no_disturbance_observer"`, `"paper"`, `"capstan"`, `"none"` or `"perfect"`.
     `payload_kg`: by default the machine's. `seed`: draws the machine. `trace_interval_s`: s between rows of the trace.
 
-    Warns of a motion that simulated machines of the design come to the end of, but inaccurately. Raises `ValueError` for one
+    Warns of a motion that simulated machines of the design come to the end of, but not well. Raises `ValueError` for one
     that the machine cannot track, with the reason; `unverified` starts one that only
     simulated machines of the design did not track. `rules`: those of `verify` for the same motion, which is then not
     simulated before the start again: many specimens of a machine need it once.

@@ -207,7 +207,7 @@ fn verified(
     match verified {
         Verified::Tracks(rules) => Ok((rules, None, joint_errors)),
         Verified::Inaccurate(rules, reason) => {
-            let start = "simulated machines of this design come to the end of this motion, but inaccurately";
+            let start = "simulated machines of this design come to the end of this motion, but not well";
             Ok((rules, Some(format!("{start}: {reason}")), joint_errors))
         }
         Verified::Fails(_) if start_nevertheless => Ok((machine.rules, None, joint_errors)),

@@ -13,12 +13,12 @@ pub(super) fn tell_slowed(tour: &VerifiedTour, given: f64) {
     }
 }
 
-/// Warns of a motion that simulated machines of the design track inaccurately or not at all.
+/// Warns of a motion that simulated machines of the design do not track well, or not at all.
 pub(super) fn warn(verified: &Verified) {
     match verified {
         Verified::Tracks(_) => (),
         Verified::Inaccurate(_, reason) => eprintln!(
-            "warning: simulated machines of this design come to the end of this motion, but inaccurately: \
+            "warning: simulated machines of this design come to the end of this motion, but not well: \
                 {reason}; `sinew machine tune` names what limits each joint"
         ),
         Verified::Fails(reason) => {
