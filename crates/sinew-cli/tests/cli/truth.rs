@@ -40,5 +40,8 @@ fn a_truth_that_cannot_be_written_is_refused_before_anything_answers() {
     let bench = Bench::new();
     bench.fails("servos simulate finger --pty --truth missing/truth.csv", &["missing"]);
     bench.write("finger.toml", include_str!("../../../../models/bench_joint.toml"));
-    bench.refuses("can simulate finger.toml --pty --truth finger.toml", &["finger.toml", "is read by this run"]);
+    bench.refuses(
+        "can simulate finger.toml --pty --truth finger.toml",
+        &["finger.toml", "is read by this run"],
+    );
 }

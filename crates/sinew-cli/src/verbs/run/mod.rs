@@ -59,6 +59,7 @@ fn start(door: &Door<'_>, general: &General) -> Result<Answer, Error> {
         return Err(Error::Unmeasured(sensor));
     }
     let descriptions = device_files::read(door.devices, setup.devices.of())?;
+    door.tell_start(&setup)?;
     door.tell_duration(&setup);
     let timed = door.pace == Pace::RealTime;
     let shown =
