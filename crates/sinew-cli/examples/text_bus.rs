@@ -12,7 +12,7 @@ use sinew::twin::arm::{ArmSpecimen, ArmTwin};
 use sinew_lab::{arm::IdentifiedMachine, machine_file::load_machine};
 use sinew_runtime::cycle::{Cycle, MonotonicClock, Timing, run};
 use sinew_runtime::{Bus, BusError, Devices, Wire};
-use sinew_session::{BusFault, BusStatistics, Exchange, Feedback, Plant, TwinPlant};
+use sinew_session::{BusFault, BusStatistics, Exchange, Feedback, Plant, Scheduled, TwinPlant};
 use std::{error::Error, fmt::Write as _, net::UdpSocket, path::Path, time::Duration};
 
 /// The line in the list of buses.
@@ -139,6 +139,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut wire = (BUS.open)(address)?;
     let plant = wire.operate(&machine, &Devices::default())?;
     let schedule = Schedule::new(&trajectory, 1, 0.3, 0.7)?;
+    let schedule = Scheduled::new(schedule, &machine.robot, &machine.start)?;
     let limits = Limits::from_machine(&machine, gains)?;
     let mut cycle = Cycle::new(plant, Supervisor::new(controller, limits)?, schedule, machine.period);
     let (mut timing, mut error) = (Timing::new(), 0.0_f64);

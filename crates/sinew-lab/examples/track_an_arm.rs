@@ -21,6 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         robot: &machine.robot,
         site: machine.task.site(),
         tension_limits: &arm.gains(&trajectory)?.0.tension_limits(),
+        standing: None,
         trajectory: &trajectory,
         repeats: 1,
         before: 1.0,

@@ -5,7 +5,7 @@ use sinew::control::stretch::PREVIEW_HORIZON;
 use sinew::control::supervisor::{Mode, Request, Supervisor};
 use sinew::machine::{Machine, Task};
 use sinew::trajectory::online::{JointLimits, Setpoint, SetpointFollower};
-use sinew::trajectory::{Moment, Reference, Trajectory, finite_ranges};
+use sinew::trajectory::{Moment, Trajectory, finite_ranges};
 use sinew_session::signals::Seen;
 use sinew_session::{CycleTime, Desired, Motion, References};
 use std::sync::Arc;
@@ -56,15 +56,14 @@ impl PageMotion {
             Task::EndPoint { site, axes } => Some((site, axes, &machine.redundancy)),
             Task::Joints => None,
         };
-        let mut start = Reference::new(trajectory.joints());
-        trajectory.sample(0.0, &mut start)?;
-        let first = start.q;
-        let follower = SetpointFollower::new(&machine.robot, limits, point, &first, [PREVIEW_HORIZON, h])?;
+        let (first, standing) = (trajectory.first()?, machine.standing(&trajectory)?);
+        let follower = SetpointFollower::new(&machine.robot, limits, point, &standing, [PREVIEW_HORIZON, h])?;
+        let begins = if standing == first { Goal::Path { time: 0.0 } } else { Goal::PathStart { near_for: 0.0 } };
         Ok(Self {
             closed: trajectory.is_closed(),
             trajectory,
             follower,
-            goal: Goal::Path { time: 0.0 },
+            goal: begins,
             request: Request::Run,
             waiting: None,
             first,
@@ -72,9 +71,9 @@ impl PageMotion {
         })
     }
 
-    /// Where the motion begins, rad or m: `[joints]`.
-    pub(crate) fn first(&self) -> &[f64] {
-        &self.first
+    /// The newest reference, rad or m: `[joints]`.
+    pub(crate) fn newest(&self) -> &[f64] {
+        &self.follower.newest().q
     }
 
     /// Asks for a mode; to run leads to the beginning of the path and along it.

@@ -22,7 +22,7 @@ const SLIDES: f64 = 1e-4;
 pub struct SimulationParts {
     /// As designed, with its payload.
     pub machine: Machine,
-    /// The plant, in the first pose of the motion.
+    /// The plant, in the first pose of the motion; joints without an encoder in the machine's start.
     pub plant: ArmTwin,
     /// In its initial state.
     pub supervisor: Supervisor,
@@ -82,7 +82,7 @@ impl Simulation {
         let cables = machine.muscles.iter().enumerate().map(view).collect::<Result<_, Error>>()?;
         let [muscles, joints] = supervisor.dimensions();
         let mut shown = Frame::new(Arc::new(FrameLayout::new([muscles, joints], true)));
-        shown.of_mut(Signal::JointReference).copy_from_slice(motion.first());
+        shown.of_mut(Signal::JointReference).copy_from_slice(motion.newest());
         shown.of_mut(Signal::JointTrue).copy_from_slice(plant.truth().q);
         let session = Session::new(TwinPlant::new(plant), supervisor, motion, machine.period);
         Ok(Self { machine, session, faults: Vec::new(), shown, cables, shown_at: 0 })

@@ -31,9 +31,9 @@ pub(crate) struct BlockBuilder {
 
 impl BlockBuilder {
     /// With a value of slow columns in every cycle that is a multiple of the stride.
-    pub(crate) fn new(layout: Arc<FrameLayout>, stride: u64) -> Self {
+    pub(crate) fn new(layout: Arc<FrameLayout>, head: &Head) -> Self {
         let places = [false, true].map(|slow| {
-            let signals = Signal::ALL.iter().filter(|signal| signal.row().slow == slow);
+            let signals = Signal::ALL.iter().filter(|signal| head.is_slow(**signal) == slow);
             signals.flat_map(|signal| layout.place(*signal)).collect::<Vec<_>>()
         });
         let [fast, slow] = [0, 1].map(|k: usize| vec![Vec::with_capacity(head::BLOCK); places[k].len()]);
@@ -41,7 +41,7 @@ impl BlockBuilder {
         Self {
             layout,
             places,
-            stride: stride.max(1),
+            stride: head.stride.max(1),
             first: 0,
             count: 0,
             fast,

@@ -155,7 +155,7 @@ impl Head {
     #[must_use]
     pub fn paths(&self, signal: Signal) -> Vec<(String, String)> {
         let (topic, columns) =
-            if signal.row().slow { ("/sinew/slow", &self.slow) } else { ("/sinew/cycle", &self.fast) };
+            if self.is_slow(signal) { ("/sinew/slow", &self.slow) } else { ("/sinew/cycle", &self.fast) };
         let first = self.place(signal).unwrap_or(columns.len());
         let paths = Fields::new(columns).paths(columns.len());
         let of = |path: &(String, String)| (path.0.clone(), format!("{topic}.{}", path.1));

@@ -137,11 +137,18 @@ impl Head {
         }
     }
 
+    /// Whether a signal is among the slow columns.
+    #[must_use]
+    pub fn is_slow(&self, signal: Signal) -> bool {
+        let names = self.names(signal);
+        self.slow.iter().any(|column| Some(&column.name) == names.first())
+    }
+
     /// Where the columns of a signal begin, among the fast ones or the slow ones; none where the recording
     /// lacks one of them.
     #[must_use]
     pub fn place(&self, signal: Signal) -> Option<usize> {
-        let columns = if signal.row().slow { &self.slow } else { &self.fast };
+        let columns = if self.is_slow(signal) { &self.slow } else { &self.fast };
         let names = self.names(signal);
         let first = columns.iter().position(|column| Some(&column.name) == names.first())?;
         let found = columns.get(first..first + names.len())?;
@@ -168,6 +175,8 @@ fn cycles_of(milliseconds: u64, period_ns: u64) -> u64 {
 impl Head {
     /// Sets the columns of all signals.
     fn lay_out(&mut self, machine: &Machine) {
+        // A pretension without load cells ends by the currents, which a replay needs then.
+        let ends_by_current = machine.muscles.iter().any(|muscle| !muscle.drive.has_load_cell);
         for signal in Signal::ALL.iter().filter(|signal| self.simulated || signal.row().kind != Kind::Truth) {
             let row = signal.row();
             let columns = self.names(*signal).into_iter().enumerate().map(|(k, name)| {
@@ -178,7 +187,8 @@ impl Head {
                 ColumnSpec { name, coding }
             });
             let columns: Vec<ColumnSpec> = columns.collect();
-            if row.slow { &mut self.slow } else { &mut self.fast }.extend(columns);
+            let slow = row.slow && !(*signal == Signal::Current && ends_by_current);
+            if slow { &mut self.slow } else { &mut self.fast }.extend(columns);
         }
     }
 }

@@ -217,7 +217,7 @@ impl Drain {
 
     /// Writes until the recorder is finished and the ring empty.
     fn write(&mut self, recorded: &mut Recorded) -> Result<(), Error> {
-        let mut block = BlockBuilder::new(self.layout.clone(), self.head.stride);
+        let mut block = BlockBuilder::new(self.layout.clone(), &self.head);
         let whole = self.head.cycles_of(BLOCK as u64) as usize;
         let mut sample = vec![0.0; words(&self.layout)];
         let mut status = None;

@@ -7,11 +7,10 @@ use crate::read::{Blocks, Recording};
 use crc32fast::Hasher;
 use sinew::control::supervisor::Supervisor;
 use sinew::drive::DriveCommand;
-use sinew::trajectory::Schedule;
 use sinew_runtime::cycle::Cycle;
 use sinew_runtime::link::{CycleInput, LinkedMotion, RunMotion};
 use sinew_session::signals::{Signal, bus_fault_of, command_code};
-use sinew_session::{Clock, Exchange, Feedback, Plant};
+use sinew_session::{Clock, Exchange, Feedback, Plant, Scheduled};
 use std::io;
 
 /// The readings of a recording, one cycle after the other.
@@ -23,6 +22,8 @@ struct RecordedPlant<'a> {
     row: usize,
     /// First columns of position, tension, joint and of the parts of a command.
     places: [usize; 6],
+    /// First column of the currents; none in recordings that hold them for some cycles only.
+    current: Option<usize>,
     /// Columns of bus fault and detail.
     fault: [usize; 2],
     /// Whether its machine did.
@@ -67,6 +68,10 @@ impl Plant for RecordedPlant<'_> {
         self.read_into(&mut feedback.motor, self.places[0]);
         self.read_into(&mut feedback.tension, self.places[1]);
         self.read_into(&mut feedback.joint, self.places[2]);
+        // A pretension without load cells ends by them.
+        if let Some(current) = self.current {
+            self.read_into(&mut feedback.current, current);
+        }
         let [kind, detail] = self.fault.map(|column| self.at(column, self.row));
         self.row += 1;
         Exchange { fault: bus_fault_of(kind, detail) }
@@ -137,7 +142,8 @@ pub struct Replay<'a> {
 }
 
 impl<'a> Replay<'a> {
-    /// A controller in its initial state, under its supervisor, over a recording, along a schedule.
+    /// A controller in its initial state, under its supervisor, over a recording, along a schedule, with the
+    /// way to its first pose.
     ///
     /// # Errors
     /// [`Error::Attachment`] for columns that this program does not know; [`Error::Physics`] for a controller
@@ -145,7 +151,7 @@ impl<'a> Replay<'a> {
     pub fn new(
         recording: &'a Recording<'_>,
         supervisor: Supervisor,
-        schedule: Schedule<'a>,
+        schedule: Scheduled<'a>,
     ) -> Result<Self, Error> {
         let joints = recording.head.joints.len();
         if schedule.joints() != joints {
@@ -193,7 +199,8 @@ impl<'a> Replay<'a> {
         let gap = (block.first > 0 || block.dropped_link > 0).then_some(0);
         let link = std::mem::take(&mut block.link);
         supply(&mut motion, link);
-        let plant = RecordedPlant { blocks, block, row: 0, places, fault, waits: head.simulated };
+        let current = head.place(Signal::Current).filter(|_| !head.is_slow(Signal::Current));
+        let plant = RecordedPlant { blocks, block, row: 0, places, current, fault, waits: head.simulated };
         let cycle = Cycle::new(plant, supervisor, motion, head.period_s());
         let delay = head.place(Signal::WakeUp);
         Ok(Self {

@@ -1,9 +1,10 @@
 use crate::signals::Seen;
 use sinew::Error;
+use sinew::body::Robot;
 use sinew::control::arm::PreviewedReference;
 use sinew::control::stretch::PREVIEW_HORIZON;
-use sinew::control::supervisor::{Request, Supervisor};
-use sinew::trajectory::{Moment, Reference, Schedule};
+use sinew::control::supervisor::{Mode, Request, Supervisor};
+use sinew::trajectory::{Approach, Moment, Reference, Schedule};
 
 /// What a machine is to do, cycle by cycle.
 pub trait Motion {
@@ -99,23 +100,88 @@ pub struct Desired {
     pub command_age: Option<f64>,
 }
 
-/// A trajectory with rests and repeats.
+/// A trajectory with rests and repeats, and the way to its first pose.
+///
+/// ```text
+/// wait until the machine is under tension    approach    rest    repeats    rest
+/// ```
+///
+/// The first rest passes while the machine is brought under tension, and lasts until it is. One that stands
+/// elsewhere than where the motion begins is led there, and rests again.
 #[derive(Debug, Clone)]
 pub struct Scheduled<'a> {
     schedule: Schedule<'a>,
+    approach: Approach,
+    stage: Stage,
+    /// Cycles after those of the machine with which those of the schedule begin.
+    behind: u64,
     request: Request,
 }
 
+/// Where a machine is on the way to its motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Stage {
+    /// It does not follow yet.
+    Waiting,
+    /// On the way to the first pose, since a cycle.
+    Approaching(u64),
+    /// At the first pose or beyond, or it will follow no more.
+    Scheduled,
+}
+
 impl<'a> Scheduled<'a> {
-    /// With the goal to run.
+    /// Of a machine that is taken to stand in a pose before, with the goal to run; joints that are measured
+    /// begin where they are.
+    ///
+    /// # Shapes
+    /// `standing: [joints]`, rad or m.
+    ///
+    /// # Errors
+    /// As [`Approach::new`].
+    pub fn new(schedule: Schedule<'a>, robot: &Robot, standing: &[f64]) -> Result<Self, Error> {
+        let approach = Approach::new(robot, schedule.trajectory(), standing)?;
+        Ok(Self { schedule, approach, stage: Stage::Waiting, behind: 0, request: Request::Run })
+    }
+
+    /// Number of independent joints.
     #[must_use]
-    pub fn new(schedule: Schedule<'a>) -> Self {
-        Self { schedule, request: Request::Run }
+    pub fn joints(&self) -> usize {
+        self.schedule.joints()
     }
 
     /// Asks something else of the supervisor, from the next cycle on.
     pub fn ask(&mut self, request: Request) {
         self.request = request;
+    }
+
+    /// Cycles by which the motion begins later than its first rest tells.
+    #[must_use]
+    pub fn behind(&self) -> u64 {
+        self.behind
+    }
+
+    /// The stage of a cycle, from the mode of the one before.
+    fn follow(&mut self, at: CycleTime, mode: Mode) {
+        match self.stage {
+            Stage::Waiting => match mode {
+                // What is followed is the pose in which the machine is taken to stand.
+                Mode::Run if self.approach.duration() > 0.0 => self.stage = Stage::Approaching(at.index),
+                Mode::Run if self.behind > 0 => (self.stage, self.behind) = (Stage::Scheduled, at.index),
+                Mode::Run | Mode::SafeStop | Mode::Fault => self.stage = Stage::Scheduled,
+                Mode::Off | Mode::Ready | Mode::Pretension | Mode::Hold => {
+                    let rested = self.schedule.moves((at.index - self.behind) as f64 * at.period);
+                    let waits = at.index > 0 && rested && self.request == Request::Run;
+                    self.behind += u64::from(waits);
+                }
+            },
+            Stage::Approaching(since) => {
+                let time = (at.index - since) as f64 * at.period;
+                if time >= self.approach.duration() {
+                    (self.stage, self.behind) = (Stage::Scheduled, at.index);
+                }
+            }
+            Stage::Scheduled => {}
+        }
     }
 }
 
@@ -123,15 +189,38 @@ impl Motion for Scheduled<'_> {
     fn sample(
         &mut self,
         at: CycleTime,
-        _supervisor: &mut Supervisor,
-        references: &mut References,
+        supervisor: &mut Supervisor,
+        References { current, previewed }: &mut References,
     ) -> Result<Desired, Error> {
-        let References { current, previewed } = references;
-        let moment = self.schedule.sample(at.seconds(), PREVIEW_HORIZON, current, previewed)?;
+        self.follow(at, supervisor.mode());
+        let time = (at.index - self.behind) as f64 * at.period;
+        let mut moment = self.schedule.sample(time, PREVIEW_HORIZON, current, previewed)?;
+        moment.time = at.seconds();
+        match self.stage {
+            Stage::Waiting if self.approach.duration() > 0.0 => self.approach.rest(current, previewed),
+            Stage::Waiting | Stage::Scheduled => {}
+            Stage::Approaching(since) => {
+                let time = (at.index - since) as f64 * at.period;
+                self.approach.sample(time, PREVIEW_HORIZON, current, previewed);
+            }
+        }
+        if self.stage != Stage::Scheduled && at.index > 0 {
+            moment = Moment { repeat: None, repeat_time: None, rested: 0.0, ..moment };
+        }
         Ok(Desired { moment, request: self.request, command_age: None })
     }
 
+    /// A machine that is held far from where it was taken to stand begins its way there.
+    fn see(&mut self, at: CycleTime, cycle: &Seen<'_>) {
+        let held = cycle.command.mode == Mode::Hold && self.request == Request::Run;
+        if self.stage == Stage::Waiting && held {
+            self.approach.begin(&cycle.command.reference.q);
+            self.stage = Stage::Approaching(at.index + 1);
+        }
+    }
+
     fn is_finished(&self, at: CycleTime) -> bool {
-        at.index >= (self.schedule.duration() / at.period).round() as u64
+        let ends = (self.schedule.duration() / at.period).round() as u64;
+        !matches!(self.stage, Stage::Approaching(_)) && at.index - self.behind >= ends
     }
 }

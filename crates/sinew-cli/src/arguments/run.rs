@@ -87,6 +87,11 @@ impl BusArgument {
         }
     }
 
+    /// Whether a machine is simulated behind it.
+    pub(crate) fn is_simulated(self) -> bool {
+        !matches!(self, Self::Real(_))
+    }
+
     /// The real one, or the one that is simulated.
     pub(crate) fn real(self) -> Option<&'static Bus> {
         match self {

@@ -27,7 +27,8 @@ pub struct TrackingTask<'a> {
     pub learning: bool,
     /// Rest after the last repeat, s.
     pub final_rest: f64,
-    /// Failures that the plant is subjected to; the motion begins at [`INITIAL_REST_S`] s.
+    /// Failures that the plant is subjected to; the motion begins at [`INITIAL_REST_S`] s, or
+    /// after the way to its first pose.
     pub faults: &'a [InjectedFault],
     /// Gains of the controller; none: derived for the trajectory.
     pub gains: Option<&'a ArmGains>,
@@ -189,6 +190,8 @@ pub struct PreparedRun<'a> {
     task: TrackingTask<'a>,
     /// N: `[muscles]`.
     tension_limits: Vec<[f64; 2]>,
+    /// Rad or m: `[joints]`.
+    standing: Vec<f64>,
 }
 
 impl<'a> PreparedRun<'a> {
@@ -211,7 +214,8 @@ impl<'a> PreparedRun<'a> {
         if task.learning && task.repeats > 1 {
             controller = controller.with_iterative_learning(task.trajectory.duration())?;
         }
-        Ok(Self { controller, gains, arm, task: task.clone(), tension_limits })
+        let standing = arm.machine.standing(task.trajectory)?;
+        Ok(Self { controller, gains, arm, task: task.clone(), tension_limits, standing })
     }
 
     /// The controller under the supervisor of the machine.
@@ -232,6 +236,7 @@ impl<'a> PreparedRun<'a> {
             robot: &machine.robot,
             site: machine.task.site(),
             tension_limits: &self.tension_limits,
+            standing: Some(&self.standing),
             trajectory: self.task.trajectory,
             repeats: self.task.repeats,
             before: INITIAL_REST_S,

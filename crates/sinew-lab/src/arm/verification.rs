@@ -250,11 +250,13 @@ fn simulate(
     let mode = ActuationMode::WinchSpeed(CableStateSource::Observer);
     let controller =
         ArmController::new(&machine.robot, &models, gains, mode)?.with_sheath_bends(&built.bends)?;
+    let standing = machine.standing(trajectory)?;
     let run = TrackRun {
         specimen: built,
         robot: &machine.robot,
         site: machine.task.site(),
         tension_limits: &limits,
+        standing: Some(&standing),
         trajectory,
         repeats,
         before: if measured { REST[0] } else { INITIAL_REST_S },
@@ -271,6 +273,7 @@ fn simulate(
     let supervisor = Supervisor::new(controller, limits)?;
     let (mut session, mut stopped) = (TrackSession::supervised(&run, supervisor)?, false);
     while !stopped && session.step(|row| stopped = matches!(row.command.status, ArmStatus::Stopped(_)))? {}
+    let begun = run.before + session.delay();
     let summary = session.finish();
     let slack = summary.longest_slack(|muscle| machine.muscles[muscle].drive.has_load_cell);
     let failed_by_slack = (slack.duration > MAX_SLACK).then_some(slack.until);
@@ -281,7 +284,7 @@ fn simulate(
         quality: Quality::new(&summary, machine, &dead_bands),
         joint_errors: summary.joint_error.iter().map(|error| error.max).collect(),
         fraction_of_limits: error.max(slack.duration / MAX_SLACK),
-        failed_at: failed_at.map(|time| time - run.before),
+        failed_at: failed_at.map(|time| time - begun),
     })
 }
 

@@ -38,7 +38,7 @@ pub fn track_supervised(
 
 /// A run in progress, one control cycle per step. A clone continues independently of the original.
 ///
-/// The arm starts at rest in the first pose of the trajectory, with tensions that balance gravity and cables
+/// The arm starts at rest in the first pose of the trajectory or where it stands before, with tensions that balance gravity and cables
 /// that have slid toward their motors.
 #[derive(Debug, Clone)]
 pub struct TrackSession<'a> {
@@ -58,9 +58,9 @@ impl<'a> TrackSession<'a> {
     /// A run before its first control cycle.
     ///
     /// # Errors
-    /// As [`TrackRun::schedule`] and [`TrackRun::plant`].
+    /// As [`TrackRun::scheduled`] and [`TrackRun::plant`].
     pub fn supervised(run: &TrackRun<'a>, supervisor: Supervisor) -> Result<Self, Error> {
-        let motion = Scheduled::new(run.schedule()?);
+        let motion = run.scheduled()?;
         let session = Session::new(TwinPlant::new(run.plant()?), supervisor, motion, run.specimen.period);
         Ok(Self { session, evaluation: Evaluation::new(run)? })
     }
@@ -78,6 +78,12 @@ impl<'a> TrackSession<'a> {
     #[must_use]
     pub fn time(&self) -> f64 {
         self.session.time().seconds()
+    }
+
+    /// Time by which the motion begins later than its rest before tells, s: that of the way to its first pose.
+    #[must_use]
+    pub fn delay(&self) -> f64 {
+        self.session.motion().behind() as f64 * self.session.time().period
     }
 
     /// The supervisor.

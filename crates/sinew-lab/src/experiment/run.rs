@@ -3,8 +3,9 @@
 use sinew::Error;
 use sinew::body::Robot;
 use sinew::control::arm::resting_tensions;
-use sinew::trajectory::{Reference, Schedule, Trajectory};
+use sinew::trajectory::{Schedule, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, InjectedFault};
+use sinew_session::Scheduled;
 
 /// One run of an arm.
 #[derive(Debug, Clone)]
@@ -17,6 +18,8 @@ pub struct TrackRun<'a> {
     pub site: Option<usize>,
     /// Tensions at the start are between these limits, N: `[muscles]`.
     pub tension_limits: &'a [[f64; 2]],
+    /// Pose in which the arm stands before, rad or m: `[joints]`; none: the first of the trajectory.
+    pub standing: Option<&'a [f64]>,
     /// Reference of the joints, from rest to rest.
     pub trajectory: &'a Trajectory,
     /// Number of repeats, one after the other.
@@ -35,20 +38,25 @@ impl<'a> TrackRun<'a> {
     /// When the reference rests and moves.
     ///
     /// # Errors
-    /// As [`Schedule::new`].
-    pub fn schedule(&self) -> Result<Schedule<'a>, Error> {
-        Schedule::new(self.trajectory, self.repeats, self.before, self.after)
+    /// As [`Schedule::new`] and [`Scheduled::new`].
+    pub fn scheduled(&self) -> Result<Scheduled<'a>, Error> {
+        let schedule = Schedule::new(self.trajectory, self.repeats, self.before, self.after)?;
+        Scheduled::new(schedule, self.robot, &self.standing()?)
+    }
+
+    /// Pose in which the arm stands before, rad or m: `[joints]`.
+    fn standing(&self) -> Result<Vec<f64>, Error> {
+        Ok(self.standing.map_or_else(|| self.trajectory.first(), |pose| Ok(pose.to_vec()))?)
     }
 
     /// The plant at the start of the run.
     ///
     /// # Errors
-    /// As [`ArmTwin::new`], [`ArmTwin::with_faults`] and [`Trajectory::sample`] for parts of different
+    /// As [`ArmTwin::new`], [`ArmTwin::with_faults`] and [`Trajectory::first`] for parts of different
     /// robots.
     pub fn plant(&self) -> Result<ArmTwin, Error> {
-        let mut start = Reference::new(self.trajectory.joints());
-        self.trajectory.sample(0.0, &mut start)?;
-        let tensions = resting_tensions(&self.specimen.robot, &start.q, self.tension_limits)?;
-        ArmTwin::new(self.specimen, &start.q, &tensions, self.seed)?.with_faults(self.faults)
+        let start = self.standing()?;
+        let tensions = resting_tensions(&self.specimen.robot, &start, self.tension_limits)?;
+        ArmTwin::new(self.specimen, &start, &tensions, self.seed)?.with_faults(self.faults)
     }
 }

@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
 mod any_machine;
+mod approach;
 mod arm;
 mod arm_control;
 mod arm_faults;

@@ -55,6 +55,7 @@ impl Built {
             robot: &machine.robot,
             site: machine.task.site(),
             tension_limits: &limits,
+            standing: None,
             trajectory,
             repeats: 1,
             before: 2.0,

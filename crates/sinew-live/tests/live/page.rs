@@ -5,7 +5,6 @@ use sinew::body::Poses;
 use sinew::control::arm::resting_tensions;
 use sinew::control::supervisor::{Limits, Mode, Supervisor};
 use sinew::machine::Machine;
-use sinew::trajectory::Reference;
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, Failure};
 use sinew_lab::arm::{designed_controller, plan_tour};
 use sinew_live::{
@@ -43,11 +42,10 @@ impl SimulationSource for Designs {
         let trajectory = plan_tour(&machine, Some(14.0), |_| Ok(None)).unwrap();
         let controller = designed_controller(&machine, &trajectory, None).unwrap();
         let limits = controller.gains().tension_limits();
-        let mut start = Reference::new(trajectory.joints());
-        trajectory.sample(0.0, &mut start).unwrap();
-        let tensions = resting_tensions(&machine.robot, &start.q, &limits).unwrap();
+        let start = trajectory.first().unwrap();
+        let tensions = resting_tensions(&machine.robot, &start, &limits).unwrap();
         let specimen = ArmSpecimen::nominal(&machine).unwrap();
-        let plant = ArmTwin::new(&specimen, &start.q, &tensions, 1).unwrap();
+        let plant = ArmTwin::new(&specimen, &start, &tensions, 1).unwrap();
         let limits = Limits::from_machine(&machine, controller.gains()).unwrap();
         let supervisor = Supervisor::new(controller, limits).unwrap();
         Ok(SimulationParts { machine, plant, supervisor, trajectory: Arc::new(trajectory) })

@@ -69,8 +69,8 @@ const DIAGNOSTICS_EVERY: u64 = 1000;
 pub fn ros2_bag(recording: &Recording<'_>, machine: &Machine, every: u64, file: &str) -> Result<Bag, Error> {
     let head = &recording.head;
     let columns = |signal: &Signal| head.place(*signal).map(|first| first..first + head.names(*signal).len());
-    let places: Vec<Range<usize>> =
-        Signal::ALL.iter().map(|signal| columns(signal).unwrap_or_default()).collect();
+    let place = |signal: &Signal| (head.is_slow(*signal), columns(signal).unwrap_or_default());
+    let places: Vec<(bool, Range<usize>)> = Signal::ALL.iter().map(place).collect();
     let mut bag = Writing::new(head, machine)?;
     for block in recording.blocks() {
         let block = block?;
@@ -83,8 +83,9 @@ pub fn ros2_bag(recording: &Recording<'_>, machine: &Machine, every: u64, file: 
 
 /// One cycle of a recording.
 struct Row<'a> {
-    /// Columns of every signal, in the order of the table; none where the recording lacks it.
-    places: &'a [Range<usize>],
+    /// Columns of every signal, in the order of the table, and whether they are slow; none where the
+    /// recording lacks it.
+    places: &'a [(bool, Range<usize>)],
     stride: u64,
     block: &'a Block,
     cycle: usize,
@@ -97,12 +98,13 @@ impl Row<'_> {
 
     /// The numbers of a signal; NaN where it is not kept in this cycle, none where the recording lacks it.
     fn of(&self, signal: Signal) -> Vec<f64> {
-        let (columns, row) = if signal.row().slow {
+        let (slow, places) = &self.places[signal as usize];
+        let (columns, row) = if *slow {
             (&self.block.slow, self.block.slow_row(self.cycle, self.stride))
         } else {
             (&self.block.fast, Some(self.cycle))
         };
-        let columns = columns.get(self.places[signal as usize].clone()).unwrap_or_default().iter();
+        let columns = columns.get(places.clone()).unwrap_or_default().iter();
         let at = |column: &Vec<f64>| row.and_then(|row| column.get(row)).copied().unwrap_or(f64::NAN);
         columns.map(at).collect()
     }

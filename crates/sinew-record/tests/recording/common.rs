@@ -9,7 +9,7 @@ use sinew::trajectory::{MinimumJerk, Schedule, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin};
 use sinew_record::{Circumstances, File, Head, Recorded, Recorder, Storage};
 use sinew_runtime::cycle::{Cycle, CycleRecord, Timing, VirtualClock, run};
-use sinew_session::TwinPlant;
+use sinew_session::{Scheduled, TwinPlant};
 use std::io::{self, Write};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
@@ -65,8 +65,9 @@ impl Setup {
         Self { machine, trajectory: Trajectory::PointToPoint(motion), controller, plant }
     }
 
-    pub(crate) fn schedule(&self) -> Schedule<'_> {
-        Schedule::new(&self.trajectory, 1, 0.2, 0.8).unwrap()
+    pub(crate) fn schedule(&self) -> Scheduled<'_> {
+        let schedule = Schedule::new(&self.trajectory, 1, 0.2, 0.8).unwrap();
+        Scheduled::new(schedule, &self.machine.robot, &self.machine.start).unwrap()
     }
 
     pub(crate) fn supervisor(&self) -> Supervisor {

@@ -2,6 +2,7 @@
 
 use crate::common::Setup;
 use sinew_record::{Recording, Replay};
+use sinew_session::Scheduled;
 
 const MACHINES: [&str; 8] = [
     "lm_arm",
@@ -57,6 +58,7 @@ fn another_controller_and_another_motion_are_found_where_they_begin_to_differ() 
     assert_eq!(references, 0, "the motion is the same");
 
     let slower = sinew::trajectory::Schedule::new(&setup.trajectory, 1, 0.21, 0.8).unwrap();
+    let slower = Scheduled::new(slower, &setup.machine.robot, &setup.machine.start).unwrap();
     let mut replay = Replay::new(&recording, setup.supervisor(), slower).unwrap();
     let mut first = None;
     while let Some(cycle) = replay.step().unwrap() {

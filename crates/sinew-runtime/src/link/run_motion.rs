@@ -2,7 +2,6 @@ use super::motion::LinkedMotion;
 use super::tape::{CycleInput, Taken, Tape};
 use sinew::Error;
 use sinew::control::supervisor::{Request, Supervisor};
-use sinew::trajectory::Schedule;
 use sinew_session::signals::Seen;
 use sinew_session::{CycleTime, Desired, Motion, References, Scheduled};
 
@@ -22,9 +21,9 @@ enum Way<'a> {
     Linked(Box<LinkedMotion>),
 }
 
-impl<'a> From<Schedule<'a>> for RunMotion<'a> {
-    fn from(schedule: Schedule<'a>) -> Self {
-        Self { way: Way::Schedule(Scheduled::new(schedule)), tape: None, stop_at: None }
+impl<'a> From<Scheduled<'a>> for RunMotion<'a> {
+    fn from(scheduled: Scheduled<'a>) -> Self {
+        Self { way: Way::Schedule(scheduled), tape: None, stop_at: None }
     }
 }
 
@@ -83,8 +82,9 @@ impl Motion for RunMotion<'_> {
     }
 
     fn see(&mut self, at: CycleTime, cycle: &Seen<'_>) {
-        if let Way::Linked(motion) = &mut self.way {
-            motion.publish(at.ns(), cycle);
+        match &mut self.way {
+            Way::Schedule(scheduled) => scheduled.see(at, cycle),
+            Way::Linked(motion) => motion.publish(at.ns(), cycle),
         }
     }
 

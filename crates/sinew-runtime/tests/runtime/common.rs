@@ -13,7 +13,7 @@ use sinew_runtime::cycle::{Cycle, CycleRecord, Timing, VirtualClock, run};
 use sinew_runtime::ethercat::{
     EthercatBus, EthercatDevice, FrameStorage, Master, SegmentLink, SimulatedMachine,
 };
-use sinew_session::{Plant, TwinPlant};
+use sinew_session::{Plant, Scheduled, TwinPlant};
 use std::sync::atomic::AtomicBool;
 
 pub(crate) const PERIOD: u64 = 1_000_000;
@@ -88,8 +88,9 @@ impl Setup {
         Supervisor::new(self.controller.clone(), limits).unwrap()
     }
 
-    pub(crate) fn schedule(&self) -> Schedule<'_> {
-        Schedule::new(&self.trajectory, 1, self.before, self.after).unwrap()
+    pub(crate) fn schedule(&self) -> Scheduled<'_> {
+        let schedule = Schedule::new(&self.trajectory, 1, self.before, self.after).unwrap();
+        Scheduled::new(schedule, &self.machine.robot, &self.machine.start).unwrap()
     }
 
     pub(crate) fn twin_bus(&self) -> TwinPlant {

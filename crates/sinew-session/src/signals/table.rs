@@ -102,12 +102,12 @@ macro_rules! slow {
     };
 }
 
-/// Resolutions: counts and codes, 1; delays, 1 ns in us, because the supervisor judges them; tensions, N;
-/// currents, A; temperatures, degC; joints, rad or m; commands, m/s, A or N.
+/// Resolutions: counts and codes, 1; delays, 1 ns in us, and currents, 1 mA, because the supervisor judges
+/// them; tensions, N; temperatures, degC; joints, rad or m; commands, m/s, A or N.
 const ONE: Resolution = Resolution::Rounded(1.0);
 const DELAY: Resolution = Resolution::Rounded(1e-3);
 const TENSION: Resolution = Resolution::Rounded(0.01);
-const CURRENT: Resolution = Resolution::Rounded(0.01);
+const CURRENT: Resolution = Resolution::Rounded(1e-3);
 const TEMPERATURE: Resolution = Resolution::Rounded(0.1);
 const JOINT: Resolution = Resolution::Rounded(1e-6);
 const COMMAND: Resolution = Resolution::Rounded(1e-4);
@@ -165,7 +165,8 @@ signals! {
     #[doc = "load cell at the drive"]
     TensionIn("tension_in_n", "N", Muscle, Measured, EXACT, every, "near tension") =
         |cycle, out| copy(out, &cycle.feedback.tension);
-    #[doc = "current of the motor as its drive says, + winds in"]
+    #[doc = "current of the motor as its drive says, + winds in; every cycle where a muscle lacks a load \
+        cell: a pretension ends by it"]
     Current("current_a", "A", Muscle, Measured, CURRENT, slow, "motor current") =
         |cycle, out| copy(out, &cycle.feedback.current);
     #[doc = "temperature of the motor as its drive says"]

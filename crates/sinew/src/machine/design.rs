@@ -11,7 +11,7 @@ use crate::drive::JointEncoder;
 use crate::error::{non_negative, within};
 use crate::muscle::MuscleDynamics;
 use crate::random::EvenPoints;
-use crate::trajectory::{Equilibrium, Redundancy, finite_ranges, independent_ranges};
+use crate::trajectory::{Equilibrium, Redundancy, Trajectory, finite_ranges, independent_ranges};
 use crate::transmission::SheathBend;
 use alloc::format;
 use alloc::string::String;
@@ -171,6 +171,20 @@ impl Machine {
             missing.then(|| format!("joint encoder of {}", parts.joints[joint].name))
         });
         cell.or(encoder)
+    }
+
+    /// Where it is taken to stand before a motion, rad or m: `[joints]`. Joints without an encoder stand in
+    /// the [`start`](Self::start); the others are measured, and those of a simulated machine are put where
+    /// the motion begins.
+    ///
+    /// # Errors
+    /// As [`Trajectory::first`].
+    pub fn standing(&self, trajectory: &Trajectory) -> Result<Vec<f64>, Error> {
+        let mut standing = trajectory.first()?;
+        for ((standing, start), encoder) in standing.iter_mut().zip(&self.start).zip(&self.encoders) {
+            *standing = if encoder.is_some() { *standing } else { *start };
+        }
+        Ok(standing)
     }
 
     /// Longest transport delay of the readings of its drives, s, beside their sampling: their own and that of

@@ -14,7 +14,7 @@ use alloc::vec::Vec;
 #[derive(Debug, Clone, PartialEq)]
 pub struct MinimumJerk {
     pub(super) from: Vec<f64>,
-    to: Vec<f64>,
+    pub(super) to: Vec<f64>,
     pub(super) duration: f64,
 }
 

@@ -9,6 +9,7 @@
 //!
 //! Inverse kinematics and checks run before the start; [`Trajectory::sample`] only evaluates polynomials.
 
+mod approach;
 mod check;
 mod controllable;
 mod equilibrium;
@@ -31,6 +32,7 @@ mod unreached;
 mod violation;
 mod waypoints;
 
+pub use approach::Approach;
 pub use check::{Limits, TorqueDeficit, TorqueDemand, first_infeasibility, first_unreachable};
 pub use controllable::ControllableMotion;
 pub use equilibrium::Equilibrium;

@@ -44,6 +44,16 @@ impl Trajectory {
         }
     }
 
+    /// Its initial pose, rad or m: `[joints]`.
+    ///
+    /// # Errors
+    /// As [`sample`](Self::sample).
+    pub fn first(&self) -> Result<Vec<f64>, Error> {
+        let mut first = Reference::new(self.joints());
+        self.sample(0.0, &mut first)?;
+        Ok(first.q)
+    }
+
     /// Whether it ends in its initial pose, within 1e-6 rad or m: only then it can be repeated without a
     /// jump.
     #[must_use]

@@ -44,6 +44,12 @@ impl<'a> Schedule<'a> {
         Ok(Self { trajectory, repeats, before, after })
     }
 
+    /// What is repeated.
+    #[must_use]
+    pub fn trajectory(&self) -> &'a Trajectory {
+        self.trajectory
+    }
+
     /// Number of independent joints.
     #[must_use]
     pub fn joints(&self) -> usize {
@@ -60,6 +66,12 @@ impl<'a> Schedule<'a> {
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.before + self.motion() + self.after
+    }
+
+    /// Whether the first rest is over at a time, s.
+    #[must_use]
+    pub fn moves(&self, time: f64) -> bool {
+        time >= self.before
     }
 
     /// The reference at a time, s, with the one `horizon` s later. Nothing is allocated.

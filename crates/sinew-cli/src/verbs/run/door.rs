@@ -4,7 +4,6 @@ use crate::arguments::{BusArgument, PathArgument, RunArguments, SessionArguments
 use crate::error::Error;
 use crate::output::refuse_overwrite;
 use crate::verbs::track::setup::Setup;
-use sinew::trajectory::Reference;
 use sinew_lab::CompensationVariant;
 use std::path::PathBuf;
 
@@ -50,7 +49,7 @@ impl<'a> Door<'a> {
     }
 
     pub(crate) fn is_simulated(&self) -> bool {
-        !matches!(self.bus, BusArgument::Real(_))
+        self.bus.is_simulated()
     }
 
     /// Whether others command the machine, over a link or from ROS 2, along no motion of its own.
@@ -169,32 +168,21 @@ impl<'a> Door<'a> {
         );
     }
 
-    /// Warns of joints of a real machine that nothing measures: the controller takes them to stand where the
-    /// motion begins.
-    pub(super) fn tell_start(&self, setup: &Setup) -> Result<(), Error> {
-        if self.is_simulated() || self.is_linked() {
-            return Ok(());
-        }
+    /// Says of a real machine where joints that nothing measures have to stand.
+    pub(super) fn tell_start(&self, setup: &Setup) {
         let machine = &setup.machine;
-        let mut first = Reference::new(machine.start.len());
-        setup.trajectory.sample(0.0, &mut first)?;
         let joints = machine.robot.independent_joints().into_iter().map(|k| &machine.robot.parts().joints[k]);
-        let elsewhere: Vec<String> = joints
+        let unmeasured: Vec<String> = joints
             .zip(&machine.encoders)
-            .zip(first.q.iter().zip(&machine.start))
-            .filter(|((_, encoder), (q, start))| encoder.is_none() && (*q - *start).abs() > STARTS_APART)
-            .map(|((joint, _), (q, _))| format!("{} at {q:.3} {}", joint.name, joint.kind.unit()))
+            .zip(&machine.start)
+            .filter(|((_, encoder), _)| encoder.is_none() && !self.is_simulated())
+            .map(|((joint, _), start)| format!("{} at {start:.3} {}", joint.name, joint.kind.unit()))
             .collect();
-        if !elsewhere.is_empty() {
+        if !unmeasured.is_empty() {
             eprintln!(
-                "warning: joints without an encoder are taken to stand where the motion begins, which is not \
-                    the machine's pose `start`: {}; put them there before",
-                elsewhere.join(", ")
+                "joints without an encoder are taken to stand in the machine's pose `start`: {}",
+                unmeasured.join(", ")
             );
         }
-        Ok(())
     }
 }
-
-/// Distance between two poses of a joint that differ, rad or m.
-const STARTS_APART: f64 = 1e-3;

@@ -7,7 +7,7 @@ use crate::verbs::track::setup::Setup;
 use sinew::control::supervisor::Supervisor;
 use sinew::machine::Machine;
 use sinew::trajectory::online::JointLimits;
-use sinew::trajectory::{Reference, Trajectory, finite_ranges};
+use sinew::trajectory::{Trajectory, finite_ranges};
 use sinew_link::host::{Domain, Port, Server, ServerSettings, SessionSettings};
 use sinew_runtime::link::{LinkCounts, LinkedMotion, domain};
 use std::net::SocketAddr;
@@ -23,9 +23,7 @@ impl Follower {
     pub(crate) fn new(machine: &Machine, trajectory: &Trajectory) -> Result<Self, Error> {
         let ranges = finite_ranges(&machine.robot, &machine.start)?;
         let limits = JointLimits::of_motion(trajectory, ranges)?;
-        let mut start = Reference::new(trajectory.joints());
-        trajectory.sample(0.0, &mut start)?;
-        Ok(Self { limits, pose: start.q })
+        Ok(Self { limits, pose: machine.standing(trajectory)? })
     }
 }
 

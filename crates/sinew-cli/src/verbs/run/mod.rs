@@ -36,7 +36,7 @@ use sinew_runtime::ethercat::{
 use sinew_runtime::link::{LinkedMotion, RunMotion};
 use sinew_runtime::servos::{self, ServoBus, ServoDevice, SimulatedLines};
 use sinew_segment::DescriptionFile;
-use sinew_session::{CycleRecord, Plant, TwinPlant, VirtualClock};
+use sinew_session::{CycleRecord, Plant, Scheduled, TwinPlant, VirtualClock};
 use stopping::Stopping;
 use watch::{Judged, Seen, Watch};
 
@@ -59,7 +59,7 @@ fn start(door: &Door<'_>, general: &General) -> Result<Answer, Error> {
         return Err(Error::Unmeasured(sensor));
     }
     let descriptions = device_files::read(door.devices, setup.devices.of())?;
-    door.tell_start(&setup)?;
+    door.tell_start(&setup);
     door.tell_duration(&setup);
     let timed = door.pace == Pace::RealTime;
     let shown =
@@ -226,7 +226,9 @@ impl Prepared<'_> {
             }
             None => {
                 let (repeats, rest) = (setup.repeats, setup.hold_s);
-                Schedule::new(&setup.trajectory, repeats, INITIAL_REST_S, rest)?.into()
+                let schedule = Schedule::new(&setup.trajectory, repeats, INITIAL_REST_S, rest)?;
+                let standing = setup.machine.standing(&setup.trajectory)?;
+                Scheduled::new(schedule, &setup.machine.robot, &standing)?.into()
             }
         };
         let motion = motion.with_tape(watch.recording.as_mut().and_then(Recording::take_tape));

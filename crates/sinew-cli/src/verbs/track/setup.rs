@@ -9,7 +9,7 @@ use crate::verbs::{read_text, verification};
 use sinew::control::arm::ArmGains;
 use sinew::description::machine::Places;
 use sinew::machine::Machine;
-use sinew::trajectory::Trajectory;
+use sinew::trajectory::{Approach, Trajectory};
 use sinew::twin::arm::InjectedFault;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
@@ -40,6 +40,8 @@ pub(crate) struct Setup {
     pub(crate) learning: bool,
     /// Rest after the motion, s.
     pub(crate) hold_s: f64,
+    /// Duration of the way to its beginning, s.
+    approach_s: f64,
     pub(crate) variant: CompensationVariant,
     faults: Vec<InjectedFault>,
     /// Of a file, in place of those derived for the motion.
@@ -52,9 +54,27 @@ pub(crate) struct Setup {
 impl Setup {
     /// Loads the machine, plans the trajectory and refuses what the machine cannot track.
     pub(crate) fn new(arguments: &MotionArguments, bus: BusArgument) -> Result<Self, Error> {
-        let setup = Self::with_default_path(arguments, bus, motion::default_path)?;
+        let mut setup = Self::with_default_path(arguments, bus, motion::default_path)?;
+        setup.approach(!bus.is_simulated()).map_err(|error| error.at(&setup.places))?;
         setup.check_faults(&arguments.fault)?;
         Ok(setup)
+    }
+
+    /// Refuses a motion to whose beginning the machine cannot go: a real one from its `start`, a simulated
+    /// one from where it is put.
+    fn approach(&mut self, from_start: bool) -> Result<(), Error> {
+        let Self { machine, trajectory, .. } = self;
+        let standing = if from_start { machine.start.clone() } else { machine.standing(trajectory)? };
+        let approach = Approach::new(&machine.robot, trajectory, &standing)?;
+        self.approach_s = approach.duration();
+        let infeasible = approach.motion().map(|motion| infeasible_motion(machine, &motion, 1));
+        match infeasible.transpose()?.flatten() {
+            None => Ok(()),
+            Some(InfeasibleMotion { infeasibility, .. }) => Err(Error::Infeasible {
+                path: format!("{}, on the way from the pose `start` to its beginning", self.path),
+                infeasibility: Box::new(infeasibility),
+            }),
+        }
     }
 
     /// Refuses a fault that would begin when the run is over: nothing would come of it, without a word.
@@ -103,6 +123,7 @@ impl Setup {
             repeats,
             learning: !arguments.no_learning,
             hold_s: arguments.hold,
+            approach_s: 0.0,
             variant: arguments.compensation,
             faults,
             gains: arguments.gains.as_deref().map(read_gains).transpose()?,
@@ -177,9 +198,9 @@ impl Setup {
         self.trajectory.duration() * f64::from(self.repeats)
     }
 
-    /// The same with the rests before and after it, s.
+    /// The same with the way to its beginning and the rests before and after it, s.
     pub(crate) fn run_s(&self) -> f64 {
-        INITIAL_REST_S + self.motion_s() + self.hold_s
+        self.approach_s + INITIAL_REST_S + self.motion_s() + self.hold_s
     }
 
     /// The arm with its deviations from the model, every cable calibrated.

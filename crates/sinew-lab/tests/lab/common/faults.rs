@@ -107,6 +107,7 @@ pub(crate) fn campaign(
         robot: &machine.robot,
         site: machine.task.site(),
         tension_limits: &limits,
+        standing: None,
         trajectory,
         repeats: 1,
         before: REST[0],

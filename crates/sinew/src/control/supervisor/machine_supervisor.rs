@@ -204,13 +204,13 @@ impl Supervisor {
     }
 
     /// Takes the currents of the motors, A, for the next cycle, NaN where they are not known: without a load
-    /// cell they tell when a cable is tense.
+    /// cell they tell when a cable is tense. They are rounded to 1 mA, as they are recorded.
     ///
     /// # Errors
     /// [`Error::WrongLength`] for another number of muscles.
     pub fn set_currents(&mut self, current: &[f64]) -> Result<(), Error> {
         check_length("currents", current.len(), self.current.len())?;
-        self.current.iter_mut().zip(current).for_each(|([read, _], current)| *read = *current);
+        self.current.iter_mut().zip(current).for_each(|([read, _], current)| *read = (1e3 * current).round() / 1e3);
         Ok(())
     }
 

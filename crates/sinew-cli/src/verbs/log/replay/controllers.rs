@@ -13,6 +13,7 @@ use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{CalibratedArm, IdentifiedMachine, PreparedRun, TrackingTask};
 use sinew_record::{Recording, Replay};
 use sinew_runtime::link::LinkedMotion;
+use sinew_session::Scheduled;
 use std::path::Path;
 
 /// Machine and motion as recorded.
@@ -59,7 +60,9 @@ impl Motion {
             None => {
                 let [before, after] = self.rests;
                 let schedule = Schedule::new(&self.trajectory, self.repeats, before, after)?;
-                Replay::new(recording, supervisor, schedule)
+                let standing = self.machine.standing(&self.trajectory)?;
+                let scheduled = Scheduled::new(schedule, &self.machine.robot, &standing)?;
+                Replay::new(recording, supervisor, scheduled)
             }
         };
         replay.map_err(Error::recording(file))
