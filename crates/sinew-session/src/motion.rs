@@ -210,12 +210,22 @@ impl Motion for Scheduled<'_> {
         Ok(Desired { moment, request: self.request, command_age: None })
     }
 
-    /// A machine that is held far from where it was taken to stand begins its way there.
+    /// The way begins where the machine is held.
     fn see(&mut self, at: CycleTime, cycle: &Seen<'_>) {
-        let held = cycle.command.mode == Mode::Hold && self.request == Request::Run;
-        if self.stage == Stage::Waiting && held {
-            self.approach.begin(&cycle.command.reference.q);
-            self.stage = Stage::Approaching(at.index + 1);
+        if self.stage != Stage::Waiting || self.request != Request::Run {
+            return;
+        }
+        let held = &cycle.command.reference.q;
+        match cycle.command.mode {
+            Mode::Off | Mode::Ready | Mode::Pretension => self.approach.found_at(held),
+            // It was tense, so that nobody saw it before.
+            Mode::Run => self.approach.found_at(cycle.command.arm.q),
+            // The pretension has moved it.
+            Mode::Hold => {
+                self.approach.begin(held);
+                self.stage = Stage::Approaching(at.index + 1);
+            }
+            Mode::SafeStop | Mode::Fault => {}
         }
     }
 

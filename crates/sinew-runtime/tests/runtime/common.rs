@@ -7,7 +7,7 @@ use sinew::control::supervisor::{Limits, Mode, Supervisor};
 use sinew::description::machine_from_toml;
 use sinew::machine::{Device, DeviceRole, DriveMode, Machine};
 use sinew::predictor::CableModel;
-use sinew::trajectory::{MinimumJerk, Schedule, Trajectory};
+use sinew::trajectory::{MinimumJerk, Reference, Schedule, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, ArmTwin, InjectedFault};
 use sinew_runtime::cycle::{Cycle, CycleRecord, Timing, VirtualClock, run};
 use sinew_runtime::ethercat::{
@@ -83,6 +83,15 @@ impl Setup {
         Self { machine, devices, trajectory, controller, plant, before: 0.3, after: 0.7 }
     }
 
+    /// The same along the motion backward, which ends where the machine stands.
+    pub(crate) fn from_elsewhere(mut self) -> Self {
+        let mut end = Reference::new(self.trajectory.joints());
+        self.trajectory.sample(self.trajectory.duration(), &mut end).unwrap();
+        let backward = MinimumJerk::new(&end.q, &self.machine.start, 2.0).unwrap();
+        self.trajectory = Trajectory::PointToPoint(backward);
+        self
+    }
+
     pub(crate) fn supervisor(&self) -> Supervisor {
         let limits = Limits::from_machine(&self.machine, self.controller.gains()).unwrap();
         Supervisor::new(self.controller.clone(), limits).unwrap()
@@ -90,7 +99,8 @@ impl Setup {
 
     pub(crate) fn schedule(&self) -> Scheduled<'_> {
         let schedule = Schedule::new(&self.trajectory, 1, self.before, self.after).unwrap();
-        Scheduled::new(schedule, &self.machine.robot, &self.machine.start).unwrap()
+        let standing = self.machine.standing(&self.trajectory).unwrap();
+        Scheduled::new(schedule, &self.machine.robot, &standing).unwrap()
     }
 
     pub(crate) fn twin_bus(&self) -> TwinPlant {

@@ -6,6 +6,7 @@ use allocation_counter::measure;
 use sinew::control::supervisor::{Mode, Request};
 use sinew::machine::Device;
 use sinew::trajectory::online::JointLimits;
+use sinew::twin::arm::ArmTwin;
 use sinew_link::client::Client;
 use sinew_link::host::{Server, ServerSettings, SessionSettings};
 use sinew_link::{Command, Request as LinkRequest, SetpointKind, Setpoints};
@@ -45,6 +46,54 @@ fn a_cycle_over_ethercat_allocates_nothing() {
         let ends = if then.is_empty() { Mode::Run } else { Mode::Hold };
         assert_eq!(cycle.supervisor().mode(), ends, "{name}");
         assert!(moved > 1e-3, "{name}: the machine moved");
+    }
+}
+
+#[test]
+fn a_machine_that_its_encoders_find_elsewhere_is_led_to_its_motion_without_an_allocation() {
+    for name in ["bench_joint", "planar_leg", "exosuit_elbow"] {
+        for tense in [true, false] {
+            let mut setup = Setup::new(machine(name), 1, &[]).from_elsewhere();
+            if !tense {
+                // Its pretension lasts longer than its first rest.
+                setup.machine.safety.pretension_time = 1.0;
+                let specimen = setup.plant.specimen().clone();
+                let slack: Vec<f64> =
+                    specimen.cables.iter().map(|cable| cable.parameters.pretension + 0.5).collect();
+                setup.plant = ArmTwin::new(&specimen, &setup.machine.start, &slack, 1).unwrap();
+            }
+            let storage = FrameStorage::new();
+            let bus = setup.segment_bus(&storage);
+            let mut cycle = Cycle::new(bus, setup.supervisor(), setup.schedule(), STEP);
+            let (mut clock, mut before) = (VirtualClock::default(), Vec::with_capacity(8));
+            let (mut ran, mut jump, mut error, mut moving) = (0_u32, 0.0_f64, 0.0_f64, 0_u32);
+            let counted = measure(|| {
+                while !cycle.is_finished() {
+                    let record = cycle.step(&mut clock, 0).unwrap();
+                    if record.command.mode != Mode::Run {
+                        continue;
+                    }
+                    let reference = &record.reference.q;
+                    ran += 1;
+                    moving += u32::from(record.moment.repeat.is_some());
+                    if ran > 2 {
+                        for (q, before) in reference.iter().zip(&before) {
+                            jump = jump.max(f64::abs(q - before));
+                        }
+                    }
+                    before.clear();
+                    before.extend_from_slice(reference);
+                    for (q, reference) in record.feedback.joint.iter().zip(reference) {
+                        error = if ran > 2 { error.max((q - reference).abs()) } else { error };
+                    }
+                }
+            });
+            assert_eq!(counted.count_total, 0, "{name}");
+            assert_eq!(cycle.supervisor().mode(), Mode::Run, "{name}: it was never stopped");
+            assert_eq!(moving, 2000, "{name}: it follows all of the motion");
+            assert!(ran > 2 * 2000, "{name}: {ran}");
+            assert!(jump < 5e-3 && error < 0.06, "{name} {tense}: {jump} {error}");
+        }
     }
 }
 

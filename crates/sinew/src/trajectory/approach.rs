@@ -26,8 +26,10 @@ pub struct Approach {
     /// Where the machine is taken to stand: `[joints]`.
     standing: Vec<f64>,
     way: MinimumJerk,
-    /// Largest speeds, per s: `[joints]`.
-    speed: Vec<f64>,
+    /// Of the joints, rad or m: `[joints]`.
+    ranges: Vec<f64>,
+    /// `s`, 1/s.
+    pace: f64,
 }
 
 /// `f`.
@@ -36,6 +38,9 @@ const PACE: f64 = 0.25;
 const SLOWEST: f64 = 0.02;
 /// Largest speed of a minimum-jerk motion, as a multiple of its mean speed.
 const PEAK: f64 = 1.875;
+/// Fraction of a range within which a joint stands where it is taken to: zeros of encoders are not known
+/// better.
+const THERE: f64 = 0.02;
 /// Shortest approach, s.
 const SHORTEST: f64 = 1.0;
 /// Intervals between the samples of a motion among which its largest speeds are searched.
@@ -60,32 +65,43 @@ impl Approach {
             let moving = reference.v.iter().zip(&ranges).filter(|(_, range)| **range > 0.0);
             pace = moving.map(|(v, range)| v.abs() / range).fold(pace, f64::max);
         }
-        let speed = ranges.iter().map(|range| (PACE * pace).max(SLOWEST) * range).collect();
         let way = MinimumJerk::new(standing, &trajectory.first()?, SHORTEST)?;
-        let mut approach = Self { standing: standing.to_vec(), way, speed };
+        let pace = (PACE * pace).max(SLOWEST);
+        let mut approach = Self { standing: standing.to_vec(), way, ranges, pace };
         approach.begin(standing);
         Ok(approach)
     }
 
-    /// Where the machine is taken to stand: `[joints]`.
-    #[must_use]
-    pub fn standing(&self) -> &[f64] {
-        &self.standing
-    }
-
-    /// Its duration, s; 0 where the machine stands in the motion's first pose.
+    /// Its duration, s; 0 where it begins in the motion's first pose.
     #[must_use]
     pub fn duration(&self) -> f64 {
         if self.way.from == self.way.to { 0.0 } else { self.way.duration }
     }
 
-    /// From another pose: `[joints]`. Nothing is allocated.
+    /// From a pose in which the machine is found: `[joints]`; from where it is taken to stand if that is
+    /// what it looks like. Nothing is allocated.
+    pub fn found_at(&mut self, pose: &[f64]) {
+        let mut joints = pose.iter().zip(&self.standing).zip(&self.ranges);
+        if joints.any(|((pose, standing), range)| (pose - standing).abs() > THERE * range) {
+            self.begin(pose);
+        } else {
+            self.way.from.copy_from_slice(&self.standing);
+            self.set_duration();
+        }
+    }
+
+    /// From a pose: `[joints]`. Nothing is allocated.
     pub fn begin(&mut self, from: &[f64]) {
         self.way.from.copy_from_slice(from);
-        let ways = from.iter().zip(&self.way.to).zip(&self.speed);
+        self.set_duration();
+    }
+
+    fn set_duration(&mut self) {
+        let MinimumJerk { from, to, duration } = &mut self.way;
+        let ways = from.iter().zip(to).zip(&self.ranges);
         // A joint without a range is where it has to be.
-        let times = ways.map(|((from, to), speed)| PEAK * (to - from).abs() / speed);
-        self.way.duration = times.filter(|time| time.is_finite()).fold(SHORTEST, f64::max);
+        let times = ways.map(|((from, to), range)| PEAK * (*to - from).abs() / (self.pace * range));
+        *duration = times.filter(|time| time.is_finite()).fold(SHORTEST, f64::max);
     }
 
     /// The reference at a time since it began, s, and the one `horizon` s later. Nothing is allocated.
@@ -94,10 +110,10 @@ impl Approach {
         self.way.sample(time + horizon, previewed);
     }
 
-    /// At rest where the machine is taken to stand. Nothing is allocated.
+    /// At rest where it begins. Nothing is allocated.
     pub fn rest(&self, current: &mut Reference, previewed: &mut Reference) {
         for reference in [current, previewed] {
-            reference.q.copy_from_slice(&self.standing);
+            reference.q.copy_from_slice(&self.way.from);
             reference.v.fill(0.0);
             reference.a.fill(0.0);
         }
@@ -158,7 +174,25 @@ mod tests {
         assert_eq!((&now.q[..], &now.v[..]), (&[-0.7, 0.3][..], &[0.0; 2][..]));
         assert!(soon.q.iter().zip([0.2, 0.1]).all(|(q, first)| (q - first).abs() < 1e-12));
         approach.rest(&mut now, &mut soon);
-        assert_eq!((&now.q[..], &soon.q[..]), (approach.standing(), approach.standing()));
+        assert_eq!((&now.q[..], &soon.q[..]), (&[-0.7, 0.3][..], &[-0.7, 0.3][..]));
+    }
+
+    #[test]
+    fn a_machine_that_is_found_nearly_where_it_is_taken_to_stand_is_taken_to_stand_there() {
+        let mut approach = Approach::new(&robot(), &motion(), &[0.2, 0.1]).unwrap();
+        let (mut now, mut soon) = (Reference::new(2), Reference::new(2));
+        // 2 % of ranges of 2 rad and 0.5 rad.
+        for (found, at) in [
+            ([0.239, 0.109], [0.2, 0.1]),
+            ([0.241, 0.1], [0.241, 0.1]),
+            ([0.2, 0.111], [0.2, 0.111]),
+            ([0.161, 0.091], [0.2, 0.1]),
+        ] {
+            approach.found_at(&found);
+            approach.rest(&mut now, &mut soon);
+            assert_eq!(now.q, at, "{found:?}");
+            assert_eq!(approach.motion().is_none(), at == [0.2, 0.1]);
+        }
     }
 
     #[test]
