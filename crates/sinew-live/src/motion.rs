@@ -58,7 +58,8 @@ impl PageMotion {
         };
         let (first, standing) = (trajectory.first()?, machine.standing(&trajectory)?);
         let follower = SetpointFollower::new(&machine.robot, limits, point, &standing, [PREVIEW_HORIZON, h])?;
-        let begins = if standing == first { Goal::Path { time: 0.0 } } else { Goal::PathStart { near_for: 0.0 } };
+        let begins =
+            if standing == first { Goal::Path { time: 0.0 } } else { Goal::PathStart { near_for: 0.0 } };
         Ok(Self {
             closed: trajectory.is_closed(),
             trajectory,

@@ -11,6 +11,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
 
 /// A machine of this seed in its start pose, with its cables at their resting tensions.
@@ -38,7 +39,8 @@ pub(super) fn end_after(duration: Option<f64>, stop: &'static AtomicBool) {
 }
 
 /// Serves another master with a machine and writes what is true of it meanwhile into a file, where one is
-/// given: CSV, a row every 10 ms, columns as in a recording (`docs/recording.md`).
+/// given: CSV, a row every 10 ms, columns as in a recording (`docs/recording.md`). A thread of its own
+/// writes, so that no master waits for a disk.
 pub(super) fn serve_with_truth<R>(
     path: Option<&Path>,
     machine: &Machine,
@@ -46,10 +48,15 @@ pub(super) fn serve_with_truth<R>(
 ) -> Result<(R, Vec<Written>), Error> {
     let Some(path) = path else { return Ok((serve(&mut |_| {})?, Vec::new())) };
     let (served, written) = write_streamed(path, |file| {
-        let mut truth = Truth::begin(file, machine)?;
-        let served = serve(&mut |arm| truth.take(arm))?;
-        truth.end()?;
-        Ok(served)
+        let (sender, rows) = mpsc::channel();
+        std::thread::scope(|scope| {
+            let writer = scope.spawn(move || write_truth(file, machine, &rows));
+            let mut truth = Truth { rows: sender, next: 0.0 };
+            let served = serve(&mut |arm| truth.take(arm));
+            drop(truth);
+            let wrote = writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            served.and_then(|served| wrote.map(|()| served))
+        })
     })?;
     Ok((served, vec![written]))
 }
@@ -59,35 +66,18 @@ const TRUTH_INTERVAL: f64 = 0.01;
 /// Its signals of every muscle.
 const TRUE_OF_MUSCLES: [Signal; 3] = [Signal::PositionIn, Signal::TensionInTrue, Signal::TensionOut];
 
-/// What is true of a simulated machine, as a table.
-struct Truth<'a> {
-    table: csv::Writer<BufWriter<&'a mut File>>,
+/// What is true of a simulated machine, a row at a time.
+struct Truth {
+    rows: Sender<Vec<String>>,
     /// Time of the next row, s.
     next: f64,
-    /// Why no more is written.
-    failed: Result<(), csv::Error>,
 }
 
-impl<'a> Truth<'a> {
-    fn begin(file: &'a mut File, machine: &Machine) -> Result<Self, Error> {
-        let mut file = BufWriter::new(file);
-        writeln!(file, "# SIMULATED").map_err(csv::Error::from)?;
-        let parts = machine.robot.parts();
-        let joints = machine.robot.independent_joints().into_iter().map(|joint| &parts.joints[joint]);
-        let mut header = vec!["time_s".to_owned()];
-        header.extend(joints.map(|joint| Signal::JointTrue.column(&joint.name, joint.kind.unit())));
-        for signal in TRUE_OF_MUSCLES {
-            header.extend(parts.tendons.iter().map(|tendon| signal.column(&tendon.name, "")));
-        }
-        let mut table = csv::Writer::from_writer(file);
-        table.write_record(header)?;
-        Ok(Self { table, next: 0.0, failed: Ok(()) })
-    }
-
+impl Truth {
     /// A row, where it is time for one.
     fn take(&mut self, arm: &ArmTwin) {
         let truth = arm.truth();
-        if self.failed.is_err() || truth.time < self.next {
+        if truth.time < self.next {
             return;
         }
         // Times are sums of steps, and rounded.
@@ -101,11 +91,24 @@ impl<'a> Truth<'a> {
         row.extend(arm.reading().motor.iter().map(|x| format!("{x:.motor$}")));
         row.extend(cables().map(|cable| format!("{:.tension_in$}", cable.tension_in)));
         row.extend(cables().map(|cable| format!("{:.tension_out$}", cable.tension_out)));
-        self.failed = self.table.write_record(row);
+        // Where the file failed there is nobody to take it, and its error is told at the end.
+        let _ = self.rows.send(row);
     }
+}
 
-    fn end(mut self) -> Result<(), Error> {
-        self.failed?;
-        Ok(self.table.flush().map_err(csv::Error::from)?)
+/// Writes the table until nobody sends rows any more.
+fn write_truth(file: &mut File, machine: &Machine, rows: &Receiver<Vec<String>>) -> Result<(), Error> {
+    let mut file = BufWriter::new(file);
+    writeln!(file, "# SIMULATED").map_err(csv::Error::from)?;
+    let parts = machine.robot.parts();
+    let joints = machine.robot.independent_joints().into_iter().map(|joint| &parts.joints[joint]);
+    let mut header = vec!["time_s".to_owned()];
+    header.extend(joints.map(|joint| Signal::JointTrue.column(&joint.name, joint.kind.unit())));
+    for signal in TRUE_OF_MUSCLES {
+        header.extend(parts.tendons.iter().map(|tendon| signal.column(&tendon.name, "")));
     }
+    let mut table = csv::Writer::from_writer(file);
+    table.write_record(header)?;
+    rows.iter().try_for_each(|row| table.write_record(row))?;
+    Ok(table.flush().map_err(csv::Error::from)?)
 }

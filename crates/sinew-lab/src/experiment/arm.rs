@@ -38,8 +38,8 @@ pub fn track_supervised(
 
 /// A run in progress, one control cycle per step. A clone continues independently of the original.
 ///
-/// The arm starts at rest in the first pose of the trajectory or where it stands before, with tensions that balance gravity and cables
-/// that have slid toward their motors.
+/// The arm starts at rest in the first pose of the trajectory or where it stands before, with tensions that
+/// balance gravity and cables that have slid toward their motors.
 #[derive(Debug, Clone)]
 pub struct TrackSession<'a> {
     session: Session<TwinPlant, Scheduled<'a>>,
@@ -80,7 +80,8 @@ impl<'a> TrackSession<'a> {
         self.session.time().seconds()
     }
 
-    /// Time by which the motion begins later than its rest before tells, s: that of the way to its first pose.
+    /// Time by which the motion begins later than its rest before tells, s: that of the way to its first
+    /// pose.
     #[must_use]
     pub fn delay(&self) -> f64 {
         self.session.motion().behind() as f64 * self.session.time().period

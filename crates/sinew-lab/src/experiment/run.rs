@@ -46,7 +46,7 @@ impl<'a> TrackRun<'a> {
 
     /// Pose in which the arm stands before, rad or m: `[joints]`.
     fn standing(&self) -> Result<Vec<f64>, Error> {
-        Ok(self.standing.map_or_else(|| self.trajectory.first(), |pose| Ok(pose.to_vec()))?)
+        self.standing.map_or_else(|| self.trajectory.first(), |pose| Ok(pose.to_vec()))
     }
 
     /// The plant at the start of the run.

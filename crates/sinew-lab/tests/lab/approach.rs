@@ -30,8 +30,11 @@ fn about(machine: &Machine, point: &[f64], fraction: f64) -> Vec<f64> {
 /// Largest error of a joint from the first cycle in which the machine follows on, as a fraction of what its
 /// controller takes for a fault, and the same on the motion alone; none where it cannot go there.
 fn led(machine: &Machine, standing: &[f64], first: &[f64], seed: u64) -> Option<[f64; 2]> {
-    let end: Vec<f64> =
-        first.iter().zip(about(machine, &vec![0.6; first.len()], 0.5)).map(|(a, b)| 0.8 * a + 0.2 * b).collect();
+    let end: Vec<f64> = first
+        .iter()
+        .zip(about(machine, &vec![0.6; first.len()], 0.5))
+        .map(|(a, b)| 0.8 * a + 0.2 * b)
+        .collect();
     let trajectory = Trajectory::PointToPoint(MinimumJerk::new(first, &end, 2.0).unwrap());
     let approach = Approach::new(&machine.robot, &trajectory, standing).unwrap();
     for way in [Some(trajectory.clone()), approach.motion()].into_iter().flatten() {
@@ -89,7 +92,10 @@ fn led(machine: &Machine, standing: &[f64], first: &[f64], seed: u64) -> Option<
     assert_eq!(mode, Mode::Run);
     let expected = delay + RESTS[0] + trajectory.duration() + RESTS[1];
     assert!((cycles as f64 * machine.period - expected).abs() < 2.0 * machine.period);
-    assert!((moved as f64 * machine.period - trajectory.duration()).abs() < 2.0 * machine.period, "all of it");
+    assert!(
+        (moved as f64 * machine.period - trajectory.duration()).abs() < 2.0 * machine.period,
+        "all of it"
+    );
     // A pretension without load cells moves a finger with springs: its way begins from there.
     assert!(delay > 0.0 || approach.motion().is_none());
     Some(largest)

@@ -84,7 +84,7 @@ impl Setup {
     }
 
     /// The same along the motion backward, which ends where the machine stands.
-    pub(crate) fn from_elsewhere(mut self) -> Self {
+    pub(crate) fn into_backward(mut self) -> Self {
         let mut end = Reference::new(self.trajectory.joints());
         self.trajectory.sample(self.trajectory.duration(), &mut end).unwrap();
         let backward = MinimumJerk::new(&end.q, &self.machine.start, 2.0).unwrap();

@@ -53,7 +53,7 @@ fn a_cycle_over_ethercat_allocates_nothing() {
 fn a_machine_that_its_encoders_find_elsewhere_is_led_to_its_motion_without_an_allocation() {
     for name in ["bench_joint", "planar_leg", "exosuit_elbow"] {
         for tense in [true, false] {
-            let mut setup = Setup::new(machine(name), 1, &[]).from_elsewhere();
+            let mut setup = Setup::new(machine(name), 1, &[]).into_backward();
             if !tense {
                 // Its pretension lasts longer than its first rest.
                 setup.machine.safety.pretension_time = 1.0;

@@ -4,6 +4,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing test may panic")]
 
+mod approach;
 mod arm;
 mod arm_twins;
 mod body;
