@@ -210,10 +210,9 @@ impl Supervisor {
     /// [`Error::WrongLength`] for another number of muscles.
     pub fn set_currents(&mut self, current: &[f64]) -> Result<(), Error> {
         check_length("currents", current.len(), self.current.len())?;
-        self.current
-            .iter_mut()
-            .zip(current)
-            .for_each(|([read, _], current)| *read = (1e3 * current).round() / 1e3);
+        for ([read, _], current) in self.current.iter_mut().zip(current) {
+            *read = libm::round(1e3 * current) / 1e3;
+        }
         Ok(())
     }
 
