@@ -16,8 +16,8 @@ use alloc::vec::Vec;
 /// |---------|-------------------------------------------------------------|---------|
 /// | q_k(t)  | motion of joint k                                           | rad, m  |
 /// | r_k     | its range                                                   | rad, m  |
-/// | f       | [`PACE`]; joints that the motion leaves alone move as slowly as the others | 1 |
-/// | s_0     | [`SLOWEST`], for motions that nearly stand still               | 1/s     |
+/// | f       | 0.25; joints that the motion leaves alone move as slowly as the others | 1 |
+/// | s_0     | 0.02, for motions that nearly stand still                      | 1/s     |
 ///
 /// # Source
 /// Our own.
