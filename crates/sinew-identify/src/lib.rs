@@ -14,6 +14,7 @@ pub mod compensate;
 mod conditioning;
 mod estimation;
 pub mod evaluate;
+pub mod gear;
 pub mod geometry;
 pub mod identify;
 mod outside;

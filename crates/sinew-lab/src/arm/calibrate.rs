@@ -1,10 +1,10 @@
 //! Calibration of every transmission of an arm, one at a time on the bench: only measurements of the plant
 //! are used.
 
+use super::by_current::calibrate_by_current;
 use crate::Error;
 use crate::calibrate::{cable_log, ended_early, networks};
 use crate::experiment::bench::{BenchRow, BenchRun, CalibrationRun, Programme, run_all};
-use crate::experiment::oracle_models;
 use rayon::prelude::*;
 use sinew::control::arm::MuscleGains;
 use sinew::control::compensation::NetworkCompensation;
@@ -14,6 +14,7 @@ use sinew::transmission::cable::CableParameters;
 use sinew::twin::arm::ArmSpecimen;
 use sinew::twin::cable::Resolution;
 use sinew_identify::cable::{CableLog, FitOptions, INITIAL_WEAKENING, Quantity, fit_cable_model};
+use sinew_identify::gear::GearFit;
 
 /// One calibration run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,11 +73,21 @@ impl CalibrationProgramme {
     }
 }
 
+/// What the bench tells of a muscle.
+#[derive(Debug, Clone)]
+pub struct CalibratedMuscle {
+    /// Of its cable.
+    pub cable: CableModel,
+    /// Losses of its gear, where the current stands for a load cell.
+    pub gear: Option<GearFit>,
+}
+
 /// Identifies the observer model of every transmission of an arm from its own runs on the bench.
 ///
 /// Every fit starts from the parameters of `design`. A muscle whose design has an identified model
-/// ([`MuscleDesign::model`](sinew::machine::MuscleDesign::model)) keeps it; one without a load cell, whose
-/// runs would show no tension, keeps its cable as designed.
+/// ([`MuscleDesign::model`](sinew::machine::MuscleDesign::model)) keeps it. Where a muscle has no load cell,
+/// its cable follows from the displacements of both ends and the tension that the bench measures at the far
+/// one, and the losses of its gear from the currents of both directions at the tensions of that cable.
 ///
 /// # Errors
 /// [`Error::Experiment`] where a run ends early or the arms have different numbers of muscles;
@@ -88,38 +99,37 @@ pub fn calibrate_arm(
     design: &ArmSpecimen,
     programmes: &[CalibrationProgramme],
     seed: u64,
-) -> Result<Vec<CableModel>, Error> {
+) -> Result<Vec<CalibratedMuscle>, Error> {
     let count = design.cables.len();
     if [specimen.cables.len(), specimen.drives.len(), machine.muscles.len(), programmes.len()] != [count; 4] {
         return Err(Error::experiment("muscles", "as many as in the design", &specimen.cables.len()));
     }
-    let kept = |muscle: &usize| {
-        let design = &machine.muscles[*muscle];
-        design.model.is_none() && design.drive.has_load_cell
-    };
-    let muscles: Vec<usize> = (0..count).filter(kept).collect();
+    let muscles: Vec<usize> = (0..count).filter(|muscle| machine.muscles[*muscle].model.is_none()).collect();
     let logs = runs(specimen, &muscles, programmes, seed, |stroke| stroke.decimation)?;
-    let fits = muscles.par_iter().zip(logs).map(|(muscle, logs)| {
-        let logs: Vec<CableLog> = logs.iter().map(cable_log).collect();
+    let fits = muscles.par_iter().zip(logs).map(|(muscle, rows)| {
         let designed = &design.cables[*muscle];
         let parameters = CableParameters { weakening: Some(INITIAL_WEAKENING), ..designed.parameters };
         // An arm starts with its cables pulled taut.
         let start = CableModel { path: designed.path.clone(), parameters, start: 1.0, ..CableModel::bench() };
-        let mut model = fit_cable_model(&logs, &start, &options())?;
+        let drive = &machine.muscles[*muscle].drive;
+        let mut fitted = if drive.has_load_cell {
+            let logs: Vec<CableLog> = rows.iter().map(cable_log).collect();
+            CalibratedMuscle { cable: fit_cable_model(&logs, &start, &options())?, gear: None }
+        } else {
+            calibrate_by_current(&rows, start, drive, machine.tolerances.gear_losses)?
+        };
         // The anchor's travel comes from the body's geometry here, whose errors would be adapted as drag.
-        model.learning = 0.0;
+        fitted.cable.learning = 0.0;
         // The zeros of the arm's encoders differ from those of the bench.
-        model.zero_stretch = None;
-        Ok(model)
+        fitted.cable.zero_stretch = None;
+        Ok(fitted)
     });
     let mut fits = fits.collect::<Result<Vec<_>, Error>>()?.into_iter();
-    let mut designed = oracle_models(design).into_iter();
-    let models = machine.muscles.iter().map(|muscle| {
-        let as_designed = designed.next();
-        let known = muscle.model.clone();
-        known.or_else(|| if muscle.drive.has_load_cell { fits.next() } else { as_designed })
+    let muscles = machine.muscles.iter().map(|muscle| match &muscle.model {
+        Some(model) => Some(CalibratedMuscle { cable: model.clone(), gear: None }),
+        None => fits.next(),
     });
-    Ok(models.flatten().collect())
+    Ok(muscles.flatten().collect())
 }
 
 /// The networks of (17) for every muscle, trained on the same runs.
@@ -142,7 +152,7 @@ pub fn calibrate_networks(
 /// Decimation of the training rows of a network.
 const NETWORK_DECIMATION: usize = 30;
 
-fn options() -> FitOptions {
+pub(super) fn options() -> FitOptions {
     FitOptions {
         free: Quantity::USUAL.to_vec(),
         samples: 16_000,

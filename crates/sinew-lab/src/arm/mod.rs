@@ -1,5 +1,6 @@
 //! Experiments on the arm: planning, calibration of its cables, tracking, and the numbers of a run.
 
+mod by_current;
 mod calibrate;
 mod controller;
 mod designed;
@@ -16,7 +17,10 @@ mod trace;
 mod tracking;
 mod verification;
 
-pub use calibrate::{CalibrationProgramme, CalibrationStroke, calibrate_arm, calibrate_networks};
+pub use by_current::with_gears;
+pub use calibrate::{
+    CalibratedMuscle, CalibrationProgramme, CalibrationStroke, calibrate_arm, calibrate_networks,
+};
 pub use designed::{IdentifiedMachine, designed_controller};
 pub use feasibility::{InfeasibleMotion, first_infeasibility, infeasible_motion};
 pub use heat::{DriveHeat, drive_heat};

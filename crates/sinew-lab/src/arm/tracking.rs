@@ -1,6 +1,7 @@
 //! One tracking run: an arm sampled from a seed, calibrated cable by cable, and controlled along a
 //! trajectory.
 
+use super::by_current::with_gears;
 use super::calibrate::{CalibrationProgramme, calibrate_arm};
 use super::controller::{Parts, controller};
 use super::outcome::joint_error_limits;
@@ -15,6 +16,7 @@ use sinew::machine::{Characteristics, Machine};
 use sinew::predictor::CableModel;
 use sinew::trajectory::{Reference, Trajectory};
 use sinew::twin::arm::{ArmSpecimen, InjectedFault};
+use sinew_identify::gear::GearFit;
 
 /// A trajectory with the conditions under which it is tracked.
 #[derive(Debug, Clone)]
@@ -48,6 +50,9 @@ pub struct CalibratedArm {
     pub specimen: ArmSpecimen,
     /// Identified model of every cable: `[muscles]`.
     pub models: Vec<CableModel>,
+    /// Losses of the gear of every muscle without a load cell, which its calibration has identified:
+    /// `[muscles]`.
+    pub gears: Vec<Option<GearFit>>,
     /// Programme of every calibration: `[muscles]`.
     pub programmes: Vec<CalibrationProgramme>,
     seed: u64,
@@ -69,9 +74,11 @@ impl CalibratedArm {
         let design = ArmSpecimen::nominal(machine)?;
         let specimen = ArmSpecimen::sampled_around(&design, machine, seed)?;
         let programmes = calibration_programmes(machine, &design)?;
-        let models = calibrate_arm(&specimen, machine, &design, &programmes, seed)?;
+        let muscles = calibrate_arm(&specimen, machine, &design, &programmes, seed)?;
+        let (models, gears) = muscles.into_iter().map(|muscle| (muscle.cable, muscle.gear)).unzip();
         let bare = Machine { payload: 0.0, ..machine.clone() };
-        Self { machine: bare, specimen, models, programmes, seed, normal_errors: Vec::new() }
+        let normal_errors = Vec::new();
+        Self { machine: bare, specimen, models, gears, programmes, seed, normal_errors }
             .loaded(machine.payload)
     }
 
@@ -80,7 +87,7 @@ impl CalibratedArm {
     /// # Errors
     /// As [`Machine::loaded`].
     pub fn known_as(mut self, calibrated: &Machine) -> Result<Self, Error> {
-        self.machine = calibrated.loaded()?;
+        self.machine = with_gears(calibrated.loaded()?, &self.gears);
         Ok(self)
     }
 
@@ -94,7 +101,7 @@ impl CalibratedArm {
             let site = &self.machine.robot.parts().sites[site];
             arm.specimen = arm.specimen.with_payload(site.body, site.position, payload)?;
         }
-        arm.machine = Machine { payload, ..arm.machine }.loaded()?;
+        arm.machine = with_gears(Machine { payload, ..arm.machine }.loaded()?, &self.gears);
         Ok(arm)
     }
 

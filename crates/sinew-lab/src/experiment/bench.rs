@@ -95,6 +95,8 @@ pub struct BenchRow {
     pub command: DriveCommand,
     /// Measurements of the muscle's sensors and the joint's.
     pub sample: CableSample,
+    /// Current of the muscle's motor, A.
+    pub current: f64,
     /// Displacement of the far end as its encoder reads it, m, whether the compensation knows it or not.
     pub anchor: f64,
     /// Measured far tension, N.
@@ -325,6 +327,7 @@ impl<'a> Cycle<'a> {
             desired,
             command,
             sample,
+            current: reading.muscle.current,
             anchor: reading.anchor(),
             far: reading.load.tension,
             estimate: output.tension_out,

@@ -10,6 +10,7 @@ mod arm;
 mod arm_control;
 mod arm_faults;
 mod bench;
+mod by_current;
 mod cable_tables;
 mod common;
 mod edited_files;

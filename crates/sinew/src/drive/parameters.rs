@@ -116,10 +116,17 @@ impl DriveParameters {
     /// drive reverses, per tension of the cable, m/N: until then it stands.
     #[must_use]
     pub fn reversal_travel(&self) -> f64 {
+        let tension = self.allowed_tension();
+        self.reversal_travel_at(tension) / tension
+    }
+
+    /// The same at a tension, N, m.
+    #[must_use]
+    pub fn reversal_travel_at(&self, tension: f64) -> f64 {
         let Self { motor, reducer, winch, .. } = self;
         let turns = reducer.ratio / winch.arm(0);
         let losses = (1.0 / reducer.efficiency - reducer.efficiency) * (1.0 + reducer.ripple) / turns;
-        let torque = losses + 2.0 * reducer.friction / self.allowed_tension();
+        let torque = losses * tension + 2.0 * reducer.friction;
         torque / (motor.inertia * VelocityLoop::DRIVE_INTEGRAL * turns)
     }
 

@@ -16,6 +16,9 @@ pub struct Tolerances {
     pub attachment: Option<f64>,
     /// Relative, of the load cells' gain.
     pub gain: f64,
+    /// Relative, of the losses of the gears of muscles without a load cell, whose tension the current tells;
+    /// with one the gear is as designed. From a random stream of its own.
+    pub gear_losses: f64,
     /// Relative, of the changes of sheaths' bends with the joints.
     #[serde(rename = "bend_by_joint")]
     pub bend: f64,
@@ -67,12 +70,14 @@ impl Workshop {
 }
 
 impl Default for Tolerances {
-    /// 10 %, 1 mm, 0.5 %, 20 % of the bends, 1 mrad, 0.1 mm: assumed for careful manufacturing.
+    /// 10 %, 1 mm, 0.5 %, 20 % of gears' losses and of bends, 1 mrad, 0.1 mm: assumed for careful
+    /// manufacturing.
     fn default() -> Self {
         Self {
             mass: 0.1,
             attachment: None,
             gain: 5e-3,
+            gear_losses: 0.2,
             bend: 0.2,
             zero: 1e-3,
             zero_slide: 1e-4,
@@ -130,6 +135,8 @@ impl Tolerances {
         within("mass tolerance", "a number in [0, 1)", self.mass, fraction)?;
         let fraction = (0.0..1.0).contains(&self.gain);
         within("gain tolerance", "a number in [0, 1)", self.gain, fraction)?;
+        let fraction = (0.0..1.0).contains(&self.gear_losses);
+        within("tolerance of the gears' losses", "a number in [0, 1)", self.gear_losses, fraction)?;
         let fraction = (0.0..1.0).contains(&self.bend);
         within("bend tolerance", "a number in [0, 1)", self.bend, fraction)?;
         self.attachment.map_or(Ok(0.0), |bound| non_negative("attachment tolerance", bound))?;

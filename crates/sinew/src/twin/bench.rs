@@ -40,10 +40,11 @@ pub struct Bench {
     steps: [Option<DriveStep>; 2],
 }
 
-/// The muscle's and the load's drive.
+/// The muscle's drive and the load's, which has a load cell whatever the muscle's has.
 fn pair(drives: DriveParameters, seed: u64) -> Result<[Drive; 2], Error> {
     let seed = seed.wrapping_mul(2);
-    Ok([Drive::new(drives, seed)?, Drive::new(drives, seed.wrapping_add(1))?])
+    let load = DriveParameters { has_load_cell: true, ..drives };
+    Ok([Drive::new(drives, seed)?, Drive::new(load, seed.wrapping_add(1))?])
 }
 
 /// Both drives execute their commands against the tensions of the cable; what they do, and the motion of its
@@ -87,7 +88,8 @@ impl BenchReading {
 }
 
 impl Bench {
-    /// A bench with a cable of this specimen and two equal drives; `seed` is that of the sensor noise.
+    /// A bench with a cable of this specimen and two equal drives, the load's always with a load cell; `seed` is that
+    /// of the sensor noise.
     ///
     /// # Errors
     /// As [`CablePlant::new`] and [`Drive::new`].

@@ -13,6 +13,7 @@ use sinew::control::arm::ArmGains;
 use sinew::machine::Machine;
 use sinew::predictor::CableModel;
 use sinew::trajectory::Trajectory;
+use sinew_identify::gear::GearFit;
 use sinew_lab::arm::INITIAL_REST_S;
 use sinew_link::host::SessionSettings;
 use sinew_record::{File, Recording};
@@ -59,6 +60,9 @@ pub(crate) struct RunSetup {
     /// Attachment with the calibration of its geometry.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     calibration: Option<String>,
+    /// Losses of the gears of muscles without a load cell, as they were calibrated.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) gears: Vec<Option<GearFit>>,
     /// Of a run that a client commanded, along no motion of its own.
     #[serde(default)]
     pub(crate) link: Option<LinkSetup>,
@@ -104,6 +108,7 @@ struct AttachedText {
 pub(crate) struct Controller<'a> {
     pub(crate) gains: &'a ArmGains,
     pub(crate) models: &'a [CableModel],
+    pub(crate) gears: &'a [Option<GearFit>],
     pub(crate) calibrated: bool,
     pub(crate) bus: &'a str,
     pub(crate) faults: Vec<String>,
@@ -154,6 +159,7 @@ impl RunSetup {
             gains: controller.gains.clone(),
             models: controller.models.to_vec(),
             calibration,
+            gears: controller.gears.to_vec(),
             link: controller.link,
         };
         files.push(File { name: SETUP.to_owned(), bytes: serde_json::to_vec_pretty(&all)? });

@@ -9,6 +9,7 @@ use crate::verbs::track::setup::Setup;
 use serde_json::{Value, json};
 use sinew::control::arm::ArmGains;
 use sinew::predictor::CableModel;
+use sinew_identify::gear::GearFit;
 use sinew_lab::arm::CLOSED_PATH_S;
 use sinew_record::{Circumstances, Head, Recorded, Recorder};
 use sinew_runtime::link::Tape;
@@ -23,8 +24,8 @@ pub(crate) struct Request<'a> {
     pub(crate) setup: &'a Setup,
     pub(crate) gains: &'a ArmGains,
     pub(crate) models: &'a [CableModel],
-    /// Whether the models were identified on a simulated bench.
-    pub(crate) calibrated: bool,
+    /// Of models that were identified on a simulated bench.
+    pub(crate) gears: Option<&'a [Option<GearFit>]>,
     /// How a client commands the run.
     pub(crate) link: Option<LinkSetup>,
 }
@@ -154,7 +155,8 @@ impl<'a> Request<'a> {
         Controller {
             gains: self.gains,
             models: self.models,
-            calibrated: self.calibrated,
+            gears: self.gears.unwrap_or_default(),
+            calibrated: self.gears.is_some(),
             bus: self.door.bus.name(),
             faults: motion.fault.iter().map(|fault| fault.text.clone()).collect(),
             duration_s: motion.duration.or(closed.then_some(CLOSED_PATH_S)),

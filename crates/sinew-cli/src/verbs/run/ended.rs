@@ -1,6 +1,7 @@
 //! What a run has shown: JSON, text, and the files that were asked for.
 
 use super::door::{Door, Pace};
+use super::gears::{self, Gear};
 use super::stopping::{By, Stopped};
 use super::watch::Seen;
 use super::{bus, link, ros, timing};
@@ -29,6 +30,8 @@ pub(super) struct Ended {
     pub(super) health: Vec<CableHealth>,
     /// Errors against the true state of a simulated machine.
     pub(super) tracking: Option<TrackingNumbers>,
+    /// Of muscles without a load cell.
+    pub(super) gears: Vec<Gear>,
     pub(super) trace: Vec<TraceRow>,
     pub(super) timing: Timing,
     pub(super) real_time: RealTime,
@@ -93,6 +96,9 @@ impl Ended {
             Some(numbers) => all["tracking"] = json!(BTreeMap::from([(setup.variant, numbers)])),
             None => all["run"] = self.run_json(door, &setup.machine),
         }
+        if !self.gears.is_empty() {
+            all["gears"] = json!(self.gears);
+        }
         if let Some(counts) = &self.counts {
             all["link"] = link::json(counts);
         }
@@ -142,6 +148,7 @@ impl Ended {
             Some(numbers) => summary_text(&BTreeMap::from([(setup.variant, numbers.clone())])),
             None => self.run_text(door, &setup.machine),
         };
+        text += &gears::text(&self.gears);
         text += &self.counts.as_ref().map_or(String::new(), link::text);
         text += &self.node.as_ref().map_or(String::new(), ros::text);
         text += &bus::text(&self.statistics, door.bus, &setup.machine);

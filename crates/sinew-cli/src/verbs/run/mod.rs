@@ -3,6 +3,7 @@
 mod bus;
 mod door;
 mod ended;
+mod gears;
 mod link;
 mod ros;
 mod stopping;
@@ -25,6 +26,7 @@ use sinew::control::arm::ArmGains;
 use sinew::control::supervisor::{Limits, Supervisor};
 use sinew::predictor::CableModel;
 use sinew::trajectory::Schedule;
+use sinew_identify::gear::GearFit;
 use sinew_lab::arm::{INITIAL_REST_S, IdentifiedMachine, PreparedRun, TrackOutcome, TrackingNumbers};
 use sinew_lab::experiment::Evaluation;
 use sinew_runtime::Bus;
@@ -96,7 +98,7 @@ impl Prepared<'_> {
         let supervisor = Supervisor::new(controller, limits)?;
         let mut wire = (bus.open)(interface)?;
         // Before any drive moves, and before the thread has its priority.
-        let recording = self.record(&identified.gains, &identified.models, false)?;
+        let recording = self.record(&identified.gains, &identified.models, None)?;
         // From here on drives have power: whoever ends the run stops them.
         let watch = self.watch(recording, page, RunNode::start(self.door, setup, &supervisor)?, None);
         let plant = wire.operate(&setup.machine, &setup.devices)?;
@@ -119,7 +121,7 @@ impl Prepared<'_> {
             count: 0,
             time: 0.0,
         };
-        let recording = self.record(&prepared.gains, &arm.models, true)?;
+        let recording = self.record(&prepared.gains, &arm.models, Some(&arm.gears))?;
         let node = RunNode::start(door, setup, &supervisor)?;
         let watch = self.watch(recording, page, node, Some(judged).filter(|_| !door.is_linked()));
         let (mut ended, judged, supervisor) = match door.bus {
@@ -148,6 +150,7 @@ impl Prepared<'_> {
                 self.step(matched.operate(&setup.machine)?, supervisor, watch)?
             }
         };
+        ended.gears = gears::named(&setup.machine, &arm.gears);
         if let Some(judged) = judged {
             let summary = judged.evaluation.finish(&supervisor);
             let limits = (conditions.tension_limits, arm.joint_error_limits());
@@ -176,11 +179,11 @@ impl Prepared<'_> {
         &self,
         gains: &ArmGains,
         models: &[CableModel],
-        calibrated: bool,
+        gears: Option<&[Option<GearFit>]>,
     ) -> Result<Option<Recording>, Error> {
         let Self { door, setup, .. } = self;
         let link = door.is_linked().then(|| LinkSetup::new(&link::settings(door, &setup.machine)));
-        Recording::start(&Request { door, setup, gains, models, calibrated, link })
+        Recording::start(&Request { door, setup, gains, models, gears, link })
     }
 
     /// From here on Ctrl-C is answered by a safe stop.
@@ -260,6 +263,7 @@ impl Prepared<'_> {
             health: supervisor.health().to_vec(),
             seen,
             tracking: None,
+            gears: Vec::new(),
             trace: Vec::new(),
             timing,
             real_time,

@@ -3,7 +3,7 @@ use super::held::HeldReference;
 use super::limits::Limits;
 use super::mode::{Mode, Request};
 use super::monitor::LimitMonitor;
-use super::pretension::Pretension;
+use super::pretension::{Pretension, Readings};
 use super::safe_stop::SafeStop;
 use super::signals::{ExchangeStatus, MuscleState, NamedFault, SupervisorCommand};
 use super::threshold::Threshold;
@@ -251,7 +251,7 @@ impl Supervisor {
 
     /// The measured tensions, and of muscles without a load cell those of their motors' currents.
     fn take_tensions(&mut self, h: f64, measured: &[f64]) {
-        let Self { tension, current, limits, controller, drives, .. } = self;
+        let Self { tension, current, limits, controller, drives, pretension, .. } = self;
         let muscles = limits.muscles.iter().zip(&controller.gains().muscles).zip(drives);
         for (k, ((limit, gains), drive)) in muscles.enumerate() {
             let speed = if let DriveCommand::Velocity(speed) = drive { *speed } else { 0.0 };
@@ -259,7 +259,10 @@ impl Supervisor {
             let change = (h / CURRENT_SMOOTHING).min(1.0) * (*read - *smooth);
             *smooth = if change.is_nan() { *read } else { *smooth + change };
             tension[k] = match &limit.motor {
-                Some((drive, _)) if !gains.load_cell => drive.tension_by_current(*smooth, speed),
+                Some((drive, _)) if !gains.load_cell => {
+                    let told = pretension.told(k).filter(|_| self.mode == Mode::Pretension);
+                    told.unwrap_or_else(|| drive.tension_by_current(*smooth, speed))
+                }
                 _ => measured[k],
             };
         }
@@ -451,8 +454,9 @@ impl Supervisor {
         match self.mode {
             Mode::Off => self.drives.fill(DriveCommand::Off),
             Mode::Pretension => {
-                let Self { pretension, controller, limits, drives, .. } = self;
-                if let Some(fault) = pretension.step(h, controller, limits, tension, drives) {
+                let Self { pretension, controller, limits, drives, current, .. } = self;
+                let seen = Readings { tension, motor: measurement.motor, current };
+                if let Some(fault) = pretension.step(h, controller, limits, &seen, drives) {
                     self.follow_transitions(measurement, reference, exchange, Some(fault))?;
                 }
             }

@@ -4,6 +4,7 @@
 //! [`ExchangeStatus`] tells. `docs/supervisor.md` is the same for users; its table of transitions is written
 //! from [`TRANSITIONS`].
 
+mod current_tension;
 mod fault_code;
 mod fault_kind;
 mod health;

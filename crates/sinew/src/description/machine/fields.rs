@@ -134,6 +134,7 @@ pub(super) const TOLERANCES: &[Field<Tolerances>] = fields![
     "mass": BELOW_ONE => mass,
     "attachment_m": NON_NEGATIVE => optional attachment,
     "gain": BELOW_ONE => gain,
+    "gear_losses": BELOW_ONE => gear_losses,
     "bend_by_joint": BELOW_ONE => bend,
     "zero_rad": NON_NEGATIVE => zero,
     "zero_m": NON_NEGATIVE => zero_slide,

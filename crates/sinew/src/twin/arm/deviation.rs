@@ -3,7 +3,7 @@
 //! centres of mass, radii, eccentric encoders, links that bend, an unknown payload.
 
 use crate::body::{Displacement, JointKind, Parts, Robot};
-use crate::drive::JointEncoder;
+use crate::drive::{DriveParameters, JointEncoder};
 use crate::machine::{Machine, Tolerances};
 use crate::random::Random;
 use alloc::vec::Vec;
@@ -14,6 +14,9 @@ pub(super) struct Deviation {
     tolerances: Tolerances,
     seed: u64,
 }
+
+/// Of a gear as built, 1.
+const LEAST_EFFICIENCY: f64 = 0.05;
 
 /// Numbers of the streams.
 #[derive(Clone, Copy)]
@@ -26,6 +29,7 @@ enum Kind {
     Eccentricity,
     Flex,
     Payload,
+    Gear,
 }
 
 impl Deviation {
@@ -93,6 +97,19 @@ impl Deviation {
         if self.tolerances.winch > 0.0 {
             let mut more = self.within(Kind::Winch, self.tolerances.winch);
             winches.iter_mut().for_each(|ratio| *ratio *= 1.0 + more());
+        }
+    }
+
+    /// Losses of the gears of muscles without a load cell: friction, and what the efficiency lacks of 1.
+    pub(super) fn of_gears(&self, drives: &mut [DriveParameters]) {
+        let mut more = self.within(Kind::Gear, self.tolerances.gear_losses);
+        for drive in drives {
+            let factor = 1.0 + more();
+            if !drive.has_load_cell {
+                let reducer = &mut drive.reducer;
+                reducer.friction *= factor;
+                reducer.efficiency = (1.0 - factor * (1.0 - reducer.efficiency)).max(LEAST_EFFICIENCY);
+            }
         }
     }
 

@@ -156,6 +156,7 @@ impl ArmSpecimen {
         deviation.of_parts(&mut parts);
         deviation.of_encoders(&mut drawn.encoders, joints.iter().map(|joint| parts.joints[*joint].kind));
         deviation.of_winches(&mut drawn.winches);
+        deviation.of_gears(&mut drawn.drives);
         drawn.robot = deviation.loaded(Robot::new(parts)?, machine)?;
         for drive in &mut drawn.drives {
             let gain = drive.load_cell.gain * (1.0 + within(tolerances.gain));

@@ -10,7 +10,7 @@ use sinew::control::supervisor::{Limits, Supervisor};
 use sinew::machine::Machine;
 use sinew::trajectory::{Schedule, Trajectory};
 use sinew_lab::CompensationVariant;
-use sinew_lab::arm::{CalibratedArm, IdentifiedMachine, PreparedRun, TrackingTask};
+use sinew_lab::arm::{CalibratedArm, IdentifiedMachine, PreparedRun, TrackingTask, with_gears};
 use sinew_record::{Recording, Replay};
 use sinew_runtime::link::LinkedMotion;
 use sinew_session::Scheduled;
@@ -71,7 +71,7 @@ impl Motion {
 
 /// The controller that commanded the recorded run.
 pub(super) fn recorded_controller(setup: &RunSetup, motion: &Motion) -> Result<Supervisor, Error> {
-    let machine = motion.machine.loaded()?;
+    let machine = with_gears(motion.machine.loaded()?, &setup.gears);
     let (models, gains) = (setup.models.clone(), setup.gains.clone());
     let identified = IdentifiedMachine { machine, models, gains };
     if let Some(controller) = identified.controller(motion.variant)? {
@@ -105,7 +105,7 @@ pub(super) fn other_controller(
             let design = machine_source::load(path, root)?.described.machine;
             Machine { payload: motion.machine.payload, ..design }.loaded()?
         }
-        None => motion.machine.loaded()?,
+        None => with_gears(motion.machine.loaded()?, &setup.gears),
     };
     let joints = design.robot.independent_joints().len();
     if let Some(gains) = &given {
