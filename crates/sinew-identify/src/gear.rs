@@ -38,8 +38,8 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// Of a number that was found and one that is known beforehand within `half`: their mean by the squares of
-    /// their widths.
+    /// Of a number that was found and one that is known beforehand within `half`: their mean by the squares
+    /// of their widths.
     #[must_use]
     pub fn weighed(self, known: f64, half: f64) -> Self {
         let weight = |half: f64| 1.0 / (half * half).max(f64::MIN_POSITIVE.sqrt());
@@ -75,8 +75,8 @@ const BAND_95: f64 = 1.96;
 /// | tau, x | torque of the motor, of the load over the ratio           | Nm   |
 /// | eta, tau_c | efficiency, friction without load                     | 1, Nm |
 ///
-/// Samples of one stroke err alike, so that the intervals are of the strokes: each is left out in turn (jackknife).
-/// The uncertainty of the loads as a whole, which no stroke shows, is added.
+/// Samples of one stroke err alike, so that the intervals are of the strokes: each is left out in turn
+/// (jackknife). The uncertainty of the loads as a whole, which no stroke shows, is added.
 ///
 /// # Errors
 /// [`Error::Samples`] for fewer than two strokes in either direction, or loads that do not differ.

@@ -1,5 +1,5 @@
-//! Calibration of a muscle without a load cell: its cable by the bench's own load cell at the far end, its gear
-//! by the currents of both directions.
+//! Calibration of a muscle without a load cell: its cable by the bench's own load cell at the far end, its
+//! gear by the currents of both directions.
 
 use super::calibrate::{CalibratedMuscle, options};
 use crate::Error;

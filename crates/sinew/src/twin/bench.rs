@@ -88,8 +88,8 @@ impl BenchReading {
 }
 
 impl Bench {
-    /// A bench with a cable of this specimen and two equal drives, the load's always with a load cell; `seed` is that
-    /// of the sensor noise.
+    /// A bench with a cable of this specimen and two equal drives, the load's always with a load cell;
+    /// `seed` is that of the sensor noise.
     ///
     /// # Errors
     /// As [`CablePlant::new`] and [`Drive::new`].

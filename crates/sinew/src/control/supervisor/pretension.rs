@@ -25,10 +25,10 @@ use alloc::vec::Vec;
 /// | C, t_v | compliance of the cable, [`TIME_CONSTANT`]                          | m/N, s |
 /// | t_r, v_u, T_s | [`SafetyLimits::pretension_time`](crate::machine::SafetyLimits), [`MuscleLimits`](super::MuscleLimits) | s, m/s, N |
 ///
-/// Where a tension is not measured, `T` is that of the motor's current, and in the end the winch pays out and
-/// winds in again for a fraction of a millimetre: [`CurrentTension`]. The limb is carried where it is: the tensions
-/// balance it in its measured pose. It ends once every tension is [`REACHED`] of its target, at once where all
-/// cables are tense already and measured.
+/// Where a tension is not measured, `T` is that of the motor's current, and in the end the winch turns by a
+/// fraction of a millimetre, which tells it: [`CurrentTension`]. The limb is carried where it is: the
+/// tensions balance it in its measured pose. It ends once every tension is [`REACHED`] of its target, at
+/// once where all cables are tense already and measured.
 ///
 /// # Source
 /// Our own.
