@@ -1,7 +1,6 @@
 //! Calibration of a muscle without a load cell: its cable by the bench's own load cell at the far end, its
 //! gear by the currents of both directions.
 
-use super::calibrate::{CalibratedMuscle, options};
 use crate::Error;
 use crate::experiment::bench::BenchRow;
 use sinew::drive::DriveParameters;
@@ -12,7 +11,8 @@ use sinew_identify::cable::{
 };
 use sinew_identify::gear::{GearFit, GearSample, LoadError, fit_gear};
 
-/// Cable and gear of a muscle from its runs on the bench, `[run][row]`, beginning with a model as designed.
+/// Cable and gear of a muscle from its runs on the bench, `[run][row]`, beginning with a model as designed,
+/// and with a relative tolerance of the gear's losses; of the options those of the search count.
 ///
 /// # Errors
 /// [`Error::Identification`] where the runs do not determine them.
@@ -21,16 +21,17 @@ pub(super) fn calibrate_by_current(
     start: CableModel,
     drive: &DriveParameters,
     tolerance: f64,
-) -> Result<CalibratedMuscle, Error> {
+    options: FitOptions,
+) -> Result<(CableModel, GearFit), Error> {
     // The near tension alone would show the other numbers; creep looks like friction from the far end.
     let free = vec![Quantity::Drag, Quantity::Compliance, Quantity::FarLength, Quantity::BendTilt];
-    let options = FitOptions { free, near_weight: 0.0, ..options() };
+    let options = FitOptions { free, near_weight: 0.0, ..options };
     // Where a log begins, the near tension is that of the model: once more with the model that was found.
     let first = fit_cable_model(&logs(runs, &start)?, &start, &options)?;
     let logs = logs(runs, &first)?;
     let fit = fit_cable(&logs, &first, &options)?;
     let gear = gear(runs, &logs, &fit, (drive, tolerance))?;
-    Ok(CalibratedMuscle { cable: fit.model, gear: Some(gear) })
+    Ok((fit.model, gear))
 }
 
 /// What the pretension of a cable is off by, over that of its design: twice its standard deviation

@@ -116,7 +116,9 @@ pub fn calibrate_arm(
             let logs: Vec<CableLog> = rows.iter().map(cable_log).collect();
             CalibratedMuscle { cable: fit_cable_model(&logs, &start, &options())?, gear: None }
         } else {
-            calibrate_by_current(&rows, start, drive, machine.tolerances.gear_losses)?
+            let tolerance = machine.tolerances.gear_losses;
+            let (cable, gear) = calibrate_by_current(&rows, start, drive, tolerance, options())?;
+            CalibratedMuscle { cable, gear: Some(gear) }
         };
         // The anchor's travel comes from the body's geometry here, whose errors would be adapted as drag.
         fitted.cable.learning = 0.0;
@@ -152,7 +154,7 @@ pub fn calibrate_networks(
 /// Decimation of the training rows of a network.
 const NETWORK_DECIMATION: usize = 30;
 
-pub(super) fn options() -> FitOptions {
+fn options() -> FitOptions {
     FitOptions {
         free: Quantity::USUAL.to_vec(),
         samples: 16_000,
