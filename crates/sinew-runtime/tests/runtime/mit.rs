@@ -103,7 +103,7 @@ fn motors_of_every_family_in_mit_mode_track_and_end_without_power() {
         soft.iter_mut().for_each(|node| node.mit.as_mut().unwrap().stiffness = 500.0 / 4095.0);
         // With damping alone, or nearly so, it creeps.
         let (soft, _) = tracked(&setup, bus(&setup, &soft));
-        assert!(soft.mean > 1.2 * found.mean, "{model}: {soft:?}");
+        assert!(soft.max > 1.2 * found.max, "{model}: {soft:?}");
         assert!(found.mean < 1.5 * direct.mean && found.max < 1.6 * direct.max, "{model}: {found:?}");
         assert_eq!(tracked(&setup, bus(&setup, &nodes)).1, digest, "{model}: bits of a second run");
         assert_eq!(stopped(&setup, &Watched::new(&setup, &nodes), &nodes), None, "{model}");
