@@ -141,8 +141,8 @@ pub(crate) struct Errors {
 }
 
 impl Errors {
-    /// Behind drives on a bus as on the twin. Where a stiff cable lets its winch only wind in, drives begin with
-    /// tensions that differ by what their speed loops do when they break away.
+    /// Behind drives on a bus as on the twin. Where a stiff cable lets its winch only wind in, drives begin
+    /// with tensions that differ by what their speed loops do when they break away.
     pub(crate) fn as_good_as(&self, twin: &Self, name: &str) -> bool {
         let [mean, max] = if name == "finger" { [2.2, 2.5] } else { [1.5, 1.6] };
         self.mean < mean * twin.mean && self.max < max * twin.max
