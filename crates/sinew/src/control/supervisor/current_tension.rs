@@ -119,8 +119,8 @@ impl CurrentTension {
         }
         let [turning, standing] = self.speeds;
         let speed = if self.turning > 0.0 { turning } else { standing };
-        // Weak integral action takes longer to overcome the friction, and a drive with a coarse resolution of its
-        // speed stands at a small one: both are asked for more with time.
+        // Weak integral action takes longer to overcome the friction, and a drive with a coarse resolution of
+        // its speed stands at a small one: both are asked for more with time.
         let speed = speed * (1.0 + self.time * self.time);
         let target = match self.part {
             Part::PayingOut => -speed,
