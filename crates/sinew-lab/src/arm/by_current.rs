@@ -18,16 +18,16 @@ use sinew_identify::gear::{GearFit, GearSample, LoadError, fit_gear};
 /// [`Error::Identification`] where the runs do not determine them.
 pub(super) fn calibrate_by_current(
     runs: &[Vec<BenchRow>],
-    start: CableModel,
+    start: &CableModel,
     drive: &DriveParameters,
     tolerance: f64,
-    options: FitOptions,
+    options: &FitOptions,
 ) -> Result<(CableModel, GearFit), Error> {
     // The near tension alone would show the other numbers; creep looks like friction from the far end.
     let free = vec![Quantity::Drag, Quantity::Compliance, Quantity::FarLength, Quantity::BendTilt];
-    let options = FitOptions { free, near_weight: 0.0, ..options };
+    let options = FitOptions { free, near_weight: 0.0, ..options.clone() };
     // Where a log begins, the near tension is that of the model: once more with the model that was found.
-    let first = fit_cable_model(&logs(runs, &start)?, &start, &options)?;
+    let first = fit_cable_model(&logs(runs, start)?, start, &options)?;
     let logs = logs(runs, &first)?;
     let fit = fit_cable(&logs, &first, &options)?;
     let gear = gear(runs, &logs, &fit, (drive, tolerance))?;
@@ -80,7 +80,7 @@ fn gear(
     for (rows, log) in runs.iter().zip(logs) {
         let mut window = 0.0;
         for (row, estimate) in sliding(rows).iter().zip(observe_log(&fit.model, log)?) {
-            if row.window != 0.0 && row.window != window {
+            if row.window != 0.0 && row.window * window <= 0.0 {
                 strokes.push(Vec::new());
             }
             window = row.window;

@@ -117,7 +117,7 @@ pub fn calibrate_arm(
             CalibratedMuscle { cable: fit_cable_model(&logs, &start, &options())?, gear: None }
         } else {
             let tolerance = machine.tolerances.gear_losses;
-            let (cable, gear) = calibrate_by_current(&rows, start, drive, tolerance, options())?;
+            let (cable, gear) = calibrate_by_current(&rows, &start, drive, tolerance, &options())?;
             CalibratedMuscle { cable, gear: Some(gear) }
         };
         // The anchor's travel comes from the body's geometry here, whose errors would be adapted as drag.
