@@ -32,6 +32,7 @@ pub(super) struct CurrentTension {
     travel: f64,
     /// Of a winch that turns, and of one that stands until the friction of its gear is overcome, m/s.
     speeds: [f64; 2],
+    /// Whether it pays out first, and the currents of both directions tell.
     both: bool,
     part: Part,
     /// Where this part began, m.
@@ -151,11 +152,11 @@ impl CurrentTension {
         let [half, whole] = [0.5 * self.travel, self.travel];
         self.still = if moved >= self.farthest + self.count { 0.0 } else { self.still + h };
         self.farthest = if self.still == 0.0 { moved } else { self.farthest };
-        let turns = self.turning >= SETTLING && self.still < SETTLING;
+        let steady = self.turning >= SETTLING && self.still < SETTLING;
         let (counts, ends) = match self.part {
             Part::PayingOut => (moved >= half, moved >= whole),
             _ if self.both => (moved >= COUNTS[0] * self.count, moved >= half),
-            _ => (turns, h * self.winding_in.count >= 0.5 * DURATION),
+            _ => (steady, h * self.winding_in.count >= 0.5 * DURATION),
         };
         let mean = if self.part == Part::PayingOut { &mut self.paying_out } else { &mut self.winding_in };
         if counts {
@@ -209,17 +210,22 @@ impl Mean {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drive::{Drive, DriveCommand, Encoder};
+    use crate::drive::{Drive, DriveCommand, Encoder, Reducer};
 
-    /// The estimate for a winch on a spring, and the tension in the end.
-    fn measured(drive: DriveParameters, tension: f64, period: f64, both: bool) -> (f64, f64) {
+    /// The estimate for a winch on a spring, by a drive as it is known, and the tension in the end.
+    fn measured(
+        drive: DriveParameters,
+        known: DriveParameters,
+        (tension, period): (f64, f64),
+        both: bool,
+    ) -> (f64, f64) {
         let mut plant = Drive::new(drive, 1).unwrap();
         plant.settle(tension);
         // The cable sticks where the winch pays out, and slides as a whole where it only winds in.
         let compliance = [5e-3 / tension, 1.0 / 3e4];
         let (stiffness, mut moved) = (1.0 / compliance[usize::from(both)], 0.0);
         let mut reversal =
-            CurrentTension::new(&drive, tension, compliance, plant.reading().position).unwrap();
+            CurrentTension::new(&known, tension, compliance, plant.reading().position).unwrap();
         assert_eq!(reversal.both, both);
         for _ in 0..4000 {
             if let Some(found) = reversal.tension() {
@@ -238,10 +244,12 @@ mod tests {
     #[test]
     fn the_tension_is_found_whatever_the_friction_of_the_gear_is_taken_to_be() {
         let plant = DriveParameters { has_load_cell: false, ..DriveParameters::mc_am() };
-        for period in [1e-3, 4e-3, 1e-2] {
+        for (period, factor) in [(1e-3, 1.0), (4e-3, 0.5), (4e-3, 1.5), (1e-2, 1.2)] {
+            let reducer = Reducer { friction: factor * plant.reducer.friction, ..plant.reducer };
+            let known = DriveParameters { reducer, ..plant };
             for tension in [25.0, 60.0, 150.0] {
-                let (found, truth) = measured(plant, tension, period, true);
-                assert!((found / truth - 1.0).abs() < 0.05, "{period} {tension}: {found} {truth}");
+                let (found, truth) = measured(plant, known, (tension, period), true);
+                assert!((found / truth - 1.0).abs() < 0.05, "{period} {factor} {tension}: {found} {truth}");
             }
         }
     }
@@ -252,7 +260,7 @@ mod tests {
         let encoder = Encoder { counts: 4096.0 / plant.reducer.ratio, ..plant.encoder };
         let plant = DriveParameters { encoder, ..plant };
         for tension in [15.0, 25.0, 50.0] {
-            let (found, truth) = measured(plant, tension, 1e-3, false);
+            let (found, truth) = measured(plant, plant, (tension, 1e-3), false);
             assert!((found / truth - 1.0).abs() < 0.08, "{tension}: {found} {truth}");
         }
     }
