@@ -18,7 +18,7 @@ macro_rules! lanewise {
     ($($trait:ident $method:ident $operator:tt),*) => { $(
         impl<const N: usize> $trait for Row<N> {
             type Output = Self;
-            #[inline(always)]
+            #[inline]
             fn $method(mut self, other: Self) -> Self {
                 for k in 0..N {
                     self.0[k] $operator other.0[k];
@@ -28,7 +28,7 @@ macro_rules! lanewise {
         }
         impl<const N: usize> $trait<Row<N>> for f64 {
             type Output = Row<N>;
-            #[inline(always)]
+            #[inline]
             fn $method(self, other: Row<N>) -> Row<N> {
                 Row::all(self).$method(other)
             }
@@ -39,7 +39,7 @@ lanewise!(Add add +=, Sub sub -=, Mul mul *=, Div div /=);
 
 impl<const N: usize> Neg for Row<N> {
     type Output = Self;
-    #[inline(always)]
+    #[inline]
     fn neg(mut self) -> Self {
         for k in 0..N {
             self.0[k] = -self.0[k];
@@ -49,7 +49,7 @@ impl<const N: usize> Neg for Row<N> {
 }
 
 impl<const N: usize> AddAssign for Row<N> {
-    #[inline(always)]
+    #[inline]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
@@ -57,12 +57,12 @@ impl<const N: usize> AddAssign for Row<N> {
 
 impl<const N: usize> Row<N> {
     /// One number in every world.
-    #[inline(always)]
+    #[inline]
     pub(crate) const fn all(x: f64) -> Self {
         Self([x; N])
     }
 
-    #[inline(always)]
+    #[inline]
     pub(crate) fn abs(mut self) -> Self {
         for k in 0..N {
             self.0[k] = self.0[k].abs();
@@ -70,7 +70,7 @@ impl<const N: usize> Row<N> {
         self
     }
 
-    #[inline(always)]
+    #[inline]
     pub(crate) fn clamp(mut self, least: f64, most: f64) -> Self {
         for k in 0..N {
             self.0[k] = self.0[k].clamp(least, most);
@@ -78,7 +78,7 @@ impl<const N: usize> Row<N> {
         self
     }
 
-    #[inline(always)]
+    #[inline]
     pub(crate) fn max(mut self, other: f64) -> Self {
         for k in 0..N {
             self.0[k] = self.0[k].max(other);
@@ -86,7 +86,7 @@ impl<const N: usize> Row<N> {
         self
     }
 
-    #[inline(always)]
+    #[inline]
     pub(crate) fn min(mut self, other: f64) -> Self {
         for k in 0..N {
             self.0[k] = self.0[k].min(other);
@@ -94,7 +94,7 @@ impl<const N: usize> Row<N> {
         self
     }
 
-    #[inline(always)]
+    #[inline]
     pub(crate) fn copysign(mut self, sign: Self) -> Self {
         for k in 0..N {
             self.0[k] = self.0[k].copysign(sign.0[k]);
@@ -102,7 +102,7 @@ impl<const N: usize> Row<N> {
         self
     }
 
-    #[inline(always)]
+    #[inline]
     pub(crate) fn sqrt(mut self) -> Self {
         for k in 0..N {
             self.0[k] = crate::dispatch::sqrt(self.0[k]);
@@ -110,7 +110,7 @@ impl<const N: usize> Row<N> {
         self
     }
 
-    #[inline(always)]
+    #[inline]
     pub(crate) fn less(self, other: Self) -> Mask<N> {
         let mut mask = Mask::NONE;
         for k in 0..N {
@@ -120,7 +120,7 @@ impl<const N: usize> Row<N> {
     }
 
     /// Whether it is less or equal.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn at_most(self, other: Self) -> Mask<N> {
         let mut mask = Mask::NONE;
         for k in 0..N {
@@ -129,7 +129,7 @@ impl<const N: usize> Row<N> {
         mask
     }
 
-    #[inline(always)]
+    #[inline]
     pub(crate) fn is_finite(self) -> Mask<N> {
         self.abs().at_most(Self::all(f64::MAX))
     }
@@ -140,7 +140,7 @@ impl<const N: usize> Mask<N> {
     pub(crate) const NONE: Self = Self([0; N]);
 
     /// The first where the mask holds, the second elsewhere.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn select(self, yes: Row<N>, mut no: Row<N>) -> Row<N> {
         for k in 0..N {
             no.0[k] = f64::from_bits((yes.0[k].to_bits() & self.0[k]) | (no.0[k].to_bits() & !self.0[k]));
@@ -149,7 +149,7 @@ impl<const N: usize> Mask<N> {
     }
 
     /// Whether it holds in any world.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn any(self) -> bool {
         let mut any = 0;
         for k in 0..N {
@@ -159,7 +159,7 @@ impl<const N: usize> Mask<N> {
     }
 
     /// Whether it holds in every world.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn all(self) -> bool {
         !(!self).any()
     }
@@ -167,7 +167,7 @@ impl<const N: usize> Mask<N> {
 
 impl<const N: usize> BitAnd for Mask<N> {
     type Output = Self;
-    #[inline(always)]
+    #[inline]
     fn bitand(mut self, other: Self) -> Self {
         for k in 0..N {
             self.0[k] &= other.0[k];
@@ -178,7 +178,7 @@ impl<const N: usize> BitAnd for Mask<N> {
 
 impl<const N: usize> BitOr for Mask<N> {
     type Output = Self;
-    #[inline(always)]
+    #[inline]
     fn bitor(mut self, other: Self) -> Self {
         for k in 0..N {
             self.0[k] |= other.0[k];
@@ -189,7 +189,7 @@ impl<const N: usize> BitOr for Mask<N> {
 
 impl<const N: usize> Not for Mask<N> {
     type Output = Self;
-    #[inline(always)]
+    #[inline]
     fn not(mut self) -> Self {
         for k in 0..N {
             self.0[k] = !self.0[k];

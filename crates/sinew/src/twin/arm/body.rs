@@ -267,7 +267,8 @@ impl Limbs {
         let mut sound = Mask::NONE;
         let Self { worlds, joints, tensions, .. } = self;
         self.instructions.run(Advance { worlds, joints, tensions, h, sound: &mut sound });
-        sound
+        self.evaluate();
+        sound & self.worlds.is_finite()
     }
 
     /// Gives a limb the motion of world `k`.
@@ -326,8 +327,6 @@ impl Work for Advance<'_> {
         let Joints { q, v, a, force, .. } = joints;
         *sound = worlds.accelerate([q, v, tensions, force], a);
         joints.integrate(h);
-        worlds.evaluate(&joints.q);
-        *sound = *sound & worlds.is_finite();
     }
 }
 
