@@ -166,7 +166,7 @@ impl Pretension {
         let mut together = true;
         for (k, (drive, limit)) in drives.iter_mut().zip(&limits.muscles).enumerate() {
             let (speed, found) = if self.wound_in {
-                self.turn(h, k, seen)
+                self.turn(h, k, limit, seen)
             } else {
                 together &= seen.tension[k] >= TOGETHER * self.fraction * self.goal[k] - limit.slack_tension;
                 self.wind_in(h, k, controller, limit, seen.tension[k])
@@ -228,9 +228,16 @@ impl Pretension {
     }
 
     /// Speed of a winch whose currents tell its tension, m/s; others stand meanwhile.
-    fn turn(&mut self, h: f64, k: usize, seen: &Readings<'_>) -> (f64, Option<NamedFault>) {
+    fn turn(
+        &mut self,
+        h: f64,
+        k: usize,
+        limit: &MuscleLimits,
+        seen: &Readings<'_>,
+    ) -> (f64, Option<NamedFault>) {
         let Some(by_current) = &mut self.by_current[k] else { return (0.0, None) };
-        let speed = by_current.step(h, seen.motor[k], seen.current[k][0]);
+        let most = limit.wind_in_speed;
+        let speed = by_current.step(h, seen.motor[k], seen.current[k][0]).clamp(-most, most);
         let stands = by_current.stands();
         (speed, stands.then_some(NamedFault::new(Fault::Drive(k), Symptom::Standing)))
     }
