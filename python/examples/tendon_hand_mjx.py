@@ -16,8 +16,8 @@ import jax.numpy as jnp
 import mujoco
 import mujoco.mjx as mjx
 import numpy as np
-from ml_collections import config_dict  # type: ignore[import-not-found, unused-ignore]
-from mujoco_playground import MjxEnv, State, wrapper  # type: ignore[import-not-found, unused-ignore]
+from ml_collections import config_dict  # type: ignore[import-not-found, import-untyped, unused-ignore]
+from mujoco_playground import MjxEnv, State, wrapper  # type: ignore[import-not-found, import-untyped, unused-ignore]
 
 import sinew.batch
 import sinew.mjx

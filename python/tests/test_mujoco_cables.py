@@ -360,7 +360,9 @@ def test_every_built_in_machine_is_held_by_its_cables(name: str) -> None:
     assert not wrong.any()
     for _ in range(300):
         mujoco.mj_step(model, data)
-    assert np.abs(data.qpos - start).max() < 1e-4
+    # Where one cable closes several joints against springs, these move to their common equilibrium nearby.
+    underactuated = len(machine.muscle_names) < len(start)
+    assert np.abs(data.qpos - start).max() < (0.03 if underactuated else 1e-4)
     sheaths = sm.load(machine, transmission="sheaths")
     assert sheaths.nu == len(machine.muscle_names) and sheaths.npluginstate == 0
 
