@@ -35,19 +35,26 @@ pub(super) struct CurrentTension {
     /// Whether it pays out first, and the currents of both directions tell.
     both: bool,
     part: Part,
-    /// Where this part began, m.
-    from: f64,
-    /// Since then, s.
-    time: f64,
-    /// Time for which it has turned, s.
-    turning: f64,
-    /// How far it has turned, m, and for how long it has not turned farther, s.
-    farthest: f64,
-    still: f64,
+    stroke: Stroke,
+    /// Currents that count, A.
     paying_out: Mean,
     winding_in: Mean,
     /// Commanded, m/s.
     speed: f64,
+}
+
+/// How a winch has moved since the present part began.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Stroke {
+    /// Where it began, m.
+    from: f64,
+    /// Since then, s.
+    time: f64,
+    /// Time for which it has turned, s.
+    moving: f64,
+    /// How far it has turned, m, and for how long it has not turned farther, s.
+    farthest: f64,
+    still: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,11 +107,7 @@ impl CurrentTension {
             speeds: [slow, slow.max(reversal / DURATION)],
             both,
             part: if both { Part::PayingOut } else { Part::WindingIn },
-            from: position,
-            time: 0.0,
-            turning: 0.0,
-            farthest: 0.0,
-            still: 0.0,
+            stroke: Stroke { from: position, ..Stroke::default() },
             paying_out: Mean::default(),
             winding_in: Mean::default(),
             speed: 0.0,
@@ -114,15 +117,15 @@ impl CurrentTension {
     /// Speed of the winch, m/s, for the next `h` s, from its position, m, and current, A; what is missing is
     /// waited for.
     pub(super) fn step(&mut self, h: f64, position: f64, current: f64) -> f64 {
-        self.time += h;
+        self.stroke.time += h;
         if position.is_finite() && current.is_finite() {
             self.take(h, position, current);
         }
         let [turning, standing] = self.speeds;
-        let speed = if self.turning > 0.0 { turning } else { standing };
+        let speed = if self.stroke.moving > 0.0 { turning } else { standing };
         // Weak integral action takes longer to overcome the friction, and a drive with a coarse resolution of
         // its speed stands at a small one: both are asked for more with time.
-        let speed = speed * (1.0 + self.time * self.time);
+        let speed = speed * (1.0 + self.stroke.time * self.stroke.time);
         let target = match self.part {
             Part::PayingOut => -speed,
             Part::WindingIn => speed,
@@ -134,28 +137,30 @@ impl CurrentTension {
     }
 
     fn take(&mut self, h: f64, position: f64, current: f64) {
+        let stroke = &mut self.stroke;
         let moved = match self.part {
             Part::PayingOut => {
-                self.from = self.from.max(position);
-                self.from - position
+                stroke.from = stroke.from.max(position);
+                stroke.from - position
             }
             Part::WindingIn => {
-                self.from = self.from.min(position);
-                position - self.from
+                stroke.from = stroke.from.min(position);
+                position - stroke.from
             }
             Part::Done => return,
         };
-        if moved >= COUNTS[0] * self.count || self.turning > 0.0 {
-            self.turning += h;
+        let turned = moved >= COUNTS[0] * self.count;
+        if turned || stroke.moving > 0.0 {
+            stroke.moving += h;
         }
+        stroke.still = if moved >= stroke.farthest + self.count { 0.0 } else { stroke.still + h };
+        stroke.farthest = if stroke.still == 0.0 { moved } else { stroke.farthest };
+        let steady = stroke.moving >= SETTLING && stroke.still < SETTLING;
         // Both directions over the half of the travel that is farther out, the one alone over the later time.
         let [half, whole] = [0.5 * self.travel, self.travel];
-        self.still = if moved >= self.farthest + self.count { 0.0 } else { self.still + h };
-        self.farthest = if self.still == 0.0 { moved } else { self.farthest };
-        let steady = self.turning >= SETTLING && self.still < SETTLING;
         let (counts, ends) = match self.part {
             Part::PayingOut => (moved >= half, moved >= whole),
-            _ if self.both => (moved >= COUNTS[0] * self.count, moved >= half),
+            _ if self.both => (turned, moved >= half),
             _ => (steady, h * self.winding_in.count >= 0.5 * DURATION),
         };
         let mean = if self.part == Part::PayingOut { &mut self.paying_out } else { &mut self.winding_in };
@@ -164,8 +169,7 @@ impl CurrentTension {
         }
         if ends {
             self.part = if self.part == Part::PayingOut { Part::WindingIn } else { Part::Done };
-            (self.from, self.time, self.turning) = (position, 0.0, 0.0);
-            (self.farthest, self.still) = (0.0, 0.0);
+            self.stroke = Stroke { from: position, ..Stroke::default() };
         }
     }
 
@@ -186,7 +190,7 @@ impl CurrentTension {
 
     /// Whether the winch does not do what it is told.
     pub(super) fn stands(&self) -> bool {
-        self.time > PATIENCE && self.part != Part::Done
+        self.stroke.time > PATIENCE && self.part != Part::Done
     }
 }
 
