@@ -20,12 +20,13 @@ use sinew::description::{
 use std::path::{Path, PathBuf};
 
 /// Machines that come with the program: name and file.
-pub const BUILT_IN: [(&str, &str); 9] = [
+pub const BUILT_IN: [(&str, &str); 10] = [
     ("lm_arm", include_str!("../../../models/lm_arm.toml")),
     ("bench_joint", include_str!("../../../models/bench_joint.toml")),
     ("planar_leg", include_str!("../../../models/planar_leg.toml")),
     ("finger", include_str!("../../../models/finger.toml")),
     ("spring_finger", include_str!("../../../models/spring_finger.toml")),
+    ("two_finger_hand", include_str!("../../../models/two_finger_hand.toml")),
     ("exosuit_elbow", include_str!("../../../models/exosuit_elbow.toml")),
     ("surgical_wrist", include_str!("../../../models/surgical_wrist.toml")),
     ("shoulder", include_str!("../../../models/shoulder.toml")),

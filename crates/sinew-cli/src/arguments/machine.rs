@@ -9,7 +9,7 @@ use std::path::PathBuf;
 ///
 /// A MACHINE is a machine file (.toml), a robot file (.toml, .xml: MJCF, .urdf: URDF, .osim: OpenSim;
 /// everything but the body has its default), or the name of a built-in machine: lm_arm, bench_joint,
-/// planar_leg, finger, spring_finger, exosuit_elbow, surgical_wrist, shoulder, chain10.
+/// planar_leg, finger, spring_finger, two_finger_hand, exosuit_elbow, surgical_wrist, shoulder, chain10.
 #[derive(Debug, Args)]
 pub(crate) struct MachineArguments {
     #[command(subcommand)]

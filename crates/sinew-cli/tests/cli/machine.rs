@@ -3,12 +3,13 @@
 use crate::bench::Bench;
 use serde_json::Value;
 
-const BUILT_IN: [&str; 9] = [
+const BUILT_IN: [&str; 10] = [
     "lm_arm",
     "bench_joint",
     "planar_leg",
     "finger",
     "spring_finger",
+    "two_finger_hand",
     "exosuit_elbow",
     "surgical_wrist",
     "shoulder",
