@@ -31,6 +31,37 @@ fn a_run_behind_simulated_devices_ends_as_planned_and_reports_its_bus() {
 }
 
 #[test]
+fn what_currents_have_told_of_the_gears_stands_in_text_document_report_and_record() {
+    let bench = Bench::new();
+    let machine = include_str!("../../../../models/bench_joint.toml");
+    let without = machine.replace("[every_transmission]\n", "[every_transmission]\nload_cell = \"none\"\n");
+    assert_ne!(machine, without);
+    bench.write("without.toml", without);
+    let motion = "--path to-joints:lever=0.3 --duration 3 --hold 0";
+    let document = bench.succeeds(&format!("track without.toml {motion} --json")).stdout;
+    let document: Value = serde_json::from_str(&document).unwrap();
+    let gears = document["gears"].as_array().unwrap();
+    assert_eq!(
+        gears.iter().map(|gear| gear["muscle"].as_str().unwrap()).collect::<Vec<_>>(),
+        ["front", "back"]
+    );
+    for of in gears.iter().flat_map(|gear| [&gear["efficiency"], &gear["friction_nm"]]) {
+        let [value, low, high] = ["value", "low", "high"].map(|key| of[key].as_f64().unwrap());
+        assert!(0.0 < low && low < value && value < high, "{of}");
+    }
+    let text = bench.succeeds(&format!("track without.toml {motion} --report a.html --record a.csv")).stdout;
+    assert!(text.contains("gear, by its currents (95 %)"), "{text}");
+    bench.succeeds("log plot a.csv --report b.html");
+    let table = |page: &str| {
+        let page = bench.read(page);
+        let section = page.split("<section id=\"gears\">").nth(1).expect("a section");
+        section.split("</section>").next().unwrap().to_owned()
+    };
+    assert!(table("a.html").contains("front") && table("a.html") == table("b.html"));
+    assert!(!bench.succeeds(&format!("track bench_joint {motion}")).stdout.contains("gear"));
+}
+
+#[test]
 fn devices_of_a_simulated_bus_are_those_of_their_files() {
     let bench = Bench::new();
     bench.write("drive.toml", sinew_segment::builtin::DRIVE_TOML);

@@ -142,6 +142,7 @@ pub fn arm_view(part: &ArmPart) -> TrackView<'_> {
         names: &part.muscles,
         joints: &part.joints,
         joint_units: &part.joint_units,
+        gears: &[],
         robot: None,
         repeats: part.options.repeats,
         paper: true,

@@ -5,8 +5,9 @@ use super::elements;
 use super::fixture::simulated;
 use crate::robot::{ArmCurves, ArmJump, MuscleRow, RobotView};
 use crate::scene::{SceneData, Scenery};
-use crate::tracking::{TrackView, sample::row};
+use crate::tracking::{Gear, TrackView, sample::row};
 use sinew::body::Robot;
+use sinew_identify::gear::{GearFit, Interval};
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
     ErrorSpread, JointShare, LargestError, MuscleSpread, TraceRow, TrackIncident, TrackOutcome,
@@ -111,6 +112,12 @@ fn numbers(end_point: bool) -> TrackingNumbers {
     }
 }
 
+fn gear(muscle: &str) -> Gear {
+    let [efficiency, friction] =
+        [0.7, 4e-3].map(|value| Interval { value, low: 0.9 * value, high: 1.1 * value });
+    Gear { muscle: muscle.to_owned(), losses: GearFit { efficiency, friction } }
+}
+
 /// A page of a run, with an end point or of joints alone.
 fn track_page(end_point: bool, name: &str) -> String {
     let wave = |t: f64| 0.3 * (1.3 * t).sin();
@@ -129,6 +136,7 @@ fn track_page(end_point: bool, name: &str) -> String {
         names: &[name.to_owned()],
         joints: &["knee".to_owned()],
         joint_units: &["rad".to_owned()],
+        gears: &[gear(name)],
         repeats: 1,
         paper: end_point,
         robot: None,

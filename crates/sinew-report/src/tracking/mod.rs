@@ -18,7 +18,7 @@ use plots::{Family, Plotter};
 use sinew::muscle::MuscleDynamics;
 use sinew_lab::signals::Signal;
 use table::Row;
-pub use view::TrackView;
+pub use view::{Gear, TrackView};
 pub use words::response;
 
 /// Smallest and largest number of poses of the machine that the view plays.
@@ -44,6 +44,8 @@ struct Section {
     errors: Family,
     remarks: Vec<String>,
     incidents: Vec<String>,
+    /// Muscle, efficiency, friction.
+    gears: Vec<[String; 3]>,
     paper: bool,
 }
 
@@ -56,6 +58,7 @@ struct Page<'a> {
     amount: &'a str,
     verdict: String,
     section: String,
+    gears: bool,
     end_point: bool,
 }
 
@@ -80,6 +83,7 @@ pub(crate) fn section(view: &TrackView<'_>) -> Result<String, Error> {
         errors: plotter.length_errors(),
         remarks: words::remarks(view, plotter.has_end_point()),
         incidents: words::incidents(view),
+        gears: view.gears.iter().map(words::gear).collect(),
         paper: view.paper,
     };
     Ok(section.render()?)
@@ -140,6 +144,7 @@ pub fn page(view: &TrackView<'_>, title: &str, amount: &str) -> Result<String, E
         amount,
         verdict: words::verdict(view.tracking.get(&view.drawn)),
         section: section(view)?,
+        gears: !view.gears.is_empty(),
         end_point: Plotter::new(view).has_end_point(),
     };
     Ok(page.render()?)

@@ -1,9 +1,21 @@
 //! What is shown of a run.
 
+use serde::{Deserialize, Serialize};
 use sinew::body::Robot;
+use sinew_identify::gear::GearFit;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{TraceRow, TrackingNumbers};
 use std::collections::BTreeMap;
+
+/// Gear of a muscle without a load cell.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Gear {
+    /// The muscle.
+    pub muscle: String,
+    /// As the currents of the calibration have told them.
+    #[serde(flatten)]
+    pub losses: GearFit,
+}
 
 /// Results of tracking, as they are shown.
 #[derive(Debug)]
@@ -24,6 +36,8 @@ pub struct TrackView<'a> {
     pub joints: &'a [String],
     /// Their units, rad or m.
     pub joint_units: &'a [String],
+    /// Gears that were calibrated.
+    pub gears: &'a [Gear],
     /// Repeats of the plotted run.
     pub repeats: u32,
     /// Whether the run is that of the paper, whose results are then a row of the table.

@@ -1,8 +1,9 @@
 //! Results of a run in words, and where its largest errors come from.
 
 use super::marks::reversals;
-use super::view::TrackView;
+use super::view::{Gear, TrackView};
 use crate::format::{fixed, percent, significant};
+use sinew_identify::gear::{GearFit, Interval};
 use sinew_lab::arm::{JointShare, LargestError, TraceRow, TrackIncident, TrackingNumbers};
 use sinew_lab::signals::Signal;
 
@@ -171,6 +172,16 @@ pub(super) fn incidents(view: &TrackView<'_>) -> Vec<String> {
         format!("{from} to {until} s: {}, {}", one.what, response(one))
     })
     .collect()
+}
+
+/// Muscle, efficiency, and friction in mNm with their intervals.
+pub(super) fn gear(gear: &Gear) -> [String; 3] {
+    let within = |of: Interval, factor: f64| {
+        let [value, low, high] = [of.value, of.low, of.high].map(|x| significant(factor * x, 3));
+        format!("{value} ({low} to {high})")
+    };
+    let GearFit { efficiency, friction } = gear.losses;
+    [gear.muscle.clone(), within(efficiency, 1.0), within(friction, 1e3)]
 }
 
 /// The controller's response to a fault.

@@ -1,7 +1,7 @@
 //! What a run has shown: JSON, text, and the files that were asked for.
 
 use super::door::{Door, Pace};
-use super::gears::{self, Gear};
+use super::gears;
 use super::stopping::{By, Stopped};
 use super::watch::Seen;
 use super::{bus, link, ros, timing};
@@ -16,6 +16,7 @@ use serde_json::{Value, json};
 use sinew::control::supervisor::{CableHealth, Threshold};
 use sinew::machine::Machine;
 use sinew_lab::arm::{TraceRow, TrackHealth, TrackMode, TrackOutcome, TrackingNumbers, stop_reason};
+use sinew_report::tracking::Gear;
 use sinew_runtime::cycle::{RealTime, Timing};
 use sinew_runtime::link::LinkCounts;
 use sinew_session::{BusStatistics, ClockReport};
@@ -51,7 +52,7 @@ impl Ended {
             eprintln!("warning: {shortcoming}");
         }
         let files = match &self.tracking {
-            Some(numbers) => files(door, setup, (numbers, &self.trace))?,
+            Some(numbers) => files(door, setup, (numbers, &self.trace), &self.gears)?,
             None => Vec::new(),
         };
         let bytes: Vec<_> = files.iter().map(|(path, text)| (path.clone(), text.as_bytes())).collect();

@@ -1,17 +1,9 @@
 //! Losses of gears that the currents of a calibration have told.
 
 use crate::table::{number, table};
-use serde::Serialize;
 use sinew::machine::Machine;
 use sinew_identify::gear::{GearFit, Interval};
-
-/// Gear of a muscle.
-#[derive(Debug, Clone, Serialize)]
-pub(super) struct Gear {
-    muscle: String,
-    #[serde(flatten)]
-    losses: GearFit,
-}
+use sinew_report::tracking::Gear;
 
 /// Those of a machine that were calibrated, with the names of their muscles.
 pub(super) fn named(machine: &Machine, gears: &[Option<GearFit>]) -> Vec<Gear> {

@@ -17,7 +17,7 @@ use setup::Setup;
 use sinew::body::Robot;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{ErrorRange, INITIAL_REST_S, TraceRow, TrackOutcome, TrackingNumbers};
-use sinew_report::tracking::{TrackView, page, response};
+use sinew_report::tracking::{Gear, TrackView, page, response};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -31,6 +31,7 @@ pub(crate) fn files(
     door: &Door<'_>,
     setup: &Setup,
     (numbers, trace): (&TrackingNumbers, &[TraceRow]),
+    gears: &[Gear],
 ) -> Result<Vec<(PathBuf, String)>, Error> {
     let parts = setup.machine.robot.parts();
     let joints = setup.machine.robot.independent_joints().into_iter();
@@ -42,6 +43,7 @@ pub(crate) fn files(
         muscles: parts.tendons.iter().map(|tendon| tendon.name.clone()).collect(),
         joints: joints.clone().map(|joint| parts.joints[joint].name.clone()).collect(),
         joint_units: joints.map(|joint| parts.joints[joint].kind.unit().to_owned()).collect(),
+        gears: gears.to_vec(),
         numbers: numbers.clone(),
     };
     let mut files = Vec::new();
@@ -76,6 +78,7 @@ pub(crate) fn report(
         names: &head.muscles,
         joints: &head.joints,
         joint_units: &head.joint_units,
+        gears: &head.gears,
         robot,
         repeats: head.repeats,
         paper: false,
