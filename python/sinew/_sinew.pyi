@@ -290,6 +290,9 @@ class Environments:
     ) -> None:
         """One action for every environment; everything is written into the arrays."""
     @property
+    def interval_ms(self) -> int:
+        """Milliseconds that an action holds."""
+    @property
     def actions(self) -> int:
         """Entries of an action."""
     @property

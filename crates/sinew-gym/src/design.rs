@@ -1,6 +1,6 @@
 use crate::observation::{Layout, ObservationPart};
 use crate::randomisation::Randomisation;
-use crate::settings::{Actuation, Settings, within};
+use crate::settings::{Actuation, Settings, periods_in};
 use crate::task::Task;
 use sinew::Error;
 use sinew::body::{Poses, Robot};
@@ -63,11 +63,9 @@ const MIN_TENSION: f64 = 1.5;
 
 /// Cycles of a machine with this period, s, in the interval of an action.
 fn cycles(settings: &Settings, period: f64) -> Result<u32, Error> {
-    let exact = 1e-3 * f64::from(settings.interval_ms) / period;
-    let whole = exact.round();
     let expected = "such that the interval of an action is a whole number of them";
-    within("period of the machine", expected, period, (exact - whole).abs() < 1e-6 && whole >= 1.0)?;
-    Ok(whole as u32)
+    let periods = periods_in(settings.interval_ms, period);
+    periods.ok_or(Error::OutOfDomain { name: "period of the machine", expected, got: period })
 }
 
 impl EnvironmentDesign {

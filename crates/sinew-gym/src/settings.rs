@@ -49,6 +49,14 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Milliseconds that an action holds on a machine with this period, s, where nothing else is said: 10, or
+    /// the next that are a whole number of its periods.
+    #[must_use]
+    pub fn interval_for(period: f64) -> u32 {
+        let ten = Self::default().interval_ms;
+        (ten..=1000).find(|&milliseconds| periods_in(milliseconds, period).is_some()).unwrap_or(ten)
+    }
+
     /// Checks every number.
     ///
     /// # Errors
@@ -67,7 +75,29 @@ impl Settings {
     }
 }
 
+/// The number of periods, s, in an interval that is a whole number of them.
+pub(crate) fn periods_in(milliseconds: u32, period: f64) -> Option<u32> {
+    let exact = 1e-3 * f64::from(milliseconds) / period;
+    let whole = exact.round();
+    ((exact - whole).abs() < 1e-6 && whole >= 1.0).then_some(whole as u32)
+}
+
 /// Refuses a value for which the condition, which `expected` states in words, does not hold.
 pub(crate) fn within(name: &'static str, expected: &'static str, got: f64, holds: bool) -> Result<(), Error> {
     if holds { Ok(()) } else { Err(Error::OutOfDomain { name, expected, got }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Settings, periods_in};
+
+    #[test]
+    fn an_action_holds_for_ten_milliseconds_or_the_next_whole_number_of_periods() {
+        let periods = [0.5e-3, 1e-3, 2e-3, 2.5e-3, 3e-3, 4e-3, 7e-3, 12.5e-3, 0.02];
+        let expected = [10, 10, 10, 10, 12, 12, 14, 25, 20];
+        for (period, expected) in periods.into_iter().zip(expected) {
+            assert_eq!(Settings::interval_for(period), expected, "{period}");
+            assert!(periods_in(expected, period).is_some());
+        }
+    }
 }

@@ -28,7 +28,7 @@ pub(crate) struct Conditions {
     trajectory: Option<Py<Trajectory>>,
     push: f64,
     actuation: String,
-    interval_ms: u32,
+    interval_ms: Option<u32>,
     steps: u32,
     cells: usize,
     substeps: usize,
@@ -54,7 +54,7 @@ impl Conditions {
         }
     }
 
-    fn settings(&self) -> Result<Settings, Failure> {
+    fn settings(&self, period: f64) -> Result<Settings, Failure> {
         let actuation = match self.actuation.as_str() {
             "speed" => Actuation::Speed,
             "tension" => Actuation::Tension,
@@ -65,7 +65,8 @@ impl Conditions {
             }
         };
         let resolution = Resolution { cells: self.cells, substeps: self.substeps };
-        let Self { interval_ms, steps, spread, effort, .. } = *self;
+        let Self { steps, spread, effort, .. } = *self;
+        let interval_ms = self.interval_ms.unwrap_or_else(|| Settings::interval_for(period));
         Ok(Settings { actuation, interval_ms, steps, resolution, spread, effort })
     }
 
@@ -115,9 +116,9 @@ impl Environments {
                 return Err(Failure::refused(format!("{expected}, but is {other:?}")).into());
             }
         };
-        let (task, settings) = (conditions.task()?, conditions.settings()?);
-        let randomisation = conditions.randomisation();
         let machine = machine.machine.clone();
+        let (task, settings) = (conditions.task()?, conditions.settings(machine.period)?);
+        let randomisation = conditions.randomisation();
         let made = py.detach(|| {
             let design = Arc::new(EnvironmentDesign::new(&machine, task, settings, randomisation)?);
             Ok::<_, Failure>((EnvironmentBatch::new(&design, &seeds, mode, threads)?, design))
@@ -181,6 +182,12 @@ impl Environments {
         };
         let batch = &mut self.batch;
         py.detach(|| batch.step(actions, &mut out)).map_err(|error| Failure::from(error).into())
+    }
+
+    /// Milliseconds that an action holds.
+    #[getter]
+    fn interval_ms(&self) -> u32 {
+        self.design.settings().interval_ms
     }
 
     /// Entries of an action.

@@ -63,10 +63,11 @@ class Conditions:
     or a `sinew.Trajectory`. `push`: largest push, as a fraction of what the strongest muscle of a joint exerts on it.
 
     `actuation`: what actions from -1 to 1 command of every drive, `"speed"` of the cable, `"tension"`, or `"torque"` of the motor.
-    `interval_ms`: how long an action holds, ms. `steps`: actions of an episode. `cells`, `substeps`: cells of every cable, and
-    least steps of a simulated millisecond; more are taken where the machine needs them. `spread`: how far initial poses and
-    targets are from the machine's start, as a fraction of the joints' ranges. `effort`: weight of the mean square action in
-    the reward. `randomisation`: how episodes differ.
+    `interval_ms`: how long an action holds, ms, a whole number of the machine's periods; by default 10, or the next such
+    number. `steps`: actions of an episode. `cells`, `substeps`: cells of every cable, and least steps of a simulated
+    millisecond; more are taken where the machine needs them. `spread`: how far initial poses and targets are from the machine's
+    start, as a fraction of the joints' ranges. `effort`: weight of the mean square action in the reward. `randomisation`: how
+    episodes differ.
     """
 
     machine: Machine | str | os.PathLike[str] = "lm_arm"
@@ -75,7 +76,7 @@ class Conditions:
     duration_s: float | None = None
     push: float = 0.3
     actuation: Literal["speed", "tension", "torque"] = "speed"
-    interval_ms: int = 10
+    interval_ms: int | None = None
     steps: int = 500
     cells: int = 12
     substeps: int = 1

@@ -31,9 +31,8 @@ class MachineEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
             raise ValueError(f'render_mode must be None or "rgb_array", but is {render_mode!r}{window}')
         self._many = MachineVectorEnv(1, autoreset_mode=AutoresetMode.DISABLED, **conditions)
         self.render_mode = render_mode
-        given = Conditions(**conditions)
-        self.metadata = self.metadata | {"render_fps": round(1000 / given.interval_ms)}
-        self._picture = None if render_mode is None else Picture(given.machine)
+        self.metadata = self.metadata | {"render_fps": round(1000 / self._many.environments.interval_ms)}
+        self._picture = None if render_mode is None else Picture(Conditions(**conditions).machine)
         self.observation_space = self._many.single_observation_space
         self.action_space = self._many.single_action_space
 
