@@ -20,7 +20,10 @@ pub enum CanError {
         device: String,
     },
     /// The machine file describes devices of another bus.
-    #[error("the devices of the machine file are not on CAN: expected `node` in each [[device]]")]
+    #[error(
+        "the devices of the machine file are not on CAN: expected `node` in each [[device]], or no [[device]], \
+        where nodes 1, 2, .. drive the muscles in their order"
+    )]
     OtherBus,
     /// A sensor that no drive on CAN has.
     #[error(

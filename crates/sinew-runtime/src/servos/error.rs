@@ -17,7 +17,10 @@ pub enum ServoError {
         device: String,
     },
     /// The machine file describes devices of another bus.
-    #[error("the devices of the machine file are no servos: expected `id` and `model` in each [[device]]")]
+    #[error(
+        "the devices of the machine file are no servos: expected `id` and `model` in each [[device]], or no \
+        [[device]], where servos 1, 2, .. drive the muscles in their order"
+    )]
     OtherBus,
     /// A sensor that no servo has.
     #[error(
