@@ -41,7 +41,7 @@ pub(crate) enum Error {
     /// A page that cannot be served.
     #[error("{0}{hint}", hint = bind_hint(.0))]
     Page(#[from] sinew_live::LiveError),
-    /// What cannot be shown on a page.
+    /// What cannot be done with this machine or shown of it, in words.
     #[error("{0}")]
     Shown(String),
     /// A machine on EtherCAT that does not start.

@@ -45,6 +45,10 @@ fn a_rough_leg_is_better_after_a_flight_and_its_tables_are_fitted_again() {
 #[test]
 fn what_cannot_be_calibrated_is_refused_by_its_reason() {
     let bench = Bench::new();
+    for verb in ["calibrate", "calibrate plan"] {
+        let joint = ["`upper_base_abduction` has no encoder"];
+        bench.refuses(&format!("{verb} two_finger_hand --out out"), &joint);
+    }
     let fit = "calibrate fit planar_leg readings.csv --observations seen.csv --tolerances rough --out out";
     bench.write("readings.csv", "time_s,hip,knee\n0,0.1,0.2\n1,0.1,0.2\n");
     bench.write("seen.csv", "time_s,marker,x_m,y_m,z_m\n0,nose,1,2,3\n");

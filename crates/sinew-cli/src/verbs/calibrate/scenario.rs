@@ -17,6 +17,13 @@ pub(super) struct Scenario {
     pub(super) markers: Vec<Marker>,
 }
 
+/// Name of the first joint whose position no sensor measures.
+fn without_encoder(machine: &Machine) -> Option<&str> {
+    let joints = machine.robot.independent_joints().into_iter().zip(&machine.encoders);
+    let mut missing = joints.filter(|(_, encoder)| encoder.is_none());
+    missing.next().map(|(joint, _)| machine.robot.parts().joints[joint].name.as_str())
+}
+
 impl Scenario {
     pub(super) fn new(arguments: &ScenarioArguments) -> Result<Self, Error> {
         let Loaded { described, source, .. } =
@@ -32,6 +39,12 @@ impl Scenario {
                 value: String::new(),
                 expected: "careful or rough, or link_m, axis_rad and zero_rad in [tolerances] of the machine file",
             });
+        }
+        if let Some(joint) = without_encoder(&machine) {
+            return Err(Error::Shown(format!(
+                "joint `{joint}` has no encoder: frames and zeros can be calibrated only of machines with an \
+                    encoder at every joint that follows no other"
+            )));
         }
         let mut markers = machine.default_markers();
         let own = |marker: &Marker| marker.body != 0;
