@@ -59,6 +59,8 @@ fn what_currents_have_told_of_the_gears_stands_in_text_document_report_and_recor
     };
     assert!(table("a.html").contains("front") && table("a.html") == table("b.html"));
     assert!(!bench.succeeds(&format!("track bench_joint {motion}")).stdout.contains("gear"));
+    let paper = format!("track without.toml {motion} --compensation paper");
+    bench.refuses(&paper, &["`paper`", "a load cell at every drive", "none of `front`"]);
 }
 
 #[test]

@@ -79,6 +79,15 @@ fn actuation_mode(
             ActuationMode::DriveTension(models.iter().map(capstan).collect::<Result<_, Error>>()?)
         }
         CompensationVariant::Paper => {
+            let Machine { robot, muscles, .. } = parts.machine;
+            let mut muscles = robot.parts().tendons.iter().zip(muscles);
+            if let Some((without, _)) = muscles.find(|(_, muscle)| !muscle.drive.has_load_cell) {
+                return Err(Error::experiment(
+                    "compensation `paper`",
+                    "a load cell at every drive, whose tension its networks are trained with",
+                    &format!("none of `{}`", without.name),
+                ));
+            }
             let networks = calibrate_networks(parts.specimen, parts.programmes, parts.seed)?.into_iter();
             ActuationMode::DriveTension(
                 networks.map(|network| Compensation::Network(Box::new(network))).collect(),
