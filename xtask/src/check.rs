@@ -101,7 +101,7 @@ fn test(root: &Path) -> Result<(), String> {
         return succeed(&mut cargo(root, &["nextest", "run", "--workspace", "--all-features"]));
     }
     println!("cargo-nextest is not installed: running `cargo test`");
-    // Not with the tests, as which examples have other names: a test runs one.
+    // A test runs an example as a program, which `cargo test --examples` does not build.
     succeed(&mut cargo(root, &["build", "--quiet", "--workspace", "--all-features", "--examples"]))?;
     let kinds = ["test", "--quiet", "--workspace", "--all-features", "--lib", "--bins", "--tests"];
     succeed(&mut cargo(root, &kinds))

@@ -21,8 +21,8 @@ pub enum CanError {
     },
     /// The machine file describes devices of another bus.
     #[error(
-        "the devices of the machine file are not on CAN: expected `node` in each [[device]], or no [[device]], \
-        where nodes 1, 2, .. drive the muscles in their order"
+        "the devices of the machine file are not on CAN: expected `node` in each [[device]], or no \
+        [[device]]: nodes 1, 2, .. then drive the muscles in their order"
     )]
     OtherBus,
     /// A sensor that no drive on CAN has.

@@ -19,7 +19,7 @@ pub enum ServoError {
     /// The machine file describes devices of another bus.
     #[error(
         "the devices of the machine file are no servos: expected `id` and `model` in each [[device]], or no \
-        [[device]], where servos 1, 2, .. drive the muscles in their order"
+        [[device]]: servos 1, 2, .. then drive the muscles in their order"
     )]
     OtherBus,
     /// A sensor that no servo has.

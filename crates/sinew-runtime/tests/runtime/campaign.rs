@@ -209,13 +209,6 @@ fn is_named(case: &Case, outcome: &Outcome) -> bool {
     }
 }
 
-/// Largest tension over its limit. Feetech's servos, which have no watchdog, wind in without their line until
-/// the cable stalls them, which depends on the losses of their gears.
-fn most_tension(case: &Case) -> f64 {
-    let alone = matches!(case.kind, Kind::LineCut | Kind::AdapterUnplugged);
-    if BUSES[case.bus] == "Feetech" && alone { 1.1 } else { 1.0 }
-}
-
 /// Runs so many faults and prints what was found; those that were not, not named, or left something moving.
 fn campaign(count: usize, seed: u64) -> Vec<(Case, Outcome)> {
     let mut state = seed;
@@ -237,8 +230,8 @@ fn campaign(count: usize, seed: u64) -> Vec<(Case, Outcome)> {
             bus => on_can(&case, setup, PROTOCOLS[bus - 2]),
         };
         let after = outcome.stop.map(|(cycle, _)| cycle.saturating_sub(case.cycle));
-        let safe = !outcome.moved_again && outcome.left == 0 && outcome.tension < most_tension(&case);
-        let good = is_named(&case, &outcome) && safe;
+        let good =
+            is_named(&case, &outcome) && !outcome.moved_again && outcome.left == 0 && outcome.tension < 1.0;
         table.entry((case.kind, case.bus)).or_default().push((good, after, outcome.tension));
         if !good {
             println!("{} {}: {case:?} {outcome:?}", BUSES[case.bus], MACHINES[case.machine]);
