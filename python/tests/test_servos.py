@@ -46,8 +46,7 @@ def port() -> Iterator[str]:
 def feetech(tmp_path: Path) -> Iterator[str]:
     """Path of a terminal behind which the servos of the hand answer as those of the STS series."""
     machine = tmp_path / "hand.toml"
-    model = 'model = "STS3215"\nno_watchdog = true'
-    machine.write_text(HAND.read_text().replace('model = "XM430-W210"', model))
+    machine.write_text(HAND.read_text().replace('model = "XM430-W210"', 'model = "STS3215"'))
     with simulated(str(machine)) as path:
         yield path
 

@@ -173,18 +173,30 @@ impl<L: Lines> Configuring<'_, '_, L> {
             let reason = format!("the model's largest speed is {largest} counts/s");
             return Err(self.refused("velocity limit", speed, reason));
         }
+        let by_position = self.device.mode == OperatingMode::ExtendedPosition;
         let phase = self.read(sts::PHASE, 1)?;
         if phase as u8 & sts::FINE_SPEED == 0 {
             let reason = "speeds are in units of 50 counts/s: expected bit 2 set".to_owned();
             return Err(self.refused("phase", phase, reason));
         }
+        if by_position && phase as u8 & sts::MANY_TURNS == 0 {
+            let reason = "positions end within a turn: expected bit 4 set".to_owned();
+            return Err(self.refused("phase", phase, reason));
+        }
         self.set("lock", sts::LOCK, 1, 0)?;
         self.set("response level", sts::RESPONSE_LEVEL, 1, 1)?;
         self.set("return delay time", sts::RETURN_DELAY, 1, 0)?;
-        self.set("operating mode", sts::OPERATING_MODE, 1, 1)?;
+        self.set("operating mode", sts::OPERATING_MODE, 1, i64::from(!by_position))?;
         self.set("acceleration", sts::ACCELERATION, 1, 0)?;
-        // After power-on it is the largest: torque would set the winch going.
-        self.set("goal speed", sts::GOAL_SPEED, 2, 0)?;
+        // Torque would set the winch going: to whatever goal is left, at the largest speed after power-on.
+        if by_position {
+            self.set("angle limits", sts::ANGLE_LIMITS, 4, 0)?;
+            self.set("goal speed", sts::GOAL_SPEED, 2, speed)?;
+            let present = self.read(sts::PRESENT, 2)?;
+            self.set("goal position", sts::GOAL_POSITION, 2, present)?;
+        } else {
+            self.set("goal speed", sts::GOAL_SPEED, 2, 0)?;
+        }
         self.set("lock", sts::LOCK, 1, 1)
     }
 

@@ -1,5 +1,5 @@
-//! What a machine file says of servos: `id`, `model`, `port`, `baud`, `no_watchdog`, of drives
-//! `operating_mode`.
+//! What a machine file says of servos: `id`, `model`, `port`, `baud`, `no_watchdog`, `position_lag_s`, of
+//! drives `operating_mode`.
 
 use super::device::{OperatingMode, ServoDevice};
 use super::model::Model;
@@ -9,7 +9,9 @@ use super::series::Series;
 use crate::bus::{AnyDevices, DeviceReader, Tables};
 use crate::whole::is_whole;
 use sinew::description::DescriptionError;
-use sinew::description::machine::{BusKeys, BusReader, Domain, Entry, Listing, Table, ValueSource};
+use sinew::description::machine::{
+    BusKeys, BusReader, Domain, Entry, Listing, Table, ValueSource, source_of,
+};
 use sinew::machine::{DeviceRole, DriveMode, Machine};
 use std::sync::Arc;
 
@@ -24,6 +26,7 @@ const NUMBER: Domain = Domain::new("a whole number in 0..=0xffff", |x| is_whole(
 const VELOCITIES: Domain =
     Domain::new("a whole number in 1..=0x7fffffff", |x| x >= 1.0 && is_whole(x, f64::from(i32::MAX)));
 const POSITIVE: Domain = Domain::new("a number > 0", |x| x > 0.0);
+const LAG: Domain = Domain::new("a number of seconds in 0..=0.2", |x| (0.0..=0.2).contains(&x));
 const NOT_NEGATIVE: Domain = Domain::new("a number >= 0", |x| x >= 0.0);
 
 fn is_rate(rates: &[u32], x: f64) -> bool {
@@ -49,6 +52,7 @@ struct Identified {
     port: Option<String>,
     baud: u32,
     extended: bool,
+    position_lag: f64,
     /// Counts of a turn of the motor, as they are written, and where.
     counts: Option<(f64, DescriptionError)>,
     current: Option<DescriptionError>,
@@ -63,7 +67,8 @@ impl DeviceTables {
         let mut servos = Vec::new();
         for (device, (of, identified)) in machine.devices.iter().zip(&self.read).enumerate() {
             let DeviceRole::Drive(drive) = of.role else { continue };
-            let Identified { id, model, port, baud, extended, counts, current } = identified.clone();
+            let Identified { id, model, port, baud, extended, position_lag, counts, current } =
+                identified.clone();
             let mode = match OperatingMode::of(drive.mode) {
                 OperatingMode::Velocity if extended => OperatingMode::ExtendedPosition,
                 mode => mode,
@@ -72,7 +77,8 @@ impl DeviceTables {
                 return Err(error);
             }
             let name = of.name.clone();
-            let servo = ServoDevice { device, name, drive, id, model, port, baud, mode }.with_counts(machine);
+            let servo = ServoDevice { device, name, drive, id, model, port, baud, mode, position_lag };
+            let servo = servo.with_counts(machine);
             if let Some((given, error)) = counts
                 && (given.abs() / servo.drive.counts_per_turn.abs() - 1.0).abs() > ROUNDING
             {
@@ -94,7 +100,7 @@ impl DeviceReader for DeviceTables {
 impl BusReader for DeviceTables {
     fn keys(&self) -> BusKeys {
         BusKeys {
-            device: vec!["id", "model", "port", "baud", "no_watchdog"],
+            device: vec!["id", "model", "port", "baud", "no_watchdog", "position_lag_s"],
             drive: vec!["operating_mode"],
             channel: vec![],
         }
@@ -121,9 +127,11 @@ impl BusReader for DeviceTables {
         let feetech = model.series == Series::Sts;
         let rate = if feetech { STS_RATE } else { RATE };
         let baud = device.entry("baud").map_or(Ok(f64::from(BAUD[3])), |entry| entry.number(rate))?;
-        let modes: &[&str] = if feetech { &["velocity"] } else { &["velocity", "extended_position"] };
-        let extended = listing.word(device, "operating_mode", (modes, 0))? == 1;
-        check_watchdog(feetech, device, &named)?;
+        // Without a watchdog a servo stands at its last position, but turns on at its last speed.
+        let modes = (&["velocity", "extended_position"][..], usize::from(feetech));
+        let extended = listing.word(device, "operating_mode", modes)? == 1;
+        let position_lag = position_lag(device, extended, listing)?;
+        check_watchdog(feetech, extended, device, &named)?;
         let counts = device.entry("counts_per_turn").map(|entry| -> Result<_, DescriptionError> {
             let expected = format!(
                 "{:?} counts of a turn of the horn over the ratio of the reducer, or nothing",
@@ -138,6 +146,7 @@ impl BusReader for DeviceTables {
             port: port.transpose()?,
             baud: baud as u32,
             extended,
+            position_lag,
             counts: counts.transpose()?,
             current,
             model,
@@ -146,16 +155,36 @@ impl BusReader for DeviceTables {
     }
 }
 
-/// Whoever drives servos without a bus watchdog says that this is known; no other servo is without.
-fn check_watchdog(without: bool, device: &Table<'_>, model: &Entry<'_>) -> Result<(), DescriptionError> {
+/// Whoever commands a servo without a bus watchdog its speed says that this is known; no other servo is
+/// without.
+fn check_watchdog(
+    without: bool,
+    extended: bool,
+    device: &Table<'_>,
+    model: &Entry<'_>,
+) -> Result<(), DescriptionError> {
     match device.entry("no_watchdog") {
         Some(entry) if !without => Err(entry.refuse("no such key: the servo has a bus watchdog")),
-        Some(entry) if entry.flag()? => Ok(()),
-        _ if !without => Ok(()),
+        Some(entry) if entry.flag()? || extended => Ok(()),
+        _ if !without || extended => Ok(()),
         _ => Err(model.refuse(
-            "no_watchdog = true beside it: this servo turns on at its last speed when the computer is gone",
+            "no_watchdog = true beside it: in velocity mode this servo turns on at its last speed when the \
+             computer is gone",
         )),
     }
+}
+
+/// Lag of the loop of the position, s, which has a meaning for servos that are commanded one.
+fn position_lag(device: &Table<'_>, extended: bool, listing: &mut Listing) -> Result<f64, DescriptionError> {
+    let entry = device.entry("position_lag_s");
+    if let Some(entry) = entry.as_ref().filter(|_| !extended) {
+        return Err(entry.refuse("no such key without operating_mode = \"extended_position\""));
+    }
+    let lag = entry.as_ref().map_or(Ok(ServoDevice::POSITION_LAG), |entry| entry.number(LAG))?;
+    if extended {
+        listing.number("position_lag_s", lag, source_of(entry.map(|entry| entry.line())));
+    }
+    Ok(lag)
 }
 
 /// A model of the table by its name, or one of a user's own:

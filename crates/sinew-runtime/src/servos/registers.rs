@@ -96,6 +96,8 @@ pub mod sts {
     pub const RETURN_DELAY: u16 = 7;
     /// What is answered: 0 pings and readings, 1 everything.
     pub const RESPONSE_LEVEL: u16 = 8;
+    /// Lower and upper limit of the angle, 2 octets each; where both are 0, positions go beyond one turn.
+    pub const ANGLE_LIMITS: u16 = 9;
     /// Bits of its own: see [`FINE_SPEED`] and [`MANY_TURNS`].
     pub const PHASE: u16 = 18;
     /// Bit of the phase: the unit of the speed is a count/s, and not 50.
@@ -108,6 +110,8 @@ pub mod sts {
     pub const TORQUE_ENABLE: u16 = 40;
     /// Acceleration, in units of 100 counts/s^2; 0 is the largest.
     pub const ACCELERATION: u16 = 41;
+    /// Goal position, 2 octets.
+    pub const GOAL_POSITION: u16 = 42;
     /// Goal speed, 2 octets; after power-on the largest.
     pub const GOAL_SPEED: u16 = 46;
     /// Whether what is written to the EEPROM is not kept; 1 after power-on. What a cycle reads begins here.

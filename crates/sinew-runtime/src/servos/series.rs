@@ -93,6 +93,15 @@ impl Series {
         }
     }
 
+    /// The largest goal of a position, counts.
+    pub(super) const fn largest_position(self) -> f64 {
+        match self {
+            Self::X => 1_048_575.0,
+            Self::P => i32::MAX as f64,
+            Self::Sts => i16::MAX as f64,
+        }
+    }
+
     /// Address and octets of what a cycle reads.
     pub(super) const fn reading(self) -> [u16; 2] {
         match self {

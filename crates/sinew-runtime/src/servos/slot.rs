@@ -29,7 +29,9 @@ pub(super) struct Slot {
     commanded: f64,
     /// Goal before it was rounded less the goal, counts: it is made up for in the next cycle.
     rest: f64,
-    /// Goal of the position, counts.
+    /// Position as it shows it, counts.
+    shown: f64,
+    /// Where it is to be, as it would show that, counts.
     position: f64,
     speed_control: SpeedControl,
 }
@@ -65,7 +67,8 @@ impl Slot {
             speed: 0.0,
             commanded: 0.0,
             rest: 0.0,
-            position: f64::NAN,
+            shown: 0.0,
+            position: 0.0,
             speed_control: SpeedControl::new(),
             device,
         }
@@ -80,6 +83,9 @@ impl Slot {
         let registers = self.device.model.series.registers();
         match self.device.mode {
             OperatingMode::Velocity if self.device.model.series == Series::Sts => (sts::GOAL_SPEED, 2),
+            OperatingMode::ExtendedPosition if self.device.model.series == Series::Sts => {
+                (sts::GOAL_POSITION, 2)
+            }
             OperatingMode::Current => (registers.goal_current, 2),
             OperatingMode::Velocity => (registers.goal_velocity(), 4),
             OperatingMode::ExtendedPosition => (registers.goal_position, 4),
@@ -89,9 +95,10 @@ impl Slot {
     /// Takes over a reading, `age` s after the one before; whether it is one.
     pub(super) fn read(&mut self, data: &[u8], age: f64) -> bool {
         let Some(measured) = self.device.model.series.measured(data) else { return false };
+        self.shown = f64::from(measured.position);
         let count = match self.device.model.series {
-            Series::X | Series::P => f64::from(measured.position),
-            Series::Sts => self.over_turns(f64::from(measured.position), age),
+            Series::X | Series::P => self.shown,
+            Series::Sts => self.over_turns(self.shown, age),
         };
         self.count = Some(count);
         let Self { device, parameters, .. } = self;
@@ -128,8 +135,11 @@ impl Slot {
     pub(super) fn goal(&mut self, command: DriveCommand, h: f64) -> i32 {
         let began = !self.torque;
         self.torque = command != DriveCommand::Off;
+        if began || !self.torque {
+            self.position = self.shown;
+        }
         if began {
-            (self.rest, self.position) = (0.0, self.device.drive.counts(self.angle));
+            self.rest = 0.0;
             self.speed_control.take_over(self.speed);
         }
         let (parameters, drive) = (self.parameters, self.device.drive);
@@ -147,9 +157,11 @@ impl Slot {
                 self.rounded(horn / self.device.model.velocity_unit(), velocity != 0.0)
             }
             OperatingMode::ExtendedPosition => {
-                let ahead = motor * h * (drive.counts_per_turn / core::f64::consts::TAU);
-                self.position += if ahead.is_finite() { ahead } else { 0.0 };
-                self.position.round() as i32
+                let speed = motor * (drive.counts_per_turn / core::f64::consts::TAU);
+                let speed = if speed.is_finite() { speed } else { 0.0 };
+                let most = self.device.model.series.largest_position();
+                self.position = (self.position + speed * h).clamp(-most, most);
+                (self.position + speed * self.device.position_lag).clamp(-most, most).round() as i32
             }
             OperatingMode::Current => {
                 let current = match command {

@@ -10,7 +10,7 @@ use sinew::control::arm::{ArmStatus, Fault};
 use sinew::control::supervisor::Mode;
 use sinew::machine::SafetyLimits;
 use sinew_runtime::can::{CanBus, CanFault, CanNode, Protocol};
-use sinew_runtime::servos::{OVERLOAD, ServoBus, ServoFault, ServoGoal};
+use sinew_runtime::servos::{OVERLOAD, ServoBus, ServoFault};
 use sinew_session::{BusFault, Plant};
 use std::collections::BTreeMap;
 
@@ -149,12 +149,9 @@ fn on_servos(case: &Case, setup: &Setup, dynamixel: bool) -> Outcome {
     watched.begin();
     let watched = watched.with(case.cycle, act);
     let outcome = outcome(setup, bus, || watched.tensions());
-    // What hears nothing is stopped by its own watchdog; a Feetech has none.
-    let cut_off = matches!(case.kind, Kind::Silent | Kind::LineCut | Kind::AdapterUnplugged) && !dynamixel;
-    let stands = |goal| matches!(goal, ServoGoal::Off) || goal == ServoGoal::Velocity(0.0);
-    let moving = watched.servos(|servo| !stands(servo.goal()));
-    let left = if cut_off { 0 } else { moving.iter().filter(|moving| **moving).count() };
-    Outcome { left, ..outcome }
+    // What hears nothing is stopped by its own watchdog; a Feetech, which has none, stands at its goal.
+    let moving = watched.servos(servos::moves);
+    Outcome { left: moving.iter().filter(|moving| **moving).count(), ..outcome }
 }
 
 fn on_can(case: &Case, setup: &Setup, protocol: Protocol) -> Outcome {

@@ -6,7 +6,7 @@ use sinew::machine::Machine;
 use sinew_runtime::can::{CanDevice, Protocol};
 use sinew_runtime::cia402::ObjectAddress;
 use sinew_runtime::ethercat::{ChannelObjects, DeviceIdentity, EthercatDevice, RevisionRule};
-use sinew_runtime::servos::{Series, ServoDevice};
+use sinew_runtime::servos::{OperatingMode, Series, ServoDevice};
 use sinew_runtime::{DeviceTables, Devices};
 
 /// Devices of a machine with two muscles.
@@ -165,20 +165,31 @@ fn servos_of_two_makers_are_read_and_those_without_a_watchdog_only_where_that_is
     let (_, devices) = read_all(&with("id = 1\nmodel = \"XM430-W210\"\nport = \"b\"")).unwrap();
     let series: Vec<_> = devices.of::<ServoDevice>().iter().map(|servo| servo.model.series).collect();
     assert_eq!(series, [Series::Sts, Series::X]);
+    let commanded = |more: &str| {
+        let more = format!("id = 2\nmodel = \"STS3215\"\n{more}");
+        let servo = read_all(&with(&more)).unwrap().1.of::<ServoDevice>()[1].clone();
+        (servo.mode, servo.position_lag)
+    };
+    // Without a watchdog, by default, what stands when the computer is gone.
+    assert_eq!(commanded(""), (OperatingMode::ExtendedPosition, ServoDevice::POSITION_LAG));
+    assert_eq!(commanded("position_lag_s = 0.03"), (OperatingMode::ExtendedPosition, 0.03));
+    assert_eq!(commanded("operating_mode = \"velocity\"\nno_watchdog = true").0, OperatingMode::Velocity);
     let table = "{ name = \"STS3032\", number = 1, series = \"STS\", counts = 4096, velocity_rpm = 0.0146484375, \
         current_a = 6.5e-3, max_velocity = 4000 }";
     let own = with(&format!("id = 2\nmodel = {table}\nno_watchdog = true\nbaud = 500000"));
     assert_eq!(read_all(&own).unwrap().1.of::<ServoDevice>()[1].model.series, Series::Sts);
     for (more, parts) in [
-        ("id = 2\nmodel = \"STS3250\"", ["model", "no_watchdog = true"]),
-        ("id = 2\nmodel = \"STS3250\"\nno_watchdog = false", ["model", "no_watchdog = true"]),
+        ("id = 2\nmodel = \"STS3250\"\noperating_mode = \"velocity\"", ["model", "no_watchdog = true"]),
+        (
+            "id = 2\nmodel = \"STS3250\"\noperating_mode = \"velocity\"\nno_watchdog = false",
+            ["model", "no_watchdog = true"],
+        ),
+        ("id = 2\nmodel = \"STS3250\"\nposition_lag_s = 0.3", ["position_lag_s", "0..=0.2"]),
+        ("id = 2\nmodel = \"XM430-W210\"\nposition_lag_s = 0.02", ["position_lag_s", "extended_position"]),
         ("id = 2\nmodel = \"XM430-W210\"\nno_watchdog = true", ["no_watchdog", "has a bus watchdog"]),
         ("id = 2\nmodel = \"STS3215\"\nno_watchdog = true\nbaud = 3000000", ["baud", "1 million"]),
         ("id = 2\nmodel = \"STS3215\"\nno_watchdog = true\nmode = \"torque\"", ["mode", "no current loop"]),
-        (
-            "id = 2\nmodel = \"STS3215\"\nno_watchdog = true\noperating_mode = \"extended_position\"",
-            ["operating_mode", "velocity"],
-        ),
+        ("id = 2\nmodel = \"STS3215\"\noperating_mode = \"position\"", ["operating_mode", "velocity"]),
     ] {
         let told = read_all(&with(more)).err().unwrap_or_else(|| panic!("accepted: {more}")).to_string();
         assert!(parts.iter().all(|part| told.contains(part)), "{told}: {parts:?}");

@@ -217,7 +217,7 @@ impl SimulatedServo {
             let goal = |place| signed([self.octet(place), self.octet(place + 1)]);
             return match self.octet(sts::OPERATING_MODE) {
                 1 => ServoGoal::Velocity(f64::from(goal(sts::GOAL_SPEED)) * self.model.velocity_unit()),
-                _ => ServoGoal::Position(goal(sts::GOAL_SPEED - 4)),
+                _ => ServoGoal::Position(goal(sts::GOAL_POSITION)),
             };
         }
         if self.octet(bus_watchdog) == WATCHDOG_ERROR {
