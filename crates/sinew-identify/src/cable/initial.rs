@@ -1,7 +1,7 @@
 //! An initial cable model from logs alone.
 
-use super::fit::{CableFit, FitOptions, fit_cable};
-use super::log::CableLog;
+use super::fit::{CableFit, FitOptions, fit_cable, fit_cable_model};
+use super::log::{CableLog, coarse};
 use crate::Error;
 use crate::fit::statistics::quantiles;
 use sinew::predictor::CableModel;
@@ -105,19 +105,20 @@ fn correction(near: f64) -> f64 {
     (47.0 * near).min(1.0)
 }
 
-/// A cable identified from logs alone: fitted from [`initial_cable`], then once more with the
-/// correction that suits the near compliance that was found, because both shape each other.
+/// A cable identified from logs alone: searched for from [`initial_cable`] on samples that are farther apart,
+/// then fitted with the correction that suits the near compliance that was found, because both shape each
+/// other.
 ///
 /// # Errors
 /// As [`initial_cable`] and [`fit_cable`].
 pub fn identify_cable(logs: &[CableLog], options: &FitOptions) -> Result<CableFit, Error> {
-    let first = fit_cable(logs, &initial_cable(logs)?, options)?;
-    let mut start = first.model.clone();
+    let initial = initial_cable(logs)?;
+    let first = fit_cable_model(&coarse(logs), &initial, options);
+    let mut start = first.or_else(|_| fit_cable_model(logs, &initial, options))?;
     if let Some(Segment::Free { length }) = start.path.segments().first() {
         start.correction = correction(length * start.parameters.compliance);
     }
-    let second = fit_cable(logs, &start, options)?;
-    Ok(if second.rmse < first.rmse { second } else { first })
+    fit_cable(logs, &start, &FitOptions { multistart: false, ..options.clone() })
 }
 
 /// Mean, friction angle and compliance from the tensions and the stretch.

@@ -42,6 +42,24 @@ impl CableLog {
         self.weight.push(f64::from(u8::from(far.is_finite())));
     }
 
+    /// The same with intervals of up to `longest` seconds, where the log has shorter ones.
+    fn thinned(&self, longest: f64) -> Self {
+        let (mut thinned, mut since) = (Self::default(), 0.0);
+        for (row, interval) in self.interval_s.iter().enumerate() {
+            let resets = row == 0 || *interval <= 0.0 || interval.is_nan();
+            since = if resets { *interval } else { since + interval };
+            let next = self.interval_s.get(row + 1).copied().unwrap_or(f64::INFINITY);
+            if resets || next <= 0.0 || since + next > longest || next.is_nan() {
+                thinned.interval_s.push(since);
+                thinned.samples.push(self.samples[row]);
+                thinned.far.push(self.far[row]);
+                thinned.weight.push(self.weight[row]);
+                since = 0.0;
+            }
+        }
+        thinned
+    }
+
     /// A part of it, which resets the observer.
     fn part(&self, rows: std::ops::Range<usize>) -> Self {
         Self {
@@ -86,6 +104,21 @@ pub fn observe_log(model: &CableModel, log: &CableLog) -> Result<Vec<CableEstima
         .zip(&log.samples)
         .map(|(interval, sample)| observer.step(*interval, sample))
         .collect())
+}
+
+/// Intervals, s, and samples of all logs together that are enough to find out from where to search.
+const COARSE_S: f64 = 0.012;
+/// See [`COARSE_S`].
+const COARSE_SAMPLES: usize = 12_000;
+
+/// Parts of logs from whose fit that of `logs` can begin, in a fraction of the time.
+pub(super) fn coarse(logs: &[CableLog]) -> Vec<CableLog> {
+    shortened(&thinned(logs), COARSE_SAMPLES)
+}
+
+/// Logs with their lengths and fewer samples.
+pub(super) fn thinned(logs: &[CableLog]) -> Vec<CableLog> {
+    logs.iter().map(|log| log.thinned(COARSE_S)).collect()
 }
 
 /// Samples of one piece of a log that is too long to be used whole: an observer needs some seconds to know

@@ -1,7 +1,7 @@
 //! How the drag of a cable falls as friction warms its grease, from logs.
 
 use super::fit::{FitOptions, fit_cable_model};
-use super::log::{CableLog, beginnings, observe_log};
+use super::log::{CableLog, beginnings, observe_log, thinned};
 use super::quantity::Quantity;
 use rayon::prelude::*;
 use sinew::predictor::CableModel;
@@ -19,6 +19,8 @@ const REFITTED: [Quantity; 4] =
 const SAMPLES: usize = 160_000;
 /// Accepted steps of a search, at most: everything else begins near its optimum.
 const STEPS: usize = 12;
+/// The same while it is found out whether there is anything to search for.
+const FIRST_STEPS: usize = 3;
 /// Less than this of the error has to be left: what noise gains does not count.
 const LEFT: f64 = 0.98;
 
@@ -34,28 +36,33 @@ pub fn fit_warming(logs: &[CableLog], model: CableModel) -> CableModel {
     if !(power > 0.0 && longest > 0.0) {
         return model;
     }
-    let fitted = |warming: Option<Warming>| {
+    let fitted = |logs: &[CableLog], steps: usize, model: &CableModel, warming: Option<Warming>| {
         let start = CableModel { warming, ..model.clone() };
         let mut free = REFITTED.to_vec();
         free.extend(warming.map(|_| Quantity::WarmingRate));
-        let options = FitOptions {
-            free,
-            samples: usize::MAX,
-            steps: STEPS,
-            multistart: false,
-            ..FitOptions::default()
-        };
+        let options =
+            FitOptions { free, samples: usize::MAX, steps, multistart: false, ..FitOptions::default() };
         let model = fit_cable_model(logs, &start, &options).ok()?;
         Some((far_squares(&model, logs), model))
     };
+    // What friction and drag gain by being fitted once more is not warmth.
+    let cold = |logs: &[CableLog], steps: usize| {
+        let fitted = fitted(logs, steps, &model, None).map_or(f64::INFINITY, |(squares, _)| squares);
+        fitted.min(far_squares(&model, logs))
+    };
+    let thinned = thinned(logs);
     let warmed = TIMES.par_iter().filter_map(|part| {
         let time = (part * longest).max(1.0);
-        fitted(Some(Warming { rate: (START / (power * time)).min(1.0), time }))
+        fitted(&thinned, FIRST_STEPS, &model, Some(Warming { rate: (START / (power * time)).min(1.0), time }))
     });
     let best = warmed.min_by(|a, b| a.0.total_cmp(&b.0));
-    // What friction and drag gain by being fitted once more is not warmth.
-    let cold = fitted(None).map_or(f64::INFINITY, |(squares, _)| squares).min(far_squares(&model, logs));
-    best.filter(|(squares, _)| *squares < LEFT * LEFT * cold).map_or(model, |(_, warmed)| warmed)
+    // Half of what has to be gained is enough to look closer.
+    let best = best.filter(|(squares, _)| *squares < LEFT * cold(&thinned, FIRST_STEPS));
+    let best = best.and_then(|(_, best)| fitted(logs, STEPS, &best, best.warming));
+    match best {
+        Some((squares, warmed)) if squares < LEFT * LEFT * cold(logs, STEPS) => warmed,
+        _ => model,
+    }
 }
 
 /// Mean power of friction, W: what the ends' forces leave in the cable.

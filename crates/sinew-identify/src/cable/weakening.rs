@@ -1,7 +1,7 @@
 //! How fast friction falls with speed, from logs.
 
 use super::fit::{CableFit, FitOptions, fit_cable};
-use super::log::CableLog;
+use super::log::{CableLog, coarse};
 use super::quantity::{INITIAL_WEAKENING, Quantity};
 use rayon::prelude::*;
 
@@ -20,12 +20,14 @@ const STEPS: usize = 12;
 pub fn fit_weakening(logs: &[CableLog], fit: CableFit) -> CableFit {
     let free = Quantity::ALL_OF_FRICTION.to_vec();
     let options = FitOptions { free, steps: STEPS, multistart: false, ..FitOptions::default() };
+    let coarse = coarse(logs);
     let continued = STARTS.par_iter().filter_map(|[speed, lag]| {
         let mut start = fit.model.clone();
         let weakening = start.parameters.weakening.as_mut()?;
         (weakening.speed, weakening.lag) = (*speed, *lag);
-        fit_cable(logs, &start, &options).ok()
+        fit_cable(&coarse, &start, &options).ok()
     });
     let best = continued.min_by(|a, b| a.rmse.total_cmp(&b.rmse));
+    let best = best.and_then(|best| fit_cable(logs, &best.model, &options).ok());
     best.filter(|best| best.rmse < fit.rmse).unwrap_or(fit)
 }
