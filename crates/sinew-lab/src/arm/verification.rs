@@ -107,7 +107,9 @@ pub fn verify(machine: &Machine, trajectory: &Trajectory, repeats: u32) -> Resul
         let mut found = run(few)?;
         let promising = !matches!(Quality::of_all(&found), Quality::Failed(_));
         many |= promising && found.iter().any(|run| run.fraction_of_limits > NEAR_ERROR);
-        if many && promising {
+        // Gains that leave a cable slack are only better than none.
+        let worse = with_slack.is_some() && matches!(Quality::of_all(&found), Quality::Slack(_));
+        if many && promising && !worse {
             found.extend(run(more)?);
         }
         let inaccurate =
