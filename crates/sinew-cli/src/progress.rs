@@ -1,15 +1,20 @@
 //! A progress bar on terminals, for runs of more than two seconds.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::sync::OnceLock;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-/// Time after which the bar appears.
+/// Time since the first bar after which one appears: what takes long in parts is seen as well.
 const DELAY: Duration = Duration::from_secs(2);
+/// Time after which a later bar appears: one that is gone sooner would flicker.
+const LATER: Duration = Duration::from_millis(300);
+/// When the first bar was made.
+static BEGUN: OnceLock<Instant> = OnceLock::new();
 /// Interval at which its clock is drawn, also while a stage reports nothing.
 const TICK: Duration = Duration::from_millis(250);
 
-/// A bar that appears after two seconds and says what is being done.
+/// A bar that appears after two seconds of a verb and says what is being done.
 pub(crate) struct Progress {
     bar: ProgressBar,
     /// Dropped with the bar, which ends the thread that shows it.
@@ -25,8 +30,9 @@ impl Progress {
         }
         let (ended, waiting) = channel();
         let shown = bar.clone();
+        let left = DELAY.saturating_sub(BEGUN.get_or_init(Instant::now).elapsed()).max(LATER);
         std::thread::spawn(move || {
-            if waiting.recv_timeout(DELAY) == Err(RecvTimeoutError::Timeout) {
+            if waiting.recv_timeout(left) == Err(RecvTimeoutError::Timeout) {
                 shown.set_draw_target(ProgressDrawTarget::stderr());
                 shown.enable_steady_tick(TICK);
             }
