@@ -209,7 +209,7 @@ fn a_servo_without_a_watchdog_turns_on_when_its_master_is_gone_or_stands_at_its_
     let servos = [feetech(&servos), turning(&feetech(&servos))];
     for (servos, ends) in [(&servos[0], true), (&servos[1], true), (&servos[0], false), (&servos[1], false)] {
         let turns_on = servos[0].mode == OperatingMode::Velocity && !ends;
-        let watched = Watched::new(&setup, &servos);
+        let watched = Watched::new(&setup, servos);
         let mut bus = ServoBus::start(watched.clone(), &setup.machine, servos).unwrap();
         let off = watched.servos(SimulatedServo::goal);
         assert!(off.iter().all(|goal| *goal == ServoGoal::Off));
