@@ -169,4 +169,20 @@ mod tests {
         assert_eq!(begun.iter().map(CableLog::len).collect::<Vec<_>>(), [50_000, 100]);
         assert!(begun[0].samples[0].motor < 1.0 && beginnings(&begun, 50_100)[1].len() == 100);
     }
+
+    #[test]
+    fn a_thinned_log_keeps_its_time_and_what_resets_the_observer() {
+        let mut log = CableLog::default();
+        for k in 0..3000 {
+            let interval = if k % 1000 == 0 { 0.0 } else { 1e-3 };
+            log.push(interval, CableSample { motor: f64::from(k), anchor: 0.0, tension_in: 1.0 }, 1.0);
+        }
+        let thinned = log.thinned(0.012);
+        assert!((250..260).contains(&thinned.len()) && thinned.check(0).is_ok(), "{}", thinned.len());
+        assert!((thinned.seconds() - log.seconds()).abs() < 1e-9, "{}", thinned.seconds());
+        assert!(thinned.interval_s.iter().all(|interval| *interval < 0.0121));
+        assert_eq!(thinned.interval_s.iter().filter(|interval| **interval <= 0.0).count(), 3);
+        // What is too coarse already stays as it is.
+        assert_eq!(thinned.thinned(0.012).len(), thinned.len());
+    }
 }
