@@ -14,7 +14,7 @@ use sinew_runtime::can::{self, CanBus, CanDevice, Protocol, SimulatedLink};
 use sinew_runtime::cycle::{Cycle, VirtualClock};
 use sinew_runtime::ethercat::FrameStorage;
 use sinew_runtime::link::{LinkedMotion, domain};
-use sinew_runtime::servos::{Model, ServoBus, ServoDevice, SimulatedLines, SimulatedMachine};
+use sinew_runtime::servos::{Model, OperatingMode, ServoBus, ServoDevice, SimulatedLines, SimulatedMachine};
 use sinew_session::Plant;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -137,8 +137,11 @@ fn a_cycle_over_serial_servos_allocates_nothing() {
     let dynamixel = ServoDevice::simulated(&setup.machine);
     let model = Model::all().find(|model| model.name == "STS3215").unwrap();
     let model = Model { max_velocity: 32_767, ..model };
-    let feetech = dynamixel.iter().map(|servo| ServoDevice { model: model.clone(), ..servo.clone() });
-    for servos in [feetech.collect(), dynamixel.clone()] {
+    let feetech = |mode| -> Vec<ServoDevice> {
+        dynamixel.iter().map(|servo| ServoDevice { model: model.clone(), mode, ..servo.clone() }).collect()
+    };
+    let [velocity, position] = [OperatingMode::Velocity, OperatingMode::ExtendedPosition].map(feetech);
+    for servos in [velocity, position, dynamixel.clone()] {
         let ports = ServoDevice::ports(&servos);
         let simulated = SimulatedMachine::new(setup.plant.clone(), &setup.machine, &servos, &ports, false);
         let bus = ServoBus::start(SimulatedLines::new(simulated), &setup.machine, &servos).unwrap();
