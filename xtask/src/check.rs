@@ -44,7 +44,7 @@ const STEPS: [Step; 17] = [
     by_name("long", "statistical tests over many seeds, every bench once", long),
     by_name("python", "the Python package: types, tests, documentation", python::check),
     by_name("batch", "MJX and MuJoCo Warp: long tests, oldest and newest versions", python::batch),
-    by_name("guest", "CAN interfaces, in a guest of QEMU with vcan", guest),
+    by_name("guest", "CAN interfaces, in user-mode Linux with vcan", guest),
     by_name("page", "the live page in a headless Chromium, types of its scripts", page::check),
 ];
 
