@@ -22,7 +22,7 @@ from mujoco_playground import MjxEnv, State, wrapper  # type: ignore[import-not-
 import sinew.batch
 import sinew.mjx
 
-HAND = Path(__file__).with_name("tendon_hand.py")
+HAND = Path(__file__).parents[2] / "crates/sinew-cli/examples/training/tendon_hand.py"
 FINGER: str = run_path(str(HAND))["FINGER"]
 
 

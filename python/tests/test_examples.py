@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 
 FOLDER = Path(__file__).parents[1] / "examples"
+TRAINING = FOLDER.parents[1] / "crates/sinew-cli/examples/training"
 
 
-@pytest.mark.parametrize("name", ["tendon_hand", "arm_beside_twin"])
-def test_an_example_with_mujoco_runs(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("path", [TRAINING / "tendon_hand.py", FOLDER / "arm_beside_twin.py"], ids=lambda path: path.stem)
+def test_an_example_with_mujoco_runs(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
     if not hasattr(mujoco.MjsPlugin, "config"):
         pytest.skip(f"MuJoCo {mujoco.__version__} configures plugins in XML alone")
-    runpy.run_path(str(FOLDER / f"{name}.py"), run_name="__main__")
+    runpy.run_path(str(path), run_name="__main__")
     assert capsys.readouterr().out
 
 

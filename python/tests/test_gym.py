@@ -21,7 +21,7 @@ from gymnasium.vector import AutoresetMode  # noqa: E402
 
 from sinew.gym import MachineEnv, MachineVectorEnv, Randomisation  # noqa: E402
 
-EXAMPLE = Path(__file__).parents[1] / "examples" / "train_policy.py"
+EXAMPLE = Path(__file__).parents[2] / "crates/sinew-cli/examples/training/train_policy.py"
 SHORT: dict[str, Any] = {"machine": "bench_joint", "steps": 5, "interval_ms": 5}
 
 

@@ -21,12 +21,12 @@ from sinew import _cable, _machine
 
 ROOT = Path(__file__).parents[2]
 
-
+TRAINING = "crates/sinew-cli/examples/training"
 STUBTEST = ["mypy.stubtest", "sinew", "--mypy-config-file", "pyproject.toml"]
 STUBTEST += ["--allowlist", "python/tests/stubtest_allowlist.txt", "--ignore-unused-allowlist"]
 
 
-@pytest.mark.parametrize("arguments", [["mypy"], ["mypy", "python/examples"], STUBTEST])
+@pytest.mark.parametrize("arguments", [["mypy"], ["mypy", "python/examples", TRAINING], STUBTEST])
 def test_types_hold_and_the_stubs_are_those_of_the_native_module(arguments: list[str]) -> None:
     done = subprocess.run([sys.executable, "-m", *arguments], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr

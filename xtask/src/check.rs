@@ -1,6 +1,6 @@
 //! The steps of `cargo xtask check`, in the order in which a mistake is found soonest.
 
-use crate::{book, commands, hygiene, layering, page, python, readme, targets, tree};
+use crate::{book, commands, hygiene, layering, page, python, readme, release, targets, tree};
 use commands::{cargo, succeed, target};
 use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
@@ -24,7 +24,7 @@ const fn by_name(name: &'static str, purpose: &'static str, run: fn(&Path) -> Re
 }
 
 /// All steps. Every build uses the dev profile and all features, so that each dependency is compiled once.
-const STEPS: [Step; 17] = [
+const STEPS: [Step; 18] = [
     step("fmt", "the code is formatted", fmt),
     step("hygiene", "no huge files, stubs, conflict markers, private paths or retired words", hygiene::check),
     step("layering", "no room imports what it must not know, no circle between files", layering::check),
@@ -45,6 +45,11 @@ const STEPS: [Step; 17] = [
     by_name("python", "the Python package: types, tests, documentation", python::check),
     by_name("batch", "MJX and MuJoCo Warp: long tests, oldest and newest versions", python::batch),
     by_name("guest", "CAN interfaces, in user-mode Linux with vcan", guest),
+    by_name(
+        "packages",
+        "licences, sources and advisories of dependencies; crates as published",
+        release::packages,
+    ),
     by_name("page", "the live page in a headless Chromium, types of its scripts", page::check),
 ];
 

@@ -9,13 +9,14 @@ use std::path::Path;
 /// What each crate may depend on, development and build included. The runtime never sees identify: 1 kHz
 /// code cannot even name an optimiser.
 const CRATES: &str = "
-sinew:
+sinew-models:
+sinew: sinew-models
 sinew-identify: sinew
-sinew-session: sinew
+sinew-session: sinew sinew-models
 sinew-export: sinew
-sinew-lab: sinew sinew-identify sinew-session sinew-view
-sinew-view: sinew
-sinew-report: sinew sinew-identify sinew-lab sinew-view
+sinew-lab: sinew sinew-identify sinew-models sinew-session sinew-view
+sinew-view: sinew sinew-models
+sinew-report: sinew sinew-identify sinew-lab sinew-models sinew-view
 sinew-segment:
 sinew-link:
 sinew-live: sinew sinew-lab sinew-record sinew-runtime sinew-session sinew-view
@@ -23,11 +24,10 @@ sinew-runtime: sinew sinew-segment sinew-link sinew-session
 sinew-record: sinew sinew-runtime sinew-session
 sinew-ros: sinew sinew-link sinew-record sinew-runtime sinew-session
 sinew-mujoco: sinew
-sinew-gym: sinew
+sinew-gym: sinew sinew-models
 sinew-cli: sinew sinew-export sinew-identify sinew-lab sinew-report sinew-segment sinew-link sinew-live \
-sinew-runtime sinew-record \
- sinew-ros sinew-session sinew-view
-sinew-py: sinew sinew-identify sinew-lab sinew-report sinew-runtime sinew-mujoco sinew-gym
+sinew-models sinew-runtime sinew-record sinew-ros sinew-session sinew-view
+sinew-py: sinew sinew-identify sinew-lab sinew-models sinew-report sinew-runtime sinew-mujoco sinew-gym
 ";
 
 /// What each room of `sinew` may import. `twin` and `control` never meet, so that plant and controller cannot

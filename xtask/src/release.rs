@@ -58,6 +58,13 @@ pub(crate) fn wheel(root: &Path) -> Result<(), String> {
     Ok(())
 }
 
+/// Holds the dependencies against `deny.toml`, and builds every crate from what would be uploaded.
+pub(crate) fn packages(root: &Path) -> Result<(), String> {
+    succeed(&mut cargo(root, &["deny", "check"]))
+        .map_err(|error| format!("{error} (cargo install cargo-deny)"))?;
+    succeed(&mut cargo(root, &["publish", "--dry-run", "--workspace", "--locked"]))
+}
+
 /// Builds the program and packs it with completions, manual pages, the licences of all libraries and a list
 /// of them in the form of CycloneDX; unpacks it and runs it without an environment.
 pub(crate) fn archive(root: &Path) -> Result<(), String> {

@@ -18,7 +18,7 @@ use sinew::twin::arm::ArmSpecimen;
 /// use sinew::machine::Machine;
 /// use sinew_gym::{Environment, EnvironmentDesign, Randomisation, Settings, Task};
 /// use std::sync::Arc;
-/// let text = include_str!("../../../models/bench_joint.toml");
+/// let text = sinew_models::BENCH_JOINT;
 /// let machine = sinew::description::machine_from_toml("bench_joint.toml", text, &mut |_| Err("no other file".into()))?.machine;
 /// let design = EnvironmentDesign::new(&machine, Task::Reach, Settings::default(), Randomisation::default())?;
 /// let mut environment = Environment::new(Arc::new(design), 1)?;

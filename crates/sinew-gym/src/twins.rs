@@ -16,7 +16,7 @@ use sinew::twin::arm::{ArmTwin, ArmTwins};
 /// use sinew::machine::Machine;
 /// use sinew::twin::arm::{ArmSpecimen, ArmTwin};
 /// use sinew_gym::TwinBatch;
-/// let text = include_str!("../../../models/bench_joint.toml");
+/// let text = sinew_models::BENCH_JOINT;
 /// let read = sinew::description::machine_from_toml("bench_joint.toml", text, &mut |_| Err("none".into()))?;
 /// let machine = read.machine;
 /// let arm = |seed: usize| {

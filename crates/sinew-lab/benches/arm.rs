@@ -54,7 +54,7 @@ fn tail() {
 const STEPS: u32 = 200;
 
 fn lm_arm() -> Robot {
-    let text = include_str!("../../../models/lm_arm.toml");
+    let text = sinew_models::LM_ARM;
     Robot::new(sinew::description::from_toml("lm_arm.toml", text).unwrap().parts).unwrap()
 }
 

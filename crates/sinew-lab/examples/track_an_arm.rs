@@ -9,7 +9,7 @@ use sinew_lab::arm::{CalibratedArm, DesiredMotion, plan};
 use sinew_lab::experiment::arm::{TrackRun, track};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let text = include_str!("../../../models/lm_arm.toml");
+    let text = sinew_models::LM_ARM;
     let machine = machine_from_toml("lm_arm.toml", text, &mut |_| Err("no other file".into()))?.machine;
     let path = machine.paths.first().ok_or("the machine has no path")?.path.clone();
     let trajectory = plan(&machine, &DesiredMotion::ClosedPath(path), Some(11.5))?;

@@ -17,21 +17,8 @@ use sinew::description::{
     Description, MachineDescription, Warning, from_mjcf, from_osim, from_urdf, machine_from_toml, machine_of,
     robot_from_toml,
 };
+use sinew_models::MACHINES;
 use std::path::{Path, PathBuf};
-
-/// Machines that come with the program: name and file.
-pub const BUILT_IN: [(&str, &str); 10] = [
-    ("lm_arm", include_str!("../../../models/lm_arm.toml")),
-    ("bench_joint", include_str!("../../../models/bench_joint.toml")),
-    ("planar_leg", include_str!("../../../models/planar_leg.toml")),
-    ("finger", include_str!("../../../models/finger.toml")),
-    ("spring_finger", include_str!("../../../models/spring_finger.toml")),
-    ("two_finger_hand", include_str!("../../../models/two_finger_hand.toml")),
-    ("exosuit_elbow", include_str!("../../../models/exosuit_elbow.toml")),
-    ("surgical_wrist", include_str!("../../../models/surgical_wrist.toml")),
-    ("shoulder", include_str!("../../../models/shoulder.toml")),
-    ("chain10", include_str!("../../../models/chain10.toml")),
-];
 
 /// A valid robot and the warnings of its description.
 #[derive(Debug, Clone)]
@@ -162,7 +149,7 @@ enum Text {
 /// Name and text of a machine that comes with the program, where no file has its name.
 #[must_use]
 pub fn built_in(path: &Path) -> Option<(&'static str, &'static str)> {
-    BUILT_IN.iter().find(|(name, _)| path.as_os_str() == *name && !path.exists()).copied()
+    MACHINES.iter().find(|(name, _)| path.as_os_str() == *name && !path.exists()).copied()
 }
 
 fn text_of(path: &Path, muscles: Option<&Path>, root: Option<&Path>) -> Result<Text, MachineFileError> {

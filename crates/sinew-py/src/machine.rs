@@ -12,7 +12,7 @@ use sinew::machine::Routing;
 use sinew::muscle::MuscleDynamics;
 use sinew::twin::arm::ArmSpecimen;
 use sinew_lab::experiment::oracle_models;
-use sinew_lab::machine_file::{BUILT_IN, load_machine};
+use sinew_lab::machine_file::load_machine;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -187,7 +187,7 @@ impl Machine {
     /// Names of the built-in machines.
     #[staticmethod]
     fn built_in() -> Vec<&'static str> {
-        BUILT_IN.iter().map(|(name, _)| *name).collect()
+        sinew_models::MACHINES.iter().map(|(name, _)| *name).collect()
     }
 
     /// What its file contains and the reader ignored, in sentences.

@@ -258,7 +258,7 @@ mod tests {
                 sinew::description::robot_from_toml("m", text, &mut |_| Err(String::new())).unwrap();
             Machine::from_robot(&robot).unwrap()
         };
-        let text = include_str!("../../../models/planar_leg.toml");
+        let text = sinew_models::PLANAR_LEG;
         let scene = MachineScene::at_start(&robot(text)).unwrap();
         let view = View::from_scene(&scene);
         assert!((view.right[0] - 1.0).abs() < 1e-9 && (view.up[2] - 1.0).abs() < 1e-9);

@@ -9,7 +9,7 @@ use super::scene::{SceneData, SceneFigure, machine_figure, scene_script};
 use super::shell::{SHELL, Shell};
 use askama::Template;
 use serde::Serialize;
-use sinew::control::arm::ArmGains;
+use sinew::control::arm::{ArmGains, RULE_SOURCES};
 use sinew::machine::Machine;
 
 /// Gains, margins and limits of a machine, as printed with `--json`.
@@ -215,11 +215,7 @@ pub fn page(tuned: &Tuned, machine: &Machine, scene: &SceneData) -> Result<Strin
         margins,
         scales,
         muscles: tuned.muscles.iter().map(muscle).collect(),
-        equations: [
-            ("Rules", equations(include_str!("../../sinew/src/control/arm/synthesis.rs"))),
-            ("What they follow from", equations(include_str!("../../sinew/src/machine/characteristics.rs"))),
-            ("What limits a joint", equations(include_str!("../../sinew/src/control/arm/joint_limits.rs"))),
-        ],
+        equations: RULE_SOURCES.map(|(title, source)| (title, equations(source))),
         gains: matrices(tuned)?,
         tuned,
     };
@@ -353,7 +349,7 @@ mod tests {
 
     #[test]
     fn the_equations_are_those_of_the_documentation() {
-        let rules = equations(include_str!("../../sinew/src/control/arm/synthesis.rs"));
+        let rules = equations(RULE_SOURCES[0].1);
         assert!(rules.starts_with("F_min = ") && rules.contains("t_d,k = min(") && !rules.contains("```"));
         assert_eq!(equations("// none\n"), "");
     }

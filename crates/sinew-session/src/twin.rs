@@ -14,7 +14,7 @@ use sinew::twin::arm::{ArmTwin, InjectedFault};
 /// use sinew::body::Robot;
 /// use sinew::twin::arm::{ArmSpecimen, ArmTwin};
 /// use sinew_session::{Feedback, Plant, TwinPlant};
-/// let text = include_str!("../../../models/lm_arm.toml");
+/// let text = sinew_models::LM_ARM;
 /// let parts = sinew::description::from_toml("lm_arm.toml", text).expect("a model of this repository").parts;
 /// let machine = Machine::from_robot(&Robot::new(parts)?)?;
 /// let arm = ArmTwin::new(&ArmSpecimen::nominal(&machine)?, &machine.start, &[40.0; 15], 1)?;

@@ -199,9 +199,9 @@ mod tests {
     #[test]
     fn bodies_without_shapes_get_bones_and_cables_their_surfaces() {
         for (name, text) in [
-            ("lm_arm", include_str!("../../../models/lm_arm.toml")),
-            ("finger", include_str!("../../../models/finger.toml")),
-            ("chain10", include_str!("../../../models/chain10.toml")),
+            ("lm_arm", sinew_models::LM_ARM),
+            ("finger", sinew_models::FINGER),
+            ("chain10", sinew_models::CHAIN10),
         ] {
             let read = sinew::description::robot_from_toml(name, text, &mut |_| Err(String::new())).unwrap();
             let parts = read.0.parts();

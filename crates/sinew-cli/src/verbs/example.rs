@@ -73,7 +73,7 @@ fn example(name: ExampleName) -> Example {
         },
         ExampleName::Hand => Example {
             about: "A hand of joints alone: give it cords and drives, see what limits it, move it in simulation.",
-            files: vec![("hand.urdf", include_str!("../../../../models/hand.urdf").to_owned())],
+            files: vec![("hand.urdf", sinew_models::HAND_URDF.to_owned())],
             commands: [
                 "sinew machine new hand.urdf --pulleys 8mm --out hand.toml",
                 "sinew machine tune hand.toml",
@@ -83,8 +83,8 @@ fn example(name: ExampleName) -> Example {
         ExampleName::Training => Example {
             about: "Python: a tendon finger in MuJoCo with and without sheaths, a policy with and without friction.",
             files: vec![
-                ("tendon_hand.py", include_str!("../../../../python/examples/tendon_hand.py").to_owned()),
-                ("train_policy.py", include_str!("../../../../python/examples/train_policy.py").to_owned()),
+                ("tendon_hand.py", include_str!("../../examples/training/tendon_hand.py").to_owned()),
+                ("train_policy.py", include_str!("../../examples/training/train_policy.py").to_owned()),
             ],
             commands: ["pip install mujoco gymnasium", "python tendon_hand.py", "python train_policy.py 20"],
         },
@@ -114,7 +114,7 @@ fn bench() -> Vec<(&'static str, String)> {
 
 /// A leg without load cells and encoders at its joints, as servos and drives on CAN move it.
 fn bus() -> String {
-    let leg = include_str!("../../../../models/planar_leg.toml");
+    let leg = sinew_models::PLANAR_LEG;
     leg.replacen("name = \"planar_leg\"\n", "name = \"bus_leg\"\nperiod_s = 0.004\n", 1)
         + "\n# As nothing else is said, every muscle has a device, with the ids 1, 2, ... in their order.\n\
            [every_transmission]\nload_cell = \"none\"\n\n[every_joint_encoder]\nnone = true\n"

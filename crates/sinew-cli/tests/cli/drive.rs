@@ -3,7 +3,7 @@
 use crate::bench::Bench;
 
 const REQUIRED: &str = "design drive --tension 250 --speed 0.14 --acceleration 3 --stroke 0.3";
-const OURS: &str = include_str!("../../../../models/motors.toml");
+const OURS: &str = sinew_models::MOTORS;
 
 #[test]
 fn the_papers_drive_is_among_those_that_can_and_the_lightest_comes_first() {

@@ -162,7 +162,7 @@ fn joint() -> Expected {
     use sinew::drive::DriveCommand;
     use sinew::twin::arm::{ArmSpecimen, ArmTwin};
     let inputs = |k: usize| vec![0.02 * (0.03 * k as f64).sin(), -0.02 * (0.03 * k as f64).sin()];
-    let text = include_str!("../../../../models/bench_joint.toml");
+    let text = sinew_models::BENCH_JOINT;
     let machine = sinew_lab::machine_file::load_machine(Path::new("bench_joint"), None).unwrap().machine;
     let design = ArmSpecimen::nominal(&machine).unwrap();
     let models = sinew_lab::experiment::oracle_models(&design);

@@ -2,19 +2,7 @@
 
 use crate::bench::Bench;
 use serde_json::Value;
-
-const BUILT_IN: [&str; 10] = [
-    "lm_arm",
-    "bench_joint",
-    "planar_leg",
-    "finger",
-    "spring_finger",
-    "two_finger_hand",
-    "exosuit_elbow",
-    "surgical_wrist",
-    "shoulder",
-    "chain10",
-];
+use sinew_models::MACHINES;
 
 fn json(bench: &Bench, arguments: &str) -> Value {
     let run = bench.run(arguments);
@@ -33,7 +21,7 @@ fn setting<'a>(shown: &'a Value, table: &str, key: &str) -> (&'a Value, &'a str)
 #[test]
 fn every_built_in_machine_is_shown_with_units_and_origins() {
     let bench = Bench::new();
-    for name in BUILT_IN {
+    for (name, _) in MACHINES {
         let run = bench.succeeds(&format!("machine show {name}"));
         for part in [name, "dead band", "default", "body", "[control]", "rad/s", "kg at cable"] {
             assert!(run.stdout.contains(part), "{name}: {part}");
@@ -72,7 +60,7 @@ fn a_pose_that_a_machine_leaves_by_itself_and_a_wrap_that_it_may_lose_are_named(
     );
     assert!(arm.stderr.is_empty(), "{}", arm.stderr);
 
-    let text = include_str!("../../../../models/bench_joint.toml");
+    let text = sinew_models::BENCH_JOINT;
     let near = text.replace("[-0.000119, 0.0, -0.0319998]", "[0.005201, 0.0, -0.0301548]");
     assert_ne!(near, text);
     std::fs::write(bench.path("near.toml"), near).unwrap();
@@ -97,7 +85,7 @@ fn a_pose_that_a_machine_leaves_by_itself_and_a_wrap_that_it_may_lose_are_named(
 #[test]
 fn muscles_too_weak_for_the_weight_are_named_with_pose_and_joint() {
     let bench = Bench::new();
-    let text = include_str!("../../../../models/planar_leg.toml");
+    let text = sinew_models::PLANAR_LEG;
     let heavy = text.replacen("[task]", "[payload]\nmass_kg = 40.0\n\n[task]", 1);
     assert_ne!(heavy, text);
     bench.write("heavy.toml", heavy);
@@ -409,7 +397,7 @@ fn a_wrong_machine_file_is_refused_with_file_line_field_and_the_nearest_name() {
 #[test]
 fn gains_follow_for_every_built_in_machine_and_for_one_with_chosen_drives_and_are_read_again() {
     let bench = Bench::new();
-    for name in BUILT_IN {
+    for (name, _) in MACHINES {
         bench.run(&format!("machine new {name} --out chosen.toml --force"));
         for machine in [name, "chosen.toml"] {
             let tuned = json(&bench, &format!("machine tune {machine} --specimens 2 --json"));
@@ -469,7 +457,7 @@ fn a_tuning_report_shows_picture_margins_limits_and_rules_and_leaves_the_json_as
 #[test]
 fn every_built_in_machine_is_drawn_with_its_cables() {
     let bench = Bench::new();
-    for name in BUILT_IN {
+    for (name, _) in MACHINES {
         bench.succeeds(&format!("machine show {name} --picture machine.svg"));
         let svg = bench.read("machine.svg");
         let ends = svg.matches("stroke-width=\"3\"").count();
@@ -485,7 +473,7 @@ fn a_motion_that_simulated_machines_of_the_design_do_not_track_is_refused_unless
     let bench = Bench::new();
     // Anchors nearer to the drum than the tolerance of the attachments: sampled machines lose a wrap, and the
     // lever.
-    let text = include_str!("../../../../models/bench_joint.toml");
+    let text = sinew_models::BENCH_JOINT;
     let near = text
         .replace("[-0.000119, 0.0, -0.0319998]", "[0.005201, 0.0, -0.0301548]")
         .replace("[0.000119, 0.0, -0.0319998]", "[-0.005201, 0.0, -0.0301548]");

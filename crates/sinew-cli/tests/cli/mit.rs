@@ -50,7 +50,7 @@ fn ends(bench: &Bench, with: Option<&str>) -> Option<String> {
 #[test]
 fn a_program_that_is_killed_or_stopped_in_mid_motion_leaves_no_motor_with_power() {
     let bench = Bench::new();
-    let source = include_str!("../../../../models/bench_joint.toml");
+    let source = sinew_models::BENCH_JOINT;
     let bare = source.replace("[every_transmission]\n", "[every_transmission]\nload_cell = \"none\"\n");
     let device = |(k, muscle): (usize, &str)| {
         format!(

@@ -33,7 +33,7 @@ fn a_run_behind_simulated_devices_ends_as_planned_and_reports_its_bus() {
 #[test]
 fn what_currents_have_told_of_the_gears_stands_in_text_document_report_and_record() {
     let bench = Bench::new();
-    let machine = include_str!("../../../../models/bench_joint.toml");
+    let machine = sinew_models::BENCH_JOINT;
     let without = machine.replace("[every_transmission]\n", "[every_transmission]\nload_cell = \"none\"\n");
     assert_ne!(machine, without);
     bench.write("without.toml", without);

@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 #[test]
 fn the_truth_of_a_machine_behind_a_terminal_is_written_while_another_program_moves_it() {
     let bench = Bench::new();
-    let source = include_str!("../../../../models/bench_joint.toml");
+    let source = sinew_models::BENCH_JOINT;
     let bare = source.replace("[every_transmission]\n", "[every_transmission]\nload_cell = \"none\"\n");
     bench.write("joint.toml", format!("{bare}\n[every_joint_encoder]\nnone = true\n"));
     let simulated = "can simulate joint.toml --pty --truth truth.csv";
@@ -39,7 +39,7 @@ fn the_truth_of_a_machine_behind_a_terminal_is_written_while_another_program_mov
 fn a_truth_that_cannot_be_written_is_refused_before_anything_answers() {
     let bench = Bench::new();
     bench.fails("servos simulate finger --pty --truth missing/truth.csv", &["missing"]);
-    bench.write("finger.toml", include_str!("../../../../models/bench_joint.toml"));
+    bench.write("finger.toml", sinew_models::BENCH_JOINT);
     bench.refuses(
         "can simulate finger.toml --pty --truth finger.toml",
         &["finger.toml", "is read by this run"],

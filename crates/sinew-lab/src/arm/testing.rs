@@ -3,12 +3,12 @@
 use sinew::machine::Machine;
 
 pub(super) fn lm_arm() -> Machine {
-    machine("lm_arm.toml", include_str!("../../../../models/lm_arm.toml"))
+    machine("lm_arm.toml", sinew_models::LM_ARM)
 }
 
 /// One joint between two muscles, tracked in joint space.
 pub(super) fn bench_joint() -> Machine {
-    machine("bench_joint.toml", include_str!("../../../../models/bench_joint.toml"))
+    machine("bench_joint.toml", sinew_models::BENCH_JOINT)
 }
 
 fn machine(name: &str, text: &str) -> Machine {

@@ -19,7 +19,7 @@ pub enum MachineFileError {
         "{}: expected a machine or robot file ending in .toml, .xml, .urdf or .osim, or the name of a built-in \
             machine ({})",
         file.display(),
-        super::BUILT_IN.map(|(name, _)| name).join(", ")
+        sinew_models::MACHINES.map(|(name, _)| name).join(", ")
     )]
     Format {
         /// The file.

@@ -10,7 +10,7 @@ use sinew::description::{
 use sinew::twin::arm::{ArmSpecimen, ArmTwin};
 use sinew_lab::arm::{calibration_programmes, first_infeasibility, plan_tour};
 use sinew_lab::experiment::oracle_models;
-use sinew_lab::machine_file::BUILT_IN;
+use sinew_models::MACHINES;
 use std::fmt::Write as _;
 
 /// Edits of one run.
@@ -167,13 +167,13 @@ struct Files {
 
 fn files(draws: &mut Draws) -> Files {
     let none = Vec::new();
-    match draws.below(BUILT_IN.len() + 4) {
+    match draws.below(MACHINES.len() + 4) {
         0 => Files { name: "leg.xml".into(), text: MJCF.into(), beside: none },
         1 => Files { name: "two.urdf".into(), text: URDF.into(), beside: vec![("muscles", MUSCLES.into())] },
         2 => Files { name: "leg.toml".into(), text: MACHINE.into(), beside: vec![("leg.xml", MJCF.into())] },
         3 => Files { name: "every_key".into(), text: EVERY_KEY.into(), beside: none },
         k => {
-            let (name, text) = BUILT_IN[k - 4];
+            let (name, text) = MACHINES[k - 4];
             Files { name: name.into(), text: text.into(), beside: none }
         }
     }

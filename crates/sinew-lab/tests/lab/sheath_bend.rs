@@ -10,7 +10,7 @@ use sinew_lab::experiment::arm::{TrackRun, track};
 
 /// The leg with a sheath over the hip that bends by this much per radian.
 fn leg(slope: f64) -> Machine {
-    let text = include_str!("../../../../models/planar_leg.toml");
+    let text = sinew_models::PLANAR_LEG;
     let bent =
         format!("{text}\n[[transmission]]\nmuscle = \"hip_flexor\"\nbend_by_joint = {{ hip = {slope:?} }}\n");
     let read = sinew::description::machine_from_toml("leg.toml", &bent, &mut |_| Err("no other file".into()));

@@ -20,7 +20,7 @@ fn robot(text: &str) -> Robot {
 }
 
 fn leg() -> Robot {
-    robot(include_str!("../../../../models/planar_leg.toml"))
+    robot(sinew_models::PLANAR_LEG)
 }
 
 /// A page of a robot with one moment arm that jumps.

@@ -27,7 +27,7 @@ const WATCHDOG_PERIODS: f64 = 4.0;
 /// ```
 /// use sinew::body::Robot;
 /// use sinew::machine::Machine;
-/// let text = include_str!("../../../../models/lm_arm.toml");
+/// let text = sinew_models::LM_ARM;
 /// let parts = sinew::description::from_toml("lm_arm.toml", text).expect("a model of this repository").parts;
 /// let machine = Machine::from_robot(&Robot::new(parts)?)?;
 /// assert_eq!((machine.muscles.len(), machine.encoders.len()), (15, 7));

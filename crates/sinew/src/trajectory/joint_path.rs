@@ -13,7 +13,7 @@ use alloc::vec::Vec;
 /// # Example
 /// ```
 /// use sinew::trajectory::JointPath;
-/// let text = include_str!("../../../../models/lm_arm.toml");
+/// let text = sinew_models::LM_ARM;
 /// let read = sinew::description::machine_from_toml("lm_arm.toml", text, &mut |_| Err("no other file".into()));
 /// let arm = read?.machine;
 /// let hand = arm.task.site().ok_or("no end point")?;

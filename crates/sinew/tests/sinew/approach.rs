@@ -7,7 +7,7 @@ use sinew::trajectory::{
 
 /// Two hinges with ranges of 2 rad and of 0.5 rad.
 fn robot() -> Robot {
-    let text = include_str!("../../../../models/planar_leg.toml");
+    let text = sinew_models::PLANAR_LEG;
     let mut parts = sinew::description::from_toml("planar_leg.toml", text).unwrap().parts;
     parts.joints[0].range = Some([-1.0, 1.0]);
     parts.joints[1].range = Some([0.0, 0.5]);

@@ -166,7 +166,7 @@ mod tests {
 
     #[test]
     fn every_failure_that_the_page_offers_is_accepted_for_every_muscle_of_every_built_in_machine() {
-        for (name, text) in sinew_lab::machine_file::BUILT_IN {
+        for (name, text) in sinew_models::MACHINES {
             let machine = sinew_lab::machine_file::machine_in(Path::new(name), text, None).unwrap().machine;
             let parts = machine.robot.parts();
             let sizes = [parts.tendons.len(), machine.robot.nv()];

@@ -27,14 +27,14 @@ use sinew_lab::arm::{DesiredMotion, plan};
 
 #[allow(dead_code, reason = "not every test uses all of it")]
 pub(crate) fn lm_arm() -> Robot {
-    let text = include_str!("../../../../../models/lm_arm.toml");
+    let text = sinew_models::LM_ARM;
     Robot::new(sinew::description::from_toml("lm_arm.toml", text).unwrap().parts).unwrap()
 }
 
 /// The machine of `models/`.
 #[allow(dead_code, reason = "not every test uses all of it")]
 pub(crate) fn lm_machine() -> Machine {
-    read(include_str!("../../../../../models/lm_arm.toml"))
+    read(sinew_models::LM_ARM)
 }
 
 /// Every machine of `models/`.
@@ -42,13 +42,13 @@ pub(crate) fn lm_machine() -> Machine {
 pub(crate) fn machines() -> [Machine; 8] {
     [
         lm_machine(),
-        read(include_str!("../../../../../models/bench_joint.toml")),
-        read(include_str!("../../../../../models/planar_leg.toml")),
-        read(include_str!("../../../../../models/finger.toml")),
-        read(include_str!("../../../../../models/exosuit_elbow.toml")),
-        read(include_str!("../../../../../models/surgical_wrist.toml")),
-        read(include_str!("../../../../../models/shoulder.toml")),
-        read(include_str!("../../../../../models/chain10.toml")),
+        read(sinew_models::BENCH_JOINT),
+        read(sinew_models::PLANAR_LEG),
+        read(sinew_models::FINGER),
+        read(sinew_models::EXOSUIT_ELBOW),
+        read(sinew_models::SURGICAL_WRIST),
+        read(sinew_models::SHOULDER),
+        read(sinew_models::CHAIN10),
     ]
 }
 

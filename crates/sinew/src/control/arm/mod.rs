@@ -42,4 +42,4 @@ pub use period_cost::{PeriodCost, PeriodLimit, SlowestPeriod, max_unstable_rate}
 pub use resting_tensions::resting_tensions;
 pub use signals::{ArmCommand, ArmMeasurement, PreviewedReference};
 pub use status::{ArmStatus, Fault, Symptom};
-pub use synthesis::{characterize, synthesize, tension_limits};
+pub use synthesis::{RULE_SOURCES, characterize, synthesize, tension_limits};

@@ -11,6 +11,14 @@ use crate::predictor::CableModel;
 use crate::transmission::cable::CableLaw;
 use alloc::vec::Vec;
 
+/// Sources in whose documentation the rules' formulas stand, each with a title: for reports that print
+/// them, so that they are written down once.
+pub const RULE_SOURCES: [(&str, &str); 3] = [
+    ("Rules", include_str!("synthesis.rs")),
+    ("What they follow from", include_str!("../../machine/characteristics.rs")),
+    ("What limits a joint", include_str!("joint_limits.rs")),
+];
+
 /// Gains, limits and thresholds of a machine by rules from its own numbers, with the characteristics they
 /// follow from.
 ///

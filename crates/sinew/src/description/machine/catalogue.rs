@@ -30,7 +30,7 @@ impl Catalogue {
     /// # Errors
     /// None: a test reads it.
     pub fn built_in() -> Result<Self, DescriptionError> {
-        Self::from_toml("the built-in catalogue", include_str!("../../../../../models/motors.toml"))
+        Self::from_toml("the built-in catalogue", sinew_models::MOTORS)
     }
 
     /// Reads a catalogue and checks every number; `file` names the text in errors.
@@ -201,7 +201,7 @@ mod tests {
     use crate::drive::Reducer;
     use std::format;
 
-    const OURS: &str = include_str!("../../../../../models/motors.toml");
+    const OURS: &str = sinew_models::MOTORS;
 
     fn refused(text: &str) -> DescriptionError {
         Catalogue::from_toml("motors.toml", text).unwrap_err()

@@ -23,7 +23,7 @@ const MAX_WRAP: f64 = 4.0;
 /// use sinew::drive::DriveCommand;
 /// use sinew::machine::Machine;
 /// use sinew::twin::arm::{ArmSpecimen, ArmTwin};
-/// let text = include_str!("../../../../../models/lm_arm.toml");
+/// let text = sinew_models::LM_ARM;
 /// let parts = sinew::description::from_toml("lm_arm.toml", text).expect("a model of this repository").parts;
 /// let machine = Machine::from_robot(&Robot::new(parts)?)?;
 /// let specimen = ArmSpecimen::draw(&machine, 1)?;

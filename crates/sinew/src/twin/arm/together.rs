@@ -15,7 +15,7 @@ use crate::error::within;
 /// use sinew::drive::DriveCommand;
 /// use sinew::machine::Machine;
 /// use sinew::twin::arm::{ArmSpecimen, ArmTwin, ArmTwins};
-/// let text = include_str!("../../../../../models/bench_joint.toml");
+/// let text = sinew_models::BENCH_JOINT;
 /// let read = sinew::description::machine_from_toml("bench_joint.toml", text, &mut |_| Err("none".into()))?;
 /// let (machine, pull) = (read.machine, [40.0; 2]);
 /// let arm = |seed| ArmTwin::new(&ArmSpecimen::draw(&machine, seed)?, &machine.start, &pull, seed);

@@ -11,7 +11,7 @@ const HERE: Rigid = ([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [0.0; 
 
 /// The arm of the repository, whose shoulder has three joints.
 fn arm() -> Robot {
-    let text = include_str!("../../../../../models/lm_arm.toml");
+    let text = sinew_models::LM_ARM;
     Robot::new(sinew::description::from_toml("lm_arm.toml", text).unwrap().parts).unwrap()
 }
 

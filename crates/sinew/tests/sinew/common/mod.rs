@@ -16,13 +16,13 @@ use sinew::transmission::{BasisTerm, Branch, ClampCell};
 
 /// The arm of `models/`.
 pub(crate) fn lm_arm() -> Robot {
-    let text = include_str!("../../../../../models/lm_arm.toml");
+    let text = sinew_models::LM_ARM;
     Robot::new(sinew::description::from_toml("lm_arm.toml", text).unwrap().parts).unwrap()
 }
 
 /// The machine of `models/`.
 pub(crate) fn lm_machine() -> Machine {
-    let text = include_str!("../../../../../models/lm_arm.toml");
+    let text = sinew_models::LM_ARM;
     sinew::description::machine_from_toml("lm_arm.toml", text, &mut |_| Err("no other file".into()))
         .unwrap()
         .machine

@@ -11,7 +11,7 @@ use sinew::body::{Parts, PathElement, Robot, TendonPath};
 use sinew::description::{Description, DescriptionError, from_mjcf, from_toml, from_urdf, to_mjcf, to_toml};
 
 const MIXED_ROBOT: &str = include_str!("mixed_robot.xml");
-const ARM: &str = include_str!("../../../../../models/lm_arm.toml");
+const ARM: &str = sinew_models::LM_ARM;
 
 fn mjcf(text: &str) -> Result<Description, DescriptionError> {
     from_mjcf("robot.xml", text, &mut |name| match name {

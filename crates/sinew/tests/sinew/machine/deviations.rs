@@ -5,7 +5,7 @@ use sinew::machine::{Machine, Tolerances, Workshop};
 use sinew::twin::arm::ArmSpecimen;
 
 fn arm() -> Machine {
-    let text = include_str!("../../../../../models/lm_arm.toml");
+    let text = sinew_models::LM_ARM;
     let parts = sinew::description::from_toml("lm_arm.toml", text).unwrap().parts;
     Machine::from_robot(&Robot::new(parts).unwrap()).unwrap()
 }

@@ -241,7 +241,7 @@ fn a_coupled_joint_follows_and_has_neither_start_nor_encoder() {
     let read = model("finger");
     let machine = &read.machine;
     assert_eq!((machine.start.len(), machine.encoders.len(), machine.robot.nq()), (3, 3, 4));
-    let text = include_str!("../../../../../models/finger.toml");
+    let text = sinew_models::FINGER;
     let wrong = |more: &str| super::read(&format!("{text}\n{more}\n")).unwrap_err().to_string();
     let told = wrong("[[joint_encoder]]\njoint = \"end_flexion\"\nnone = true");
     assert!(told.contains("end_flexion") && told.contains("follows no other"), "{told}");

@@ -27,7 +27,7 @@ pub(crate) const STANDING: DriveCommand = DriveCommand::Velocity(0.0);
 fn design() -> &'static (Machine, Vec<CableModel>, ArmController) {
     static DESIGN: OnceLock<(Machine, Vec<CableModel>, ArmController)> = OnceLock::new();
     DESIGN.get_or_init(|| {
-        let text = include_str!("../../../../../models/bench_joint.toml");
+        let text = sinew_models::BENCH_JOINT;
         let machine = sinew::description::machine_from_toml("bench_joint.toml", text, &mut |_| {
             Err("no other file".into())
         })

@@ -1,6 +1,6 @@
 """A finger on two tendons, with and without sheaths: what friction does to its closing and opening.
 
-Run: `python python/examples/tendon_hand.py`. Needs MuJoCo (`pip install mujoco`). Prints the angle of the knuckle
+Run: `python tendon_hand.py`. Needs MuJoCo (`pip install mujoco`). Prints the angle of the knuckle
 while the difference of the tensions at the motors goes up and down.
 """
 

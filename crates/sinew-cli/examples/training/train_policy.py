@@ -1,6 +1,6 @@
 """A policy for a joint between two cables, trained with and without the friction of their sheaths.
 
-Run: `python python/examples/train_policy.py [GENERATIONS [PAIRS [SEED [warp]]]]`. Needs gymnasium, and mujoco-warp where the
+Run: `python train_policy.py [GENERATIONS [PAIRS [SEED [warp]]]]`. Needs gymnasium, and mujoco-warp where the
 policy is to be trained in worlds of MuJoCo Warp. A linear policy commands the tensions of two drives
 from their encoders and load cells and the joint's encoder; an evolution strategy after Salimans et al. (2017) trains it on
 `sinew/BenchJoint-v0`, once on cables without friction and once on cables in their sheaths. Both are then evaluated on other
