@@ -27,6 +27,29 @@
   document.querySelectorAll(".needs-script").forEach((e) => { e.hidden = false; });
   show();
 
+  // Terms of the glossary are explained where they first stand in a section.
+  const terms = new Map([...document.querySelectorAll("#glossary dt")].map((term) => [term.textContent, term.nextElementSibling.textContent]));
+  const any = new RegExp(`(?<![\\p{L}-])(?:${[...terms.keys()].join("|")})(?=s?(?![\\p{L}-]))`, "iu");
+  const plain = (node) => !node.parentElement.closest("a, abbr, button, code, figcaption, h1, h2, h3, option, output, script, style, summary, svg, .legend, .plot, .scene, .tag");
+  document.querySelectorAll("main > section").forEach((section) => {
+    const walker = document.createTreeWalker(section, NodeFilter.SHOW_TEXT), told = new Set(), texts = [];
+    while (walker.nextNode()) if (plain(walker.currentNode)) texts.push(walker.currentNode);
+    for (let text of texts) for (let from = 0; ;) {
+      const found = any.exec(text.data.slice(from)), term = found?.[0].toLowerCase();
+      if (!found) break;
+      from += found.index + term.length;
+      if (told.has(term)) continue;
+      told.add(term);
+      const word = text.splitText(from - term.length), abbr = document.createElement("abbr");
+      text = word.splitText(term.length);
+      abbr.title = terms.get(term);
+      abbr.tabIndex = 0;
+      word.replaceWith(abbr);
+      abbr.append(word);
+      from = 0;
+    }
+  });
+
   // Contents: mark the section being read.
   const links = new Map([...document.querySelectorAll(".contents a")].map((a) => [a.hash.slice(1), a]));
   const seen = new IntersectionObserver((entries) => {

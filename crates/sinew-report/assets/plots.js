@@ -1,95 +1,14 @@
 "use strict";
-// Plots: values under the cursor, zoom, and saving as SVG. The pictures stand in the page as paths, which this script reads;
+// Plots: values under the cursor, zoom, and saving. The pictures stand in the page as paths, which this script reads;
 // without it they are complete.
-const sinew = (() => {
-  const number = (v, digits) => (v === null || v === undefined || !Number.isFinite(v) ? "–" : Number(v.toPrecision(digits)).toString().replace("-", "−"));
+(() => {
   const unitOf = (label) => (/\(([^()]+)\)\s*$/.exec(label) || ["", ""])[1];
-  const escaped = (text) => text.replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
-  // Round values within a range, at least two.
-  const ticks = (low, high, count) => {
-    for (let requested = count; ; requested *= 2) {
-      const raw = (high - low) / requested, power = 10 ** Math.floor(Math.log10(raw));
-      const step = power * [1, 2, 5, 10].find((m) => m * power >= 0.7 * raw);
-      const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), found = [];
-      for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step && found.length < 40; k++) found.push([k * step, (k * step).toFixed(Math.min(decimals, 12)).replace(/^-(0\.?0*)$/, "$1").replace("-", "−")]);
-      if (found.length > 1 || requested > 64) return found;
-    }
-  };
-  // Polylines of a path of whole units: M, then l with relative steps, h and v.
-  const parse = (data) => {
-    const lines = [];
-    let x = 0, y = 0, line = null, command = "", numbers = [];
-    const push = () => line.push([x, y]);
-    for (const [token] of data.matchAll(/[A-Za-z]|-?\d+(?:\.\d+)?/g)) {
-      if (/[A-Za-z]/.test(token)) {
-        command = token; numbers = [];
-        if (token === "z" && line) line.push(line[0]);
-        continue;
-      }
-      numbers.push(Number(token));
-      if (command === "h") { x += numbers.pop(); push(); } else if (command === "v") { y += numbers.pop(); push(); }
-      else if (numbers.length === 2) {
-        [x, y] = command === "M" ? numbers : [x + numbers[0], y + numbers[1]];
-        if (command === "M") lines.push(line = []);
-        if (command === "M" || numbers[0] || numbers[1]) push();
-        numbers = [];
-      }
-    }
-    return lines;
-  };
-
-  // Colours of a class as they are on white paper, whatever the theme.
-  const onPaper = (read) => {
-    const root = document.documentElement, theme = root.dataset.theme;
-    root.dataset.theme = "light";
-    try { return read(); } finally { if (theme) root.dataset.theme = theme; else delete root.dataset.theme; }
-  };
-  const pixel = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
-  const plain = (colour) => {
-    pixel.canvas.width = pixel.canvas.height = 1;
-    pixel.fillStyle = colour;
-    pixel.fillRect(0, 0, 1, 1);
-    const [r, g, b, a] = pixel.getImageData(0, 0, 1, 1).data;
-    return [`#${[r, g, b].map((v) => v.toString(16).padStart(2, "0")).join("")}`, a / 255];
-  };
   const styleOf = (path) => {
-    const css = getComputedStyle(path), fill = css.fill !== "none", [stroke, strokeAlpha] = plain(css.stroke === "none" ? "transparent" : css.stroke), [area, areaAlpha] = plain(fill ? css.fill : "transparent");
-    return `fill="${fill ? area : "none"}" fill-opacity="${areaAlpha.toFixed(3)}" stroke="${css.stroke === "none" ? "none" : stroke}" stroke-opacity="${(strokeAlpha * css.strokeOpacity).toFixed(3)}" stroke-width="${parseFloat(css.strokeWidth)}" stroke-linecap="${css.strokeLinecap}" stroke-linejoin="round"${css.strokeDasharray === "none" ? "" : ` stroke-dasharray="${css.strokeDasharray.replaceAll("px", "")}"`}`;
+    const css = getComputedStyle(path), filled = css.fill !== "none", stroked = css.stroke !== "none";
+    const [fill, fillOpacity] = figures.plain(filled ? css.fill : "transparent"), [stroke, alpha] = figures.plain(stroked ? css.stroke : "transparent");
+    const dash = css.strokeDasharray === "none" ? [] : css.strokeDasharray.split(/[\s,]+/).map(parseFloat);
+    return { fill: filled ? fill : null, fillOpacity, stroke: stroked ? stroke : null, strokeOpacity: alpha * css.strokeOpacity, width: parseFloat(css.strokeWidth), cap: css.strokeLinecap, dash };
   };
-  // Panels one above the other as a standalone picture: { x, y: {label, ticks: [at, text]}, box, height, shapes: [{data, style}], legend: [{style, name}] }.
-  const picture = (title, panels) => {
-    const width = 760, left = 76, inner = width - left - 20;
-    let top = 30, body = "";
-    panels.forEach((p) => {
-      body += `<text x="8" y="${top - 10}">${escaped(p.y.label)}</text>`;
-      body += `<svg x="${left}" y="${top}" width="${inner}" height="${p.height}" viewBox="${p.box.join(" ")}" preserveAspectRatio="none">${p.shapes.map((s) => `<path d="${s.data}" vector-effect="non-scaling-stroke" ${s.style}/>`).join("")}</svg>`;
-      body += `<path d="M${left} ${top}v${p.height}h${inner}" fill="none" stroke="#59626d"/>`;
-      body += p.y.ticks.map(([at, text]) => `<text x="${left - 7}" y="${(top + at * p.height + 4).toFixed(1)}" text-anchor="end">${escaped(text)}</text>`).join("");
-      top += p.height + 18;
-      body += p.x.ticks.map(([at, text]) => `<text x="${(left + at * inner).toFixed(1)}" y="${top}" text-anchor="middle">${escaped(text)}</text>`).join("");
-      if (p.x.label) { top += 19; body += `<text x="${left + inner}" y="${top}" text-anchor="end">${escaped(p.x.label)}</text>`; }
-      let x = left;
-      if (p.legend.length) top += 22;
-      for (const entry of p.legend) {
-        const wide = 44 + 7.2 * entry.name.length;
-        if (x + wide > width && x > left) { x = left; top += 19; }
-        body += `<path d="M${x} ${top - 4}h28" ${entry.style}/><text x="${x + 35}" y="${top}">${escaped(entry.name)}</text>`;
-        x += wide;
-      }
-      top += 36;
-    });
-    return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${width} ${top - 12}" width="${width}" height="${top - 12}" font-family="Helvetica, Arial, sans-serif" font-size="13"><title>${escaped(title)}</title><rect width="100%" height="100%" fill="#fff"/>${body}</svg>\n`;
-  };
-  const download = (title, text, kind) => {
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob([text], { type: kind === "csv" ? "text/csv" : "image/svg+xml" }));
-    link.download = `${title.replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "").slice(0, 80).toLowerCase() || "figure"}.${kind}`;
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-  };
-  // Rows of texts and numbers; what is missing stays empty.
-  const table = (title, rows) => download(title, rows.map((row) => `${row.map((v) => (typeof v === "string" ? `"${v.replaceAll('"', '""')}"` : v ?? "")).join(",")}\n`).join(""), "csv");
-  const save = (title, panels) => download(title, picture(title, panels), "svg");
   const button = (text, label, action) => {
     const b = document.createElement("button");
     b.type = "button"; b.textContent = text; b.title = label;
@@ -108,12 +27,12 @@ const sinew = (() => {
     const [xUnit, yUnit] = [unitOf(xLabel || (plot.dataset.link ? "(s)" : "")), unitOf(yLabel)];
     let series = null, view = [0, 0, W, H], at = null, start = null;
     plot.addEventListener("redrawn", () => { series = null; });
-    const lines = () => (series ??= [...svg.querySelectorAll("path[data-name]:not(.reversal, .repeat, .fault, .skipped)")].map((p) => ({ name: p.dataset.name, points: parse(p.getAttribute("d")).flat() })));
+    const lines = () => (series ??= [...svg.querySelectorAll("path[data-name]:not(.reversal, .repeat, .fault, .skipped)")].map((p) => ({ name: p.dataset.name, points: figures.parse(p.getAttribute("d")).flat() })));
     const valueX = (u) => x0 + u / W * (x1 - x0), valueY = (u) => y1 - u / H * (y1 - y0);
     const axisTicks = () => {
       const [vx, vy, vw, vh] = view, wide = Math.max(2, Math.round(area.clientWidth / 110)), high = Math.max(2, Math.round(area.clientHeight / 55));
-      const x = named ? [] : ticks(valueX(vx), valueX(vx + vw), wide).map(([v, t]) => [(v - x0) / (x1 - x0) * W, t]);
-      return { x, y: ticks(valueY(vy + vh), valueY(vy), high).map(([v, t]) => [(y1 - v) / (y1 - y0) * H, t]) };
+      const x = named ? [] : figures.ticks(valueX(vx), valueX(vx + vw), wide).map(([v, t]) => [(v - x0) / (x1 - x0) * W, t]);
+      return { x, y: figures.ticks(valueY(vy + vh), valueY(vy), high).map(([v, t]) => [(y1 - v) / (y1 - y0) * H, t]) };
     };
     const spans = (holder, list, side) => holder.replaceChildren(...(side === "top" ? [plot.querySelector(".y-ticks i")] : []), ...list.map(([fraction, text]) => {
       const s = document.createElement("span");
@@ -173,10 +92,10 @@ const sinew = (() => {
       const u = unit(x, y), parts = [];
       let place = x;
       if (overTime && !named) {
-        parts.push(["", `${number(valueX(u[0]), 4)} ${xUnit}`]);
+        parts.push(["", `${figures.number(valueX(u[0]), 4)} ${xUnit}`]);
         for (const s of lines()) {
           const found = onLine(s.points, u[0]);
-          if (found !== null && !parts.some(([n]) => n === s.name)) parts.push([s.name, `${number(valueY(found), 4)} ${yUnit}`]);
+          if (found !== null && !parts.some(([n]) => n === s.name)) parts.push([s.name, `${figures.number(valueY(found), 4)} ${yUnit}`]);
         }
       } else {
         let best = null;
@@ -186,15 +105,15 @@ const sinew = (() => {
         }
         if (!best) return;
         [place] = pixels(best[0]);
-        const where = named ? names[Math.round(valueX(best[0][0]))] ?? "" : `${number(valueX(best[0][0]), 4)} ${xUnit}`;
+        const where = named ? names[Math.round(valueX(best[0][0]))] ?? "" : `${figures.number(valueX(best[0][0]), 4)} ${xUnit}`;
         if (named) {
           const column = best[0][0];
           parts.push(["", where]);
           for (const s of lines()) {
             const ys = s.points.filter((p) => Math.abs(p[0] - column) < 1).map((p) => valueY(p[1])).filter((v) => v !== 0);
-            if (ys.length) parts.push([s.name, `${ys.length > 1 && Math.min(...ys) !== Math.max(...ys) ? `${number(Math.min(...ys), 3)} … ` : ""}${number(Math.max(...ys), 3)} ${yUnit}`]);
+            if (ys.length) parts.push([s.name, `${ys.length > 1 && Math.min(...ys) !== Math.max(...ys) ? `${figures.number(Math.min(...ys), 3)} … ` : ""}${figures.number(Math.max(...ys), 3)} ${yUnit}`]);
           }
-        } else parts.push([best[2], `${where}, ${number(valueY(best[0][1]), 4)} ${yUnit}`]);
+        } else parts.push([best[2], `${where}, ${figures.number(valueY(best[0][1]), 4)} ${yUnit}`]);
       }
       mark.style.left = `${place}px`;
       values.replaceChildren(...parts.map(([name, value]) => {
@@ -248,18 +167,18 @@ const sinew = (() => {
     const tools = document.createElement("span"), reset = button("↺", `Show all of: ${title}`, all_);
     tools.className = "tools";
     reset.hidden = true;
-    tools.append(reset, button("SVG", `Save as SVG: ${title}`, () => onPaper(() => {
-      const [vx, vy, vw, vh] = view, found = axisTicks();
-      const shapes = [...svg.querySelectorAll("path")].map((p) => ({ data: p.getAttribute("d"), style: styleOf(p) }));
-      const xs = named ? names.map((t, k) => [(k - x0) / (x1 - x0) * W, t]) : found.x;
-      save(title, [{ box: view, height: 340, shapes, legend: legend(), x: { label: xLabel || (plot.dataset.link ? "time (s)" : ""), ticks: xs.map(([u, t]) => [(u - vx) / vw, t]) }, y: { label: yLabel, ticks: found.y.map(([u, t]) => [(u - vy) / vh, t]) } }]);
-    })), button("CSV", `Save the drawn points as CSV: ${title}`, () => {
+    const drawn = () => {
+      const [vx, vy, vw, vh] = view, shapes = [...svg.querySelectorAll("path:not(.grid)")].map((p) => ({ data: p.getAttribute("d"), style: styleOf(p) }));
+      const x = { label: xLabel || (plot.dataset.link ? "time (s)" : ""), low: valueX(vx), high: valueX(vx + vw), named: named ? names.map((t, k) => [((k - x0) / (x1 - x0) * W - vx) / vw, t]) : null };
+      return [{ box: view, height: 340, grid: styleOf(grid), shapes, legend: legend(), x, y: { label: yLabel, low: valueY(vy + vh), high: valueY(vy) } }];
+    };
+    const saved = ["svg", "pdf"].map((kind) => button(kind.toUpperCase(), `Save as ${kind.toUpperCase()}: ${title}`, () => figures.onPaper(() => figures.save(title, drawn(), kind))));
+    tools.append(reset, ...saved, button("CSV", `Save the drawn points as CSV: ${title}`, () => {
       const exact = (v) => Number(v.toPrecision(6)), along = (u) => (named ? names[Math.round(valueX(u))] ?? "" : exact(valueX(u)));
-      table(title, [["line", xLabel || (plot.dataset.link ? "time (s)" : ""), yLabel], ...lines().flatMap((s) => s.points.map(([u, v]) => [s.name, along(u), exact(valueY(v))]))]);
+      figures.table(title, [["line", xLabel || (plot.dataset.link ? "time (s)" : ""), yLabel], ...lines().flatMap((s) => s.points.map(([u, v]) => [s.name, along(u), exact(valueY(v))]))]);
     }));
     plot.querySelector(".y-label").after(tools);
     all.push(self);
   };
   document.querySelectorAll(".plot").forEach(enhance);
-  return { button, number, onPaper, plain, save, table, ticks };
 })();

@@ -54,7 +54,7 @@
     return getComputedStyle(probe).color;
   };
 
-  const { number } = sinew;
+  const { number } = figures;
   const withUnit = (v, unit) => (unit === "°" ? `${v}°` : unit ? `${v}\u202f${unit}` : v);
   const showReadout = (o) => {
     readout.replaceChildren(...o.flatMap(([k, v]) => {
@@ -203,14 +203,14 @@
     if (b.classList.contains("thumb")) byId("traces").scrollIntoView();
   }));
   // The panes as they are zoomed, one above the other.
-  const style = (name, width, dash = "") => {
+  const style = (name, width, dash = []) => {
     probe.style.color = `var(--${name})`;
-    const [r, g, b] = getComputedStyle(probe).color.match(/[\d.]+/g).map(Number);
-    return { line: `fill="none" stroke="rgb(${r},${g},${b})" stroke-width="${width}"${dash && ` stroke-dasharray="${dash}"`}`, area: `fill="rgb(${r},${g},${b})" fill-opacity="0.2" stroke="none"` };
+    const [colour] = figures.plain(getComputedStyle(probe).color);
+    return { line: { stroke: colour, strokeOpacity: 1, width, dash }, area: { fill: colour, fillOpacity: 0.2 }, swatch: { stroke: colour, strokeOpacity: 0.2, width: 10 } };
   };
-  byId("save-traces").addEventListener("click", () => sinew.onPaper(() => {
-    const r = unpack(data.records[current]), far = style("measured", 2.4), own = style("accent", 1.4), input = style("near", 1.3, "7 4"), warm = style("warm", 1.3);
-    const panels = panes.map((u, k) => {
+  const panels = () => {
+    const r = unpack(data.records[current]), far = style("measured", 2.4), own = style("accent", 1.4), input = style("near", 1.3, [7, 4]), warm = style("warm", 1.3), grid = style("grid", 1).line;
+    return panes.map((u, k) => {
       const { min: x0, max: x1 } = u.scales.x, { min: y0, max: y1 } = u.scales.y, W = 4000, H = 2000;
       const at = (i, ys) => `${((r.time[i] - x0) / (x1 - x0) * W).toFixed(1)} ${((y1 - ys[i]) / (y1 - y0) * H).toFixed(1)}`;
       const seen = r.time.map((t, i) => i).filter((i) => r.time[i] >= x0 && r.time[i] <= x1);
@@ -220,18 +220,15 @@
         : k === 1 ? [{ data: path(r.error), style: own.line }]
         : k - 2 < data.inputs.length ? [{ data: path(r.inputs[k - 2]), style: input.line }] : [{ data: path(r.gate), style: warm.line }];
       const label = live.querySelectorAll(".pane-label")[k].textContent, last = k === panes.length - 1;
-      return {
-        box: [0, 0, W, H], height: k === 0 ? 300 : 110, shapes, legend: k === 0 ? [{ name: "measured", style: far.line }, { name: "predicted", style: own.line }, { name: "95 % band", style: own.area.replace("stroke=\"none\"", own.line.slice(12)).replace("stroke-width=\"1.4\"", "stroke-opacity=\"0.2\" stroke-width=\"10\"") }] : [],
-        x: { label: last ? "time (s)" : "", ticks: sinew.ticks(x0, x1, 7).map(([v, s]) => [(v - x0) / (x1 - x0), s]) },
-        y: { label, ticks: sinew.ticks(y0, y1, k === 0 ? 5 : 2).map(([v, s]) => [(y1 - v) / (y1 - y0), s]) },
-      };
+      const legend = [{ name: "measured", style: far.line }, { name: "predicted", style: own.line }, { name: "95 % band", style: own.swatch }];
+      return { box: [0, 0, W, H], height: k === 0 ? 300 : 110, grid, shapes, legend: k === 0 ? legend : [], x: { label: last ? "time (s)" : "", low: x0, high: x1 }, y: { label, low: y0, high: y1 } };
     });
-    sinew.save(`${data.far} ${data.records[current].label}`, panels);
-  }));
+  };
+  for (const kind of ["svg", "pdf"]) byId(`save-${kind}`).addEventListener("click", () => figures.onPaper(() => figures.save(`${data.far} ${data.records[current].label}`, panels(), kind)));
   byId("save-csv").addEventListener("click", () => {
     const r = data.records[current], columns = [r.time, r.far, r.predicted, r.low, r.high, r.error, ...r.inputs];
     const labels = [...live.querySelectorAll(".pane-label")].map((e) => e.textContent);
-    sinew.table(`${data.far} ${r.label}`, [["time (s)", labels[0], "predicted", "95 % band, low", "95 % band, high", ...labels.slice(1, 2 + r.inputs.length)], ...r.time.map((_, i) => columns.map((c) => c[i]))]);
+    figures.table(`${data.far} ${r.label}`, [["time (s)", labels[0], "predicted", "95 % band, low", "95 % band, high", ...labels.slice(1, 2 + r.inputs.length)], ...r.time.map((_, i) => columns.map((c) => c[i]))]);
   });
   document.querySelectorAll("[data-zoom]").forEach((b) => b.addEventListener("click", () => step(b.dataset.zoom)));
   live.addEventListener("dblclick", () => step("all"));

@@ -16,6 +16,7 @@ mod checks;
 pub mod colours;
 pub mod error;
 mod format;
+mod glossary;
 mod laws;
 mod loops;
 pub mod machine_picture;

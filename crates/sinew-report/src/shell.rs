@@ -1,14 +1,20 @@
 //! What every page shares: style sheet and scripts.
 
+use super::glossary::GLOSSARY;
+
 /// Style sheet and scripts of a page.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shell {
     /// Of the program.
     pub(super) version: &'static str,
     pub(super) style: [&'static str; 4],
-    /// Theme, contents and tables.
+    /// Theme, contents, tables and glossary.
     pub(super) page: &'static str,
-    /// Values under the cursor, zoom and saving of plots.
+    /// Terms and what they mean.
+    pub(super) glossary: [(&'static str, &'static str); 22],
+    /// Saved figures.
+    pub(super) figures: &'static str,
+    /// Values under the cursor and zoom of plots.
     pub(super) plots: &'static str,
 }
 
@@ -28,5 +34,7 @@ pub(super) const SHELL: Shell = Shell {
         include_str!("../assets/plots.css"),
     ],
     page: include_str!("../assets/page.js"),
+    glossary: GLOSSARY,
+    figures: include_str!("../assets/figures.js"),
     plots: include_str!("../assets/plots.js"),
 };

@@ -42,6 +42,32 @@ pub(crate) async fn all(page: &Browser, program: &Path, folder: &Path, requested
     page.go("about:blank").await
 }
 
+/// Every plot is saved as SVG and as PDF of the width that the reader chose.
+async fn saved(page: &Browser, name: &str) -> Outcome<()> {
+    let found = page
+        .later(
+            "const done = arguments[0], blobs = [], make = URL.createObjectURL;
+         URL.createObjectURL = (blob) => { blobs.push(blob); return make(blob); };
+         const width = document.querySelector('#figures input');
+         width.value = '84'; width.dispatchEvent(new Event('change', { bubbles: true }));
+         document.querySelectorAll('[aria-label^=\"Save as\"], #save-svg, #save-pdf').forEach((b) => b.click());
+         URL.createObjectURL = make;
+         const wrong = (text) => text.startsWith('%PDF') ? !text.includes('/MediaBox [0 0 238.11 ') || \
+         Number(/startxref\\n(\\d+)/.exec(text)[1]) !== text.indexOf('xref\\n') || /NaN|undefined|Infinity/.test(text)
+         : !text.includes('width=\"84mm\"') || /NaN|undefined|Infinity/.test(text) ||
+         new DOMParser().parseFromString(text, 'image/svg+xml').querySelector('parsererror') !== null;
+         Promise.all(blobs.map((b) => b.text())).then((texts) => done({ plots: \
+         document.querySelectorAll('.plot').length, files: texts.length, wrong: texts.filter(wrong) }));",
+        )
+        .await?;
+    println!("{name}: {} files of {} plots", found["files"], found["plots"]);
+    let enough = found["files"].as_u64() >= found["plots"].as_u64().map(|plots| 2 * plots);
+    if enough && found["wrong"].as_array().is_some_and(Vec::is_empty) {
+        return Ok(());
+    }
+    Err(format!("{name}: saved figures are wrong: {found}"))
+}
+
 async fn looked_at(page: &Browser, file: &Path, requested: &Requested) -> Outcome<()> {
     let name = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let name = format!("report-{name}");
@@ -63,6 +89,7 @@ async fn looked_at(page: &Browser, file: &Path, requested: &Requested) -> Outcom
     )
     .await?;
     let failed = page.number("return document.querySelectorAll('figure.scene .notice').length").await?;
+    saved(page, &name).await?;
     clipped(page, &name).await?;
     page.size(390, 844).await?;
     page.go(&address).await?;
