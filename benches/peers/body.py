@@ -33,7 +33,7 @@ def say(what, times):
 
 def main():
     model = mujoco.MjModel.from_xml_path(sys.argv[1])
-    rng, datas = np.random.default_rng(1), []
+    rng, states = np.random.default_rng(1), []
     for _ in range(POSES):
         data = mujoco.MjData(model)
         for j in range(model.njnt):
@@ -41,18 +41,18 @@ def main():
             data.qpos[model.jnt_qposadr[j]] = rng.uniform(low, high)
         data.qvel[:] = rng.normal(size=model.nv)
         mujoco.mj_forward(model, data)
-        datas.append((data, np.zeros(model.nv)))
+        states.append((data, np.zeros(model.nv)))
 
     def muscles(pair):
         mujoco.mj_kinematics(model, pair[0])
         mujoco.mj_comPos(model, pair[0])
         mujoco.mj_tendon(model, pair[0])
 
-    say("mujoco kinematics+comPos+tendon", nanoseconds(muscles, datas))
-    say("mujoco tendon alone", nanoseconds(lambda pair: mujoco.mj_tendon(model, pair[0]), datas))
-    rne = nanoseconds(lambda pair: mujoco.mj_rne(model, pair[0], 1, pair[1]), datas)
+    say("mujoco kinematics+comPos+tendon", nanoseconds(muscles, states))
+    say("mujoco tendon alone", nanoseconds(lambda pair: mujoco.mj_tendon(model, pair[0]), states))
+    rne = nanoseconds(lambda pair: mujoco.mj_rne(model, pair[0], 1, pair[1]), states)
     both = nanoseconds(lambda pair: (mujoco.mj_kinematics(model, pair[0]), mujoco.mj_comPos(model, pair[0]),
-                                   mujoco.mj_comVel(model, pair[0])), datas)
+                                   mujoco.mj_comVel(model, pair[0])), states)
     say("mujoco inverse dynamics with kinematics", rne + both)
     try:
         import pinocchio

@@ -73,7 +73,7 @@ def own(path: Any, cells: int, **numbers: float) -> sinew.Cable:
     substeps=st.sampled_from([1, 2, 4]),
     seed=st.integers(0, 1000),
 )
-def test_the_law_is_the_librarys_own_to_the_bit(
+def test_the_law_is_that_of_the_library_to_the_bit(
     friction: float, bend: float, wrap: float, compliance: float, drag: float, cells: int, substeps: int, seed: int
 ) -> None:
     path = (sinew.Free(0.2), sinew.Sheath(0.8, bend), sinew.Pulley(wrap), sinew.Free(0.5))

@@ -1,9 +1,9 @@
 //! The book: `docs/` and the texts of the root as one set of pages, by `docs/SUMMARY.md`.
 
-use crate::commands::succeed;
+use crate::commands::{installed, succeed};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 /// Its chapters, whose links are relative to `docs`.
 const SUMMARY: &str = "docs/SUMMARY.md";
@@ -45,8 +45,7 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
 
 /// Builds the book, or says that it was skipped.
 pub(crate) fn make(root: &Path) -> Result<(), String> {
-    let version = Command::new("mdbook").arg("--version").stdout(Stdio::null()).status();
-    if !version.is_ok_and(|status| status.success()) {
+    if !installed("mdbook") {
         println!("the book itself: skipped, mdbook is not installed (cargo install mdbook)");
         return Ok(());
     }

@@ -26,7 +26,11 @@ const fn by_name(name: &'static str, purpose: &'static str, run: fn(&Path) -> Re
 /// All steps. Every build uses the dev profile and all features, so that each dependency is compiled once.
 const STEPS: [Step; 18] = [
     step("fmt", "the code is formatted", fmt),
-    step("hygiene", "no huge files, stubs, conflict markers, private paths or retired words", hygiene::check),
+    step(
+        "hygiene",
+        "no huge files, stubs, conflict markers, private paths, retired or misspelt words",
+        hygiene::check,
+    ),
     step("layering", "no room imports what it must not know, no circle between files", layering::check),
     step("book", "links and chapters of the texts hold; the book where mdbook is installed", book::check),
     step("clippy", "no warning with all features, tests, examples and benches", clippy),

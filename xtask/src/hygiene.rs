@@ -1,7 +1,9 @@
 //! What no compiler looks at: sizes, stubs, leftovers of a merge, paths of one person's machine.
 
+use crate::commands::{installed, succeed};
 use crate::tree;
 use std::path::Path;
+use std::process::Command;
 
 const MAX_LINES: usize = 800;
 /// Of a comment.
@@ -55,9 +57,18 @@ pub(crate) fn check(root: &Path) -> Result<(), String> {
     }
     if findings.is_empty() {
         println!("{} files", files.len());
-        return Ok(());
+        return spelling(root);
     }
     Err(findings.join("\nerror: "))
+}
+
+/// No misspelt word, by `typos.toml`.
+fn spelling(root: &Path) -> Result<(), String> {
+    if installed("typos") {
+        return succeed(Command::new("typos").arg("--format=brief").current_dir(root));
+    }
+    println!("spelling: skipped, typos is not installed (cargo install typos-cli)");
+    Ok(())
 }
 
 /// What is wrong with a text file, line by line.

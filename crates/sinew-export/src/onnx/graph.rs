@@ -190,8 +190,8 @@ impl Graph {
         let nodes = std::mem::take(&mut self.nodes);
         let sizes: Vec<usize> = self.slots.iter().map(|(width, ..)| *width).collect();
         let parts = self.split(state, &sizes);
-        let befores: Vec<Value> = self.slots.iter().map(|(_, before, _)| *before).collect();
-        for (part, before) in parts.into_iter().zip(befores) {
+        let earlier: Vec<Value> = self.slots.iter().map(|(_, before, _)| *before).collect();
+        for (part, before) in parts.into_iter().zip(earlier) {
             self.alias(part, before);
         }
         self.nodes.extend(nodes);
