@@ -129,3 +129,48 @@ fn fit_all(
     let requested = laws.par_iter().filter(|law| only.is_none_or(|only| law.name == only));
     requested.filter_map(|law| law.fit(thinned, all, signals)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::predict_classical;
+    use crate::log::{Dataset, Input, Role, Roles, Sequence};
+
+    /// A cable in a sheath, moved to and fro, whose friction grows with its speed; once it moves by
+    /// `jump` metres in a fifth of a second.
+    fn moved(log: usize, jump: f64, scored: bool) -> Sequence {
+        let (interval, rate, speed) = (0.005, 2.0, 0.02);
+        let time_s: Vec<f64> = (0..2000).map(|i| f64::from(i) * interval).collect();
+        let near: Vec<f64> = time_s.iter().map(|t| 60.0 + 20.0 * (rate * t).sin()).collect();
+        let far = time_s.iter().zip(&near).map(|(t, tension)| {
+            let (v, noise) = (speed * (rate * t).cos(), 0.05 * (37.0 * t).sin());
+            tension * (-v.signum() * (0.4 + 5.0 * v.abs())).exp() + noise
+        });
+        let far: Vec<f64> = far.collect();
+        let at = |t: f64| speed / rate * (rate * t).sin() + jump * ((t - 5.2) / 0.2).clamp(0.0, 1.0);
+        let inputs = time_s.iter().zip(&near).flat_map(|(t, tension)| [*tension, at(*t)]);
+        Sequence {
+            log,
+            trial: String::new(),
+            row: (0..time_s.len()).collect(),
+            inputs: inputs.collect(),
+            far_clean: far.clone(),
+            far,
+            scored: vec![scored; time_s.len()],
+            condition_values: vec![],
+            time_s,
+        }
+    }
+
+    #[test]
+    fn friction_that_grows_with_speed_stays_as_it_is_beyond_the_speeds_of_the_fit() {
+        let columns = [("near_n", Role::Effort), ("near_m", Role::Motion)];
+        let inputs = columns.map(|(column, role)| Input { column: column.to_owned(), role }).to_vec();
+        let roles = Roles { far: Some("far_n".to_owned()), inputs, time: None, trial: None, group: None };
+        let sequences = vec![moved(0, 0.0, true), moved(1, -0.4, false)];
+        let data = Dataset { roles, columns: vec![], logs: vec![], conditions: vec![], sequences };
+        let laws = predict_classical(&data);
+        let law = laws.iter().find(|law| law.fit.law.contains("viscous growth")).unwrap();
+        let largest = law.rows[1].iter().fold(0.0, |most: f64, y| most.max(y.abs()));
+        assert!(largest < 200.0, "{largest}");
+    }
+}
