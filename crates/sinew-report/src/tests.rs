@@ -66,7 +66,7 @@ fn hostile() -> (IdentificationReport, &'static str) {
 }
 
 /// Elements that have no end tag.
-const VOID: [&str; 4] = ["meta", "br", "img", "link"];
+const VOID: [&str; 5] = ["meta", "br", "img", "input", "link"];
 
 /// Every element of a page as (tag, attributes), or what is wrong with it: a tag that is not closed in order,
 /// an attribute without quotes, a bare `<`.

@@ -11,22 +11,17 @@ use sinew_gym::{
     Actuation, Environment, EnvironmentBatch, EnvironmentDesign, Outcomes, Randomisation, ResetMode,
     Settings, Task,
 };
+use sinew_models::MACHINES;
 use std::sync::Arc;
 
 fn machine(name: &str) -> Machine {
-    let path = format!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/{}.toml"), name);
-    let text = std::fs::read_to_string(path).unwrap();
-    sinew::description::machine_from_toml(name, &text, &mut |_| Err("no other file".into())).unwrap().machine
+    let (_, text) = MACHINES.into_iter().find(|(built_in, _)| *built_in == name).unwrap();
+    sinew::description::machine_from_toml(name, text, &mut |_| Err("no other file".into())).unwrap().machine
 }
 
 /// Names of all files of machines.
 fn machines() -> Vec<String> {
-    let files = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../../models")).unwrap();
-    let names =
-        files.filter_map(|file| file.unwrap().file_name().to_str()?.strip_suffix(".toml").map(str::to_owned));
-    let mut names: Vec<String> = names.filter(|name| name != "motors").collect();
-    names.sort();
-    names
+    MACHINES.map(|(name, _)| name.to_owned()).to_vec()
 }
 
 fn design(machine: &Machine, task: Task, mut settings: Settings) -> Arc<EnvironmentDesign> {

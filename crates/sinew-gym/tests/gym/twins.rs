@@ -9,15 +9,11 @@ use sinew_gym::TwinBatch;
 
 /// All machines of this repository, with their names.
 fn machines() -> Vec<(String, Machine)> {
-    let files = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../../models")).unwrap();
-    let read = files.filter_map(|file| {
-        let path = file.unwrap().path();
-        let name = path.file_name()?.to_str()?.strip_suffix(".toml").filter(|name| *name != "motors")?;
-        let text = std::fs::read_to_string(&path).unwrap();
-        let read = sinew::description::machine_from_toml(name, &text, &mut |_| Err("no other file".into()));
-        Some((name.to_owned(), read.unwrap().machine))
+    let read = sinew_models::MACHINES.map(|(name, text)| {
+        let read = sinew::description::machine_from_toml(name, text, &mut |_| Err("no other file".into()));
+        (name.to_owned(), read.unwrap().machine)
     });
-    read.collect()
+    read.to_vec()
 }
 
 /// A specimen of a seed with a fault of that seed: among ten one that it does not survive.

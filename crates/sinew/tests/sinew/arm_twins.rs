@@ -98,14 +98,8 @@ fn compare(machine: &Machine, seed: u64, seconds: f64) -> Result<[usize; 2], sin
 #[test]
 fn eight_arms_of_any_machine_move_together_as_each_of_them_alone() {
     let mut counts = [0; 2];
-    for file in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../../models")).unwrap() {
-        let path = file.unwrap().path();
-        let name = path.file_name().unwrap().to_str().unwrap();
-        if name == "motors.toml" || !name.ends_with(".toml") {
-            continue;
-        }
-        let text = std::fs::read_to_string(&path).unwrap();
-        let read = sinew::description::machine_from_toml(name, &text, &mut |_| Err("no other file".into()));
+    for (name, text) in sinew_models::MACHINES {
+        let read = sinew::description::machine_from_toml(name, text, &mut |_| Err("no other file".into()));
         let found = compare(&read.unwrap().machine, 3, 2.0).unwrap();
         assert!(found[1] > 0, "{name}: no arm failed");
         counts[0] += found[0];
