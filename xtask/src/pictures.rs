@@ -1,5 +1,6 @@
 //! Pictures of the machines that come with the program, drawn by the program itself.
 
+use crate::commands::succeed;
 use crate::readme;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -30,27 +31,12 @@ pub(crate) fn check(root: &Path, program: &Path) -> Result<(), String> {
 fn draw(root: &Path, program: &Path, folder: &Path) -> Result<Vec<PathBuf>, String> {
     std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let mut made = Vec::new();
-    for machine in machines(root)? {
-        let stem = machine.file_stem().unwrap_or_default();
-        let picture = folder.join(stem).with_extension("svg");
+    for (name, _) in sinew_models::MACHINES {
+        let picture = folder.join(name).with_extension("svg");
         let mut command = Command::new(program);
-        command.args(["machine", "show"]).arg(&machine).arg("--picture").arg(&picture).stdout(Stdio::null());
-        crate::commands::succeed(&mut command)?;
+        command.args(["machine", "show", name, "--picture"]).arg(&picture).stdout(Stdio::null());
+        succeed(command.current_dir(root))?;
         made.push(picture);
     }
     Ok(made)
-}
-
-/// The machine files of `models/`, sorted: all but the catalogue of motors.
-fn machines(root: &Path) -> Result<Vec<PathBuf>, String> {
-    let folder = root.join("models");
-    let entries = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
-    let machine = |path: &PathBuf| {
-        path.extension().is_some_and(|end| end == "toml")
-            && path.file_stem().is_some_and(|stem| stem != "motors")
-    };
-    let mut machines: Vec<PathBuf> = paths.filter(machine).collect();
-    machines.sort();
-    if machines.is_empty() { Err(format!("{}: no machine", folder.display())) } else { Ok(machines) }
 }
