@@ -150,7 +150,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", nargs="?", default="target/release/sinew")
     parser.add_argument("--runs", type=int, default=3)
-    parser.add_argument("--machines", default=",".join(sorted(path.stem for path in MODELS.glob("*.toml") if path.stem != "motors")))
+    parser.add_argument("--machines", default=",".join(sorted(path.stem for path in MODELS.glob("*.toml") if path.stem not in ("Cargo", "motors"))))
     parser.add_argument("--only", default="")
     parser.add_argument("--limit", type=float, default=600.0)
     parser.add_argument("--json", action="store_true")
