@@ -70,13 +70,14 @@ const figures = (() => {
     return lines;
   };
 
+  const short = (v) => Number(v.toFixed(2));
   const measured = (words) => {
     pen.font = `${TEXT}px ${FONTS[settings.font].css}`;
     return pen.measureText(words).width;
   };
   // Panels one above the other: { x, y: {label, low, high, named: [at, text] or none}, box, height, grid: style,
-  // shapes: [{data, style}], legend: [{name, style}] } with styles { fill, fillOpacity, stroke, strokeOpacity, width, cap, dash }. What is drawn: boxes
-  // of shapes, lines and texts.
+  // shapes: [{data, style}], legend: [{name, style}] } with styles { fill, fillOpacity, stroke, strokeOpacity, width, cap,
+  // dash }. What is drawn: boxes of shapes, lines and texts.
   const layout = (panels) => {
     const wide = settings.width * MM_PT / UNIT_PT, left = 76, inner = wide - left - 20, parts = [];
     const line = (data, style) => parts.push({ data, style }), text = (x, y, words, anchor = "start") => parts.push({ x, y, words, anchor });
@@ -86,7 +87,7 @@ const figures = (() => {
       const places = (axis, room) => axis.named ?? ticks(axis.low, axis.high, Math.max(2, Math.round(room))).map(([v, t]) => [(v - axis.low) / (axis.high - axis.low), t]);
       text(8, top - 10, p.y.label);
       const [bx, by, bw, bh] = p.box, across = places(p.x, inner / 90), up = places(p.y, high / 60);
-      const grid = [...across.filter(() => !p.x.named).map(([at]) => `M${bx + at * bw} ${by}v${bh}`), ...up.map(([at]) => `M${bx} ${by + (1 - at) * bh}h${bw}`)].join("");
+      const grid = [...across.filter(() => !p.x.named).map(([at]) => `M${short(bx + at * bw)} ${short(by)}v${short(bh)}`), ...up.map(([at]) => `M${short(bx)} ${short(by + (1 - at) * bh)}h${short(bw)}`)].join("");
       parts.push({ box: p.box, at: [left, top, inner, high], shapes: [{ data: grid, style: p.grid }, ...p.shapes] });
       line(`M${left} ${top}v${high}h${inner}`, { stroke: "#59626d", strokeOpacity: 1, width: 1 });
       for (const [at, label] of up) text(left - 7, top + (1 - at) * high + 4, label, "end");
@@ -108,7 +109,6 @@ const figures = (() => {
   };
 
   const escaped = (text) => text.replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
-  const short = (v) => Number(v.toFixed(2));
   const svg = (title, { wide, high, parts }) => {
     const path = (data, s, rest = "") => `<path d="${data}" ${rest}fill="${s.fill ?? "none"}"${s.fill ? ` fill-opacity="${short(s.fillOpacity)}"` : ""} stroke="${s.stroke ?? "none"}"${s.stroke ? ` stroke-opacity="${short(s.strokeOpacity)}" stroke-width="${s.width}" stroke-linecap="${s.cap ?? "butt"}" stroke-linejoin="round"` : ""}${s.dash?.length ? ` stroke-dasharray="${s.dash.join(" ")}"` : ""}/>`;
     const body = parts.map((p) => (p.words !== undefined ? `<text x="${short(p.x)}" y="${short(p.y)}"${p.anchor === "start" ? "" : ` text-anchor="${p.anchor}"`}>${escaped(p.words)}</text>`
