@@ -39,9 +39,6 @@ pub(super) fn fixed(samples: &Samples, signals: &Signals) -> Law {
 pub(super) fn speed_dependent(samples: &Samples, signals: &Signals) -> Law {
     let towards = orientation(samples);
     let speeds = speed_quantiles(samples);
-    // Exponentials of the speed are not continued beyond the speeds that they were fitted to.
-    let fitted = || samples.fitted.iter().map(|&row| samples.rate[row].abs());
-    let (slowest, fastest) = (fitted().fold(f64::INFINITY, f64::min), fitted().fold(0.0, f64::max));
     let rate = format!("{}/s", signals.drive_unit);
     let drag_unit = format!("{} s/{}", signals.far_unit, signals.drive_unit);
     let growth_unit = format!("s/{}", signals.drive_unit);
@@ -67,7 +64,8 @@ pub(super) fn speed_dependent(samples: &Samples, signals: &Signals) -> Law {
         predict: Box::new(move |samples, p, out| {
             for (row, y) in out.iter_mut().enumerate() {
                 let (s, speed) = (towards * samples.direction[row], samples.rate[row].abs());
-                let seen = speed.max(slowest).min(fastest);
+                // Its exponentials are not continued beyond the speeds that nearly all samples have.
+                let seen = speed.clamp(speeds[0], speeds[2]);
                 let ratio = seen / p[2];
                 let angle = p[0] + p[1] * (-ratio * ratio).exp() + p[3] * seen;
                 *y = samples.effort[row] * (-s * angle).exp() - s * p[4] * speed + p[5];
@@ -78,8 +76,7 @@ pub(super) fn speed_dependent(samples: &Samples, signals: &Signals) -> Law {
         // At one speed only one value of the curve is observed.
         undetermined: if speeds[2] < 1.5 * speeds[0] { vec![1, 2, 3] } else { vec![] },
         note: format!(
-            "fitted on sliding at {:.3} to {:.3} {rate}, not valid below and above; outside of {slowest:.3} to \
-             {fastest:.3} {rate} friction stays as it is there",
+            "fitted on sliding at {:.3} to {:.3} {rate}; below and above friction stays as it is there",
             speeds[0], speeds[2]
         ),
         sliding_only: true,
