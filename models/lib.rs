@@ -24,7 +24,7 @@ pub const SURGICAL_WRIST: &str = include_str!("surgical_wrist.toml");
 pub const SHOULDER: &str = include_str!("shoulder.toml");
 /// A hanging chain of ten joints and twenty-four cables.
 pub const CHAIN10: &str = include_str!("chain10.toml");
-/// Motors, reducers, winches and cords, from data sheets.
+/// Motors, reducers, winches and cords, each number with its source or called assumed.
 pub const MOTORS: &str = include_str!("motors.toml");
 /// A hand of joints alone, in URDF.
 pub const HAND_URDF: &str = include_str!("hand.urdf");

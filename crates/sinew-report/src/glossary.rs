@@ -1,10 +1,10 @@
 //! Terms that pages explain where a reader points at them.
 
 /// Terms in lower case, as they stand in pages, and what they mean.
-pub(super) const GLOSSARY: [(&str, &str); 22] = [
+pub(super) const GLOSSARY: &[(&str, &str)] = &[
     (
         "friction angle",
-        "Coefficient of friction times the angle by which a sheath bends: the tension falls by its exponential.",
+        "Coefficient of friction times the angle by which a sheath bends, mu phi: the tension falls to exp(-mu phi).",
     ),
     (
         "dead band",
@@ -25,7 +25,7 @@ pub(super) const GLOSSARY: [(&str, &str); 22] = [
         "Torque at a joint per newton of tension; also the change of a muscle's length per radian.",
     ),
     ("backlash compensation", "Travel that a winch adds at a reversal, so that the far end follows sooner."),
-    ("locked winches", "Motors that stand, so that cables alone give way."),
+    ("locked winches", "Motors at rest, so that only the cables stretch."),
     ("phase margin", "Phase that a control loop can lose before it oscillates."),
     ("iterative learning", "Errors of one repeat correct the commands of the next."),
     (

@@ -11,7 +11,7 @@ pub(super) struct Shell {
     /// Theme, contents, tables and glossary.
     pub(super) page: &'static str,
     /// Terms and what they mean.
-    pub(super) glossary: [(&'static str, &'static str); 22],
+    pub(super) glossary: &'static [(&'static str, &'static str)],
     /// Saved figures.
     pub(super) figures: &'static str,
     /// Values under the cursor and zoom of plots.
