@@ -32,6 +32,10 @@ pub(super) fn detect(file: &str, head: &[u8], whole: bool) -> Result<Dialect, Er
         bytes_per_row: 0.0,
     };
     find_header(file, &mut dialect, &content, &comments, width)?;
+    let above = comments.iter().filter(|comment| comment.number < dialect.data_line);
+    if above.into_iter().any(|comment| says_simulated(comment.bytes)) {
+        dialect.findings.push("its header says that the data are simulated".to_owned());
+    }
     let data: Vec<_> = content.iter().filter(|l| l.number >= dialect.data_line).collect();
     let bytes: usize = data.iter().map(|l| l.bytes.len() + 1).sum();
     dialect.bytes_per_row = bytes as f64 / data.len().max(1) as f64;
@@ -49,6 +53,12 @@ fn refuse_other_encodings(file: &str, head: &[u8]) -> Result<usize, Error> {
         return Err(malformed(file, None, expected, "a binary file of an unknown kind"));
     }
     Ok(if head.starts_with(&[0xEF, 0xBB, 0xBF]) { 3 } else { 0 })
+}
+
+/// Whether a comment begins with the word that marks what the twin writes.
+fn says_simulated(comment: &[u8]) -> bool {
+    let words = comment.trim_ascii_start().iter().skip_while(|b| b"#%/ \t".contains(b));
+    words.take(9).map(u8::to_ascii_lowercase).eq(*b"simulated")
 }
 
 /// Lines with content and lines with comments.
