@@ -18,6 +18,7 @@ sm = pytest.importorskip("sinew.mujoco", reason="MuJoCo cannot be used", exc_typ
 import mujoco_models as models  # noqa: E402
 from mujoco_models import FINGER, GRAVITY, HOIST, MASS, WEIGHT, drive  # noqa: E402
 
+import sinew  # noqa: E402
 from sinew.mujoco import _layout  # noqa: E402
 
 if not hasattr(mujoco.MjsPlugin, "config"):
@@ -345,16 +346,38 @@ def test_wrong_models_are_refused_with_one_reason() -> None:
     refused("<mujoco/>", good, ValueError, "has no tendons")
     refused(HOIST, {"rope*": sm.Sheath(mu=0.2, bend=3.0)}, ValueError, "'rope*' fits no tendon", "cable")
     refused(HOIST, {}, ValueError, "no tendon is named")
-    refused(HOIST, {"cable": 0.2}, TypeError, "expected a Sheath")
+    refused(HOIST, {"cable": 0.2}, TypeError, "expected a sinew.mujoco.Sheath, but it is a float")
+    part = sinew.Sheath(0.5, 3.0)
+    refused(HOIST, {"*": part}, TypeError, "sinew.mujoco.Sheath, but it is a sinew.Sheath, one part of the path of a Cable")
+    refused(HOIST, {"cabel": sm.Sheath(mu=0.2, bend=3.0)}, ValueError, "'cabel' fits no tendon", "did you mean cable?")
     refused(HOIST, [("cable", 0.2)], TypeError, "expected a mapping")
     refused(HOIST.replace('tendon="cable"', 'joint="lift"'), good, ValueError, "no actuator pulls on cable")
     with pytest.raises(TypeError, match=r"mujoco\.MjSpec"):
         sm.add_sheaths(mujoco.MjModel.from_xml_string(HOIST), good)
     spec = mujoco.MjSpec.from_string(HOIST)
     sm.add_sheaths(spec, good)
-    sm.add_sheaths(spec, good)
-    with pytest.raises(ValueError, match="tendon cable has sheaths of two plugin instances"):
-        spec.compile()
+    with pytest.raises(ValueError, match="tendon cable has a sheath already: name every tendon in one call of add_sheaths"):
+        sm.add_sheaths(spec, good)
+    # Written as XML, and with a pattern there.
+    again = mujoco.MjSpec.from_string(spec.to_xml().replace('value="cable:', 'value="c*:'))
+    with pytest.raises(ValueError, match="tendon cable has a sheath already"):
+        sm.add_sheaths(again, good)
+
+
+def test_a_tendon_gets_a_sheath_or_a_cable() -> None:
+    path = (sinew.Free(0.2), sinew.Sheath(0.8, 4.0), sinew.Free(0.5))
+    cables = {"cable": sm.Cable(path, friction=0.1, compliance_per_n=1e-3)}
+    sheaths = {"*": sm.Sheath(mu=0.2, bend=3.0)}
+    for first, second, there in ((cables, sheaths, "cable"), (sheaths, cables, "sheath")):
+        spec = mujoco.MjSpec.from_string(HOIST)
+        for given in (first, second):
+            add = sm.add_sheaths if given is sheaths else sm.add_cables
+            if given is first:
+                add(spec, given)
+                continue
+            with pytest.raises(ValueError, match=f"tendon cable has a {there} already, expected only one of both"):
+                add(spec, given)
+        assert spec.compile().nplugin == 1
 
 
 @pytest.mark.parametrize(
@@ -382,6 +405,8 @@ def test_wrong_xml_is_refused_with_one_reason(value: str, part: str) -> None:
     [
         {"mu": -0.1},
         {"bend": float("nan")},
+        {"bend": 180.0},
+        {"bend": 30.0, "mu": 1.0},
         {"efficiency": 0.0},
         {"efficiency": 1.1},
         {"speed": 0.0},
@@ -392,6 +417,18 @@ def test_wrong_xml_is_refused_with_one_reason(value: str, part: str) -> None:
 def test_parameters_outside_of_their_domain_are_refused_by_name(wrong: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match=next(iter(wrong))):
         sm.Sheath(**({"mu": 0.1, "bend": 1.0} | wrong))
+
+
+def test_bends_in_degrees_are_told_from_radians() -> None:
+    with pytest.raises(ValueError, match=r"at most 37\.7 rad \(6 turns\), but is 180: is it in degrees\? .* = 3\.142"):
+        sm.Sheath(mu=0.1, bend=180.0)
+    with pytest.raises(ValueError, match=r"friction angle mu bend .* at most 20, but is 30: bends are in rad"):
+        sm.Sheath(mu=1.0, bend=30.0)
+    assert sm.Sheath(mu=0.1, bend=37.6).bend == 37.6
+    for bend, friction, part in ((180.0, 0.1, "in degrees"), (30.0, 1.0, "friction angle")):
+        path = (sinew.Free(0.2), sinew.Sheath(0.8, bend), sinew.Free(0.5))
+        with pytest.raises(ValueError, match=part):
+            sm.Cable(path, friction=friction, compliance_per_n=1e-3)
 
 
 def test_other_plugins_stay_beside_it() -> None:

@@ -369,6 +369,19 @@ def test_what_does_not_fit_is_refused_by_name() -> None:
         sw.Sheaths(model, worlds=2).attach(m, d)
 
 
+def test_a_tendon_gets_sheaths_or_cables_once() -> None:
+    model = batch.prepare(mujoco.MjModel.from_xml_string(HOIST), {"*": SHEATH})
+    m, d = placed(model, 1)
+    first = sw.Sheaths(model, worlds=1).attach(m, d)
+    for second in (sw.Sheaths(model, worlds=1), sw.Cables(model, {"*": CABLE}, worlds=1)):
+        with pytest.raises(ValueError, match="tendon cable has its Sheaths attached already"):
+            second.attach(m, d)
+    first.detach()
+    sw.Cables(model, {"*": CABLE}, worlds=1).attach(m, d)
+    with pytest.raises(ValueError, match="tendon cable has its Cables attached already"):
+        sw.Sheaths(model, worlds=1).attach(m, d)
+
+
 def test_versions_that_do_not_fit_are_named_and_nothing_is_imported_unless_asked_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from .. import _cable
-from ._sheaths import add_instance, choose, pulls_on
+from ._sheaths import add_instance, check_angle, check_bend, check_free, choose, pulls_on
 
 #: Product of time step and frequency, up to which a cable needs no damping.
 QUIET = 0.5
@@ -52,7 +52,11 @@ class Cable:
     def __post_init__(self) -> None:
         # The law's own check, of everything but the number of cells.
         parameters = {name: value for name, value in self._numbers().items() if name != "start_n"}
+        bends = [part.bend_rad for part in self.path if isinstance(part, _cable.Sheath)]
+        wraps = [part.wrap_rad for part in self.path if isinstance(part, _cable.Pulley)]
+        check_bend(sum(bends), "the sum of the sheaths' bend_rad")
         _cable.Cable(self.path, cells=self.fewest_cells, **parameters)
+        check_angle(self.friction * sum(bends + wraps), self.efficiency, "friction (bends + wraps)")
         start = self.start_n
         if start is not None and not (isfinite(start) and start >= self.pretension_n):
             raise ValueError(f"start_n must be a finite number of at least pretension_n, but is {start}")
@@ -121,6 +125,7 @@ def add_cables(
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
             raise ValueError(f"{name} must be a whole number of at least 1, but is {value!r}")
     chosen: dict[str, Cable] = choose(spec, cables, Cable)
+    check_free(spec, chosen, "cable")
     actuators: dict[str, Any] = {}
     for actuator in spec.actuators:
         tendon = pulls_on(actuator)

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from difflib import get_close_matches
 from fnmatch import fnmatchcase
+from math import log, pi
 from typing import Any, TypeVar
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
+
+from .. import _cable as segment
 
 T = TypeVar("T")
 
@@ -17,6 +22,8 @@ T = TypeVar("T")
 MIN_FRICTION = 1e-9
 #: Time constant, s, which MuJoCo raises to two steps: a constraint that sticks stops slip in one.
 SHORTEST = 1e-6
+#: Turns of a sheath beyond which its bend is taken for degrees, and the angle of friction, rad, that locks its far end.
+MOST_TURNS, LOCKED = 6, 20.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +36,7 @@ class Sheath:
 
     #: Coefficient of friction, >= 0.
     mu: float
-    #: Sum of the magnitudes of its bends, rad, >= 0, independent of the pose.
+    #: Sum of the magnitudes of its bends, rad, from 0 to 37.7 (six turns), independent of the pose.
     bend: float
     #: Fraction of the turning of the tendon's path in the model that counts as bend, >= 0.
     turning: float = 0.0
@@ -48,6 +55,7 @@ class Sheath:
             if isinstance(value, bool) or not isinstance(value, (int, float)):
                 raise ValueError(f"{field.name} must be a finite number, but is {value!r}")
             check(field.name, value)
+        check_angle(self.mu * self.bend * (1.0 + self.rise), self.efficiency, "mu bend (1 + rise)")
 
     def _text(self) -> str:
         defaults = {field.name: field.default for field in fields(self)}
@@ -66,6 +74,23 @@ def check(name: str, values: ArrayLike) -> None:
     ):
         if wrong.any():
             raise ValueError(f"{name} must be {expected}, but is {numbers[wrong].tolist()[0]!r}")
+    if name == "bend":
+        check_bend(float(numbers.max(initial=0.0)), name)
+
+
+def check_bend(bend: float, name: str) -> None:
+    """Raises `ValueError` for a bend that must be in degrees."""
+    if bend > 2.0 * pi * MOST_TURNS:
+        most = f"at most {2.0 * pi * MOST_TURNS:.1f} rad ({MOST_TURNS} turns)"
+        raise ValueError(f"{name} must be {most}, but is {bend:g}: is it in degrees? math.radians({bend:g}) = {bend * pi / 180.0:.4g}")
+
+
+def check_angle(angle: float, efficiency: float, name: str) -> None:
+    """Raises `ValueError` for friction that leaves nothing of the tension at the far end."""
+    if (theta := angle - log(efficiency)) > LOCKED:
+        raise ValueError(
+            f"the friction angle {name} - ln efficiency must be at most {LOCKED:g}, but is {theta:.3g}: bends are in rad, not degrees"
+        )
 
 
 def add_sheaths(spec: Any, sheaths: Mapping[str, Sheath], *, impedance: float = 0.995) -> list[str]:
@@ -86,6 +111,7 @@ def add_sheaths(spec: Any, sheaths: Mapping[str, Sheath], *, impedance: float = 
         raise TypeError(f"spec must be a mujoco.MjSpec (mujoco.MjSpec.from_file), but is {type(spec).__name__}")
     check_impedance(impedance)
     chosen = choose(spec, sheaths, Sheath)
+    check_free(spec, chosen, "sheath")
     text = "; ".join(f"{name}: {sheath._text()}" for name, sheath in chosen.items())
     add_instance(spec, "sinew.sheath", {"sheaths": text})
     solref, solimp = sticking(spec.option, impedance)
@@ -101,6 +127,23 @@ def add_sheaths(spec: Any, sheaths: Mapping[str, Sheath], *, impedance: float = 
             actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
             actuator.forcerange = [low, high] if limited else [0.0, 0.0]
     return list(chosen)
+
+
+def check_free(spec: Any, chosen: Mapping[str, Any], kind: str) -> None:
+    """Raises `ValueError` where a tendon that gets a sheath or cable has one already: friction would act twice, or not at all."""
+    plugins = {pulls_on(actuator): actuator.plugin.plugin_name for actuator in spec.actuators if actuator.plugin.active}
+    names = [tendon.name for tendon in spec.tendons]
+    texts = [instance.config.get("sheaths", "") for instance in spec.plugins if instance.plugin_name == "sinew.sheath"]
+    sheathed = {names[k] for text in texts for k in written(text, names)}
+    for name in chosen:
+        there = "cable" if plugins.get(name) == "sinew.cable" else "sheath" if name in sheathed else None
+        if there == kind:
+            raise ValueError(f"tendon {name} has a {there} already: name every tendon in one call of add_{kind}s alone")
+        if there is not None:
+            raise ValueError(
+                f"tendon {name} has a {there} already, expected only one of both: "
+                "a Cable has the friction of its own sheath, so leave the tendon out of add_sheaths"
+            )
 
 
 def check_impedance(impedance: float) -> None:
@@ -132,7 +175,7 @@ def choose(spec: Any, given: Mapping[str, Any], kind: type) -> dict[str, Any]:
 def match(names: Sequence[str], pulled: Sequence[bool], given: Mapping[str, T], kind: type[T]) -> list[T | None]:
     """What each of a model's tendons gets; `pulled`: whether an actuator pulls on it."""
     if not isinstance(given, Mapping):
-        raise TypeError(f"expected a mapping of tendon names to {kind.__name__}, but it is a {type(given).__name__}")
+        raise TypeError(f"expected a mapping of tendon names to {called(kind)}, but it is a {called(type(given))}")
     if not names:
         raise ValueError("the model has no tendons")
     if not given:
@@ -140,15 +183,38 @@ def match(names: Sequence[str], pulled: Sequence[bool], given: Mapping[str, T], 
     found: list[T | None] = [None] * len(names)
     for pattern, value in given.items():
         if not isinstance(value, kind):
-            raise TypeError(f"{pattern}: expected a {kind.__name__}, but it is a {type(value).__name__}")
+            part = ", one part of the path of a Cable" if type(value) is segment.Sheath else ""
+            raise TypeError(f"{pattern}: expected a {called(kind)}, but it is a {called(type(value))}{part}")
         hits = [k for k, name in enumerate(names) if name == pattern or fnmatchcase(name, pattern)]
         if not hits:
-            raise ValueError(f"{pattern!r} fits no tendon of the model: {', '.join(names)}")
+            near = get_close_matches(pattern, names, 1)
+            meant = f"; did you mean {near[0]}?" if near else ""
+            raise ValueError(f"{pattern!r} fits no tendon of the model: {', '.join(names)}{meant}")
         if not any(pulled[k] for k in hits):
             raise ValueError(f"{pattern!r}: no actuator pulls on {', '.join(names[k] for k in hits)}")
         for k in hits:
             if pulled[k]:
                 found[k] = value
+    return found
+
+
+def called(kind: type) -> str:
+    """Name of a type as a user writes it."""
+    place = [part for part in kind.__module__.split(".") if not part.startswith("_")]
+    return ".".join([*place, kind.__name__]) if place[:1] == ["sinew"] else kind.__name__
+
+
+def written(text: str, names: Sequence[str]) -> dict[int, dict[str, str]]:
+    """Sheaths as the plugin's configuration has them, by the number of the tendon; the last pattern that fits one counts."""
+    found = {}
+    for entry in text.split(";"):
+        # A name may have colons of its own.
+        parts = re.match(r"(.*?):(?:\s+(.*))?$", entry.strip(), re.DOTALL)
+        if parts is not None:
+            values = dict(pair.split("=", 1) for pair in (parts[2] or "").split() if "=" in pair)
+            # Brackets are no patterns there.
+            fits = parts[1].strip().replace("[", "[[]")
+            found.update({k: values for k, name in enumerate(names) if fnmatchcase(name, fits)})
     return found
 
 

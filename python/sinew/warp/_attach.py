@@ -40,6 +40,16 @@ class Hub:
         """Whether it was made for this model, or one that shares its arrays."""
         return m.tendon_frictionloss is self._mine()
 
+    def check_free(self, d: Any, part: Part) -> None:
+        """Raises `ValueError` where a part of this data acts on a tendon of another one already: friction would act twice."""
+        known = self._parts.get(id(d))
+        for there in known[1] if known is not None and known[0]() is d else []:
+            if both := sorted(part.pulled() & there.pulled()):
+                raise ValueError(
+                    f"tendon {both[0]} has its {type(there).__name__} attached already, expected one of Sheaths and Cables, once: "
+                    "cables have the friction of their own sheaths"
+                )
+
     def add(self, d: Any, part: Part) -> None:
         """Lets a part act on this data after those that do already."""
         kept = {key: entry for key, entry in self._parts.items() if entry[0]() is not None}
@@ -94,9 +104,10 @@ class Part:
         return self
 
     def _attach(self, m: Any, d: Any) -> None:
-        self._fit(m, d)
         there = m.callback.act_bias
         hub = there if isinstance(there, Hub) and there.is_of(m) else Hub(m)
+        hub.check_free(d, self)
+        self._fit(m, d)
         m.callback.act_bias = hub
         hub.add(d, self)
         self._attached = hub, d
@@ -110,6 +121,10 @@ class Part:
 
     def act(self, m: Any, d: Any) -> None:
         """Launches the kernels of a step, without allocations or anything that waits. MuJoCo Warp calls it."""
+        raise NotImplementedError
+
+    def pulled(self) -> frozenset[str]:
+        """Names of the tendons on which it acts."""
         raise NotImplementedError
 
     def _sizes(self) -> tuple[int, int]:

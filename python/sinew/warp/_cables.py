@@ -139,6 +139,9 @@ class Cables(Part):
     def _check(self, model: Any) -> None:
         check_damping(model, {winch.tendon: winch.cable for winch in self._winches})
 
+    def pulled(self) -> frozenset[str]:
+        return frozenset(self.names)
+
     def _sizes(self) -> tuple[int, int]:
         return int(self._model.ntendon), len(self._model.actuator_trntype)
 

@@ -81,6 +81,9 @@ class Sheaths(Part):
         wp.launch(_kernels.find_rows, dim=rows, inputs=self._row_inputs, device=self._device)
         wp.launch(_kernels.rub, dim=self._found.shape, inputs=self._rub_inputs, device=self._device)
 
+    def pulled(self) -> frozenset[str]:
+        return frozenset(name for name, there in zip(self._table.names, self._table.sheathed, strict=True) if there)
+
     def _sizes(self) -> tuple[int, int]:
         return len(self._table.names), len(self._table.gear)
 
