@@ -387,3 +387,28 @@ def test_parameters_come_from_machines_and_identified_models(model: sinew.Model,
         sm.calibrate_from("nowhere.json")
     with pytest.raises(ValueError, match="transmission must be"):
         sm.load("lm_arm", transmission="gears")
+
+
+def test_tensions_of_a_cable_are_those_of_its_ends() -> None:
+    model, data = cabled(HOIST, {"cable": CABLE}, cells=24, substeps=2)
+    assert np.isnan(sm.tensions(model, data).near[0])
+    for k in range(1500):
+        data.ctrl[0] = 2e-5 * k
+        mujoco.mj_step(model, data)
+    found = sm.tensions(model, data)
+    assert found.far[0] == tension(model, data) == pytest.approx(WEIGHT, rel=0.05)
+    # Hoisted steadily, the cable slides all along its sheath and its pulley.
+    drag = 50.0 * 0.02
+    angle = 0.12 * (4.0 + 1.0)
+    assert found.near[0] == pytest.approx((found.far[0] - 3.0) * np.exp(angle) + drag, rel=0.03)
+    spec = mujoco.MjSpec.from_string(FINGER)
+    sm.add_cables(spec, {"extensor": THIN}, damp=False)
+    sm.add_sheaths(spec, {"flexor": sm.Sheath(mu=0.2, bend=2.0)})
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.ctrl[:] = [4.0, 1e-3, 0.5]
+    mujoco.mj_step(model, data, 50)
+    found = sm.tensions(model, data)
+    assert found.names == ("flexor", "extensor", "tip")
+    assert found.near[0] == pytest.approx(data.act[0], rel=0.05) and found.near[2] == found.far[2] == -1.0
+    assert found.far[1] == tension(model, data, 1) and 0.0 < abs(np.log(found.near[1] / found.far[1])) < 0.31

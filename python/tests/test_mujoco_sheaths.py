@@ -431,6 +431,45 @@ def test_bends_in_degrees_are_told_from_radians() -> None:
             sm.Cable(path, friction=friction, compliance_per_n=1e-3)
 
 
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize(("efficiency", "pretension"), [(1.0, 0.0), (0.9, 5.0)])
+def test_tensions_of_both_ends_are_on_the_edges_of_the_capstan(integrator: str, efficiency: float, pretension: float) -> None:
+    sheath = sm.Sheath(mu=0.2, bend=3.0, efficiency=efficiency, pretension=pretension)
+    model, data = sheathed(HOIST.replace('gear="-1"', 'gear="-2"'), {"cable": sheath})
+    model.opt.integrator = getattr(mujoco.mjtIntegrator, integrator)
+    angle = 0.6 - np.log(efficiency)
+    for sign, pull in ((1.0, 3.0 * WEIGHT), (-1.0, 0.2 * WEIGHT), (0.0, 0.9 * WEIGHT)):
+        mujoco.mj_resetData(model, data)
+        data.ctrl[0] = pull / 2.0
+        mujoco.mj_step(model, data, 20)
+        mujoco.mj_forward(model, data)
+        found = sm.tensions(model, data)
+        assert found.names == ("cable",)
+        assert found.near[0] == pytest.approx(pull, rel=1e-7)
+        edge = pull * np.exp(-sign * angle) + pretension if sign else WEIGHT
+        # Held, it creeps, see `add_sheaths`.
+        assert found.far[0] == pytest.approx(edge, rel=1e-6 if sign else 1e-3)
+        assert data.qacc[0] == pytest.approx((found.far[0] - WEIGHT) / MASS, abs=1e-6)
+
+
+@pytest.mark.parametrize("jacobian", ["mjJAC_DENSE", "mjJAC_SPARSE"])
+def test_tensions_know_tendons_without_sheaths_and_with_friction_of_their_own(jacobian: str) -> None:
+    xml = FINGER.replace('name="tip"', 'name="tip" frictionloss="0.5"').replace('name="flexor"', 'name="flexor" frictionloss="0.2"')
+    model, data = sheathed(xml, {"flexor": sm.Sheath(mu=0.1, bend=4.0), "extensor": sm.Sheath(mu=0.1, bend=2.0, turning=1.0)})
+    model.opt.jacobian = getattr(mujoco.mjtJacobian, jacobian)
+    data.ctrl[:] = [8.0, 5.0, -1.0]
+    mujoco.mj_step(model, data, 100)
+    found = sm.tensions(model, data)
+    # The first one's force is filtered; the last one's actuator pushes.
+    assert found.near == pytest.approx([data.act[0], 5.0, 2.0], rel=1e-2)
+    assert found.far[2] == found.near[2] == 2.0
+    # The flexor slides: the friction of its own is behind the sheath.
+    assert found.far[0] == pytest.approx(found.near[0] * np.exp(-0.4) - 0.2, rel=1e-4)
+    assert found.near[1] * np.exp(-2.0) < found.far[1] < found.near[1] * np.exp(2.0)
+    with pytest.raises(TypeError, match=r"mujoco\.MjModel"):
+        sm.tensions(data, model)
+
+
 def test_other_plugins_stay_beside_it() -> None:
     xml = HOIST.replace(
         "<worldbody>",

@@ -12,11 +12,13 @@ connect()
 from ._cables import Cable, StiffCableWarning, add_cables  # noqa: E402
 from ._machine import cables_of, calibrate_from, load, sheaths_of, spec_of  # noqa: E402
 from ._sheaths import Sheath, add_sheaths  # noqa: E402
+from ._tensions import Tensions, tensions  # noqa: E402
 
 __all__ = [
     "Cable",
     "Sheath",
     "StiffCableWarning",
+    "Tensions",
     "add_cables",
     "add_sheaths",
     "cables_of",
@@ -24,4 +26,5 @@ __all__ = [
     "load",
     "sheaths_of",
     "spec_of",
+    "tensions",
 ]
