@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -17,6 +19,8 @@ import pytest
 
 import sinew
 from sinew.study import Range, Study, pareto_front, robustness, routing, write_report
+from sinew.study._backends import Objective
+from sinew.study._identity import identity
 from sinew.study._routing import torque_set_size
 
 KILLS = 10 if os.environ.get("SINEW_LONG") else 2
@@ -90,8 +94,48 @@ def test_an_error_of_the_objective_is_recorded(tmp_path: Path) -> None:
     def wrong(_parameters: dict[str, float], _seed: int) -> dict[str, float]:
         return {"near": float("nan")}
 
-    with Study(tmp_path, wrong, RANGES) as study:
-        assert "finite" in str(study.run(1)[0].error)
+    def no_names(_parameters: dict[str, float], _seed: int) -> float:
+        return 0.5
+
+    for k, (failing, reason) in enumerate([(wrong, "finite"), (no_names, r'TypeError: .*return named numbers.* but returned 0\.5')]):
+        with Study(tmp_path / str(k), failing, RANGES) as study:  # type: ignore[arg-type]
+            with pytest.warns(UserWarning, match=f"all 2 trials of the study ended with an error, the first with .*{reason}"):
+                assert all(trial.error for trial in study.run(2))
+            assert repr(study).endswith("2 trials ended, 2 of them with an error; 2 parameters)")
+
+
+def test_a_study_warns_of_trials_of_another_objective(tmp_path: Path) -> None:
+    def of(scale: float, code: str = "p['x'] * scale") -> Objective:
+        space = {"scale": scale}
+        exec(f"def found(p, _seed):\n    return {{'near': {code}}}", space)
+        found: Objective = space["found"]  # type: ignore[assignment]
+        return found
+
+    with Study(tmp_path, of(1.0), RANGES) as study:
+        study.run(3)
+    # The same again, from a function of its own.
+    Study(tmp_path, of(1.0), RANGES).close()
+    with pytest.warns(UserWarning, match="3 trials were computed by found before its code was changed.*another folder"):
+        Study(tmp_path, of(1.0, "p['x'] + 1.0"), RANGES).close()
+    with pytest.warns(UserWarning, match=r"3 trials were computed by found, not by objective: they keep their numbers"):
+        Study(tmp_path, objective, RANGES).close()
+    closures = [(lambda scale: lambda p, _seed: {"near": p["x"] * scale})(scale) for scale in (1.0, 1.0, 2.0)]
+    same = [identity(one) for one in closures]
+    assert same[0] == same[1] != same[2]
+    assert identity(functools.partial(slow, seed=1)) != identity(functools.partial(slow, seed=2))
+    # A journal of a version that did not note it.
+    journal = tmp_path / "journal.jsonl"
+    journal.write_text(re.sub(r', "objective": "[^"]*"', "", journal.read_text()))
+    with Study(tmp_path, objective, RANGES) as study:
+        assert len(study.run(3)) == 3
+
+
+def test_samplers_without_optuna_say_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(ValueError, match="sampler must be None, 'tpe', 'nsga2' or a sampler of Optuna, but is 'cma'"):
+        Study(tmp_path, objective, RANGES, minimize=["far"], sampler="cma")
+    monkeypatch.setitem(sys.modules, "optuna", None)
+    with pytest.raises(ImportError, match=r"pip install 'sinew-robotics\[study\]'"):
+        Study(tmp_path, objective, RANGES, minimize=["far"], sampler="tpe")
 
 
 def test_results_and_report(tmp_path: Path) -> None:
@@ -117,6 +161,8 @@ def test_a_sampler_of_optuna_continues(tmp_path: Path) -> None:
             tmp_path, objective, RANGES, minimize=["far"], sampler=optuna.samplers.TPESampler(seed=1)
         ) as study:
             ended = study.run(trials, workers=1)
+    with Study(tmp_path / "named", objective, RANGES, minimize=["far"], sampler="tpe") as study:
+        assert study.run(15, workers=1) == ended[:15]
     assert len(ended) == 30 and all(t.ended and t.error is None for t in ended)
 
 

@@ -18,7 +18,10 @@ Result: TypeAlias = tuple[int, dict[str, float], str | None]
 def evaluate(objective: Objective, trial: Trial) -> Result:
     """Runs one trial; what the objective raises becomes the trial's error."""
     try:
-        values = {str(name): float(value) for name, value in objective(dict(trial.parameters), trial.seed).items()}
+        found = objective(dict(trial.parameters), trial.seed)
+        if not isinstance(found, Mapping):
+            raise TypeError(f'the objective must return named numbers, such as {{"loss": 0.1}}, but returned {found!r:.60}')
+        values = {str(name): float(value) for name, value in found.items()}
         if wrong := [name for name, value in values.items() if not math.isfinite(value)]:
             raise ValueError(f"{wrong[0]} must be finite, but is {values[wrong[0]]}")
     except Exception as error:

@@ -30,6 +30,8 @@ class Trial:
     #: Error of the function, if it raised one.
     error: str | None = None
     ended: bool = False
+    #: Which objective computed it: its name and a digest of its code.
+    objective: str | None = field(default=None, compare=False)
 
 
 class Journal:
@@ -69,6 +71,8 @@ class Journal:
                 else:
                     trial = self.trials[entry["trial"]]
                     trial.values, trial.error, trial.ended = entry["values"], entry["error"], True
+                    # Journals of earlier versions lack it.
+                    trial.objective = entry.get("objective")
             except (ValueError, KeyError, TypeError) as error:
                 raise ValueError(f"{path}, line {number + 1}: {error}") from error
             whole += len(line)
@@ -88,13 +92,13 @@ class Journal:
         )
         self.trials[trial.number] = trial
 
-    def end(self, number: int, values: dict[str, float], error: str | None) -> None:
+    def end(self, number: int, values: dict[str, float], error: str | None, objective: str) -> None:
         """Writes the result of a trial."""
         trial = self.trials[number]
         if trial.ended:
             raise RuntimeError(f"trial {number} ended twice")
-        self._append({"trial": number, "values": values, "error": error})
-        trial.values, trial.error, trial.ended = values, error, True
+        self._append({"trial": number, "values": values, "error": error, "objective": objective})
+        trial.values, trial.error, trial.ended, trial.objective = values, error, True, objective
 
     def close(self) -> None:
         """Lets another process continue."""

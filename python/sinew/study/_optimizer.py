@@ -8,6 +8,19 @@ from typing import Any
 from ._journal import Trial
 
 
+#: Samplers that have a name of their own.
+SAMPLERS = ("tpe", "nsga2")
+
+
+def import_optuna() -> Any:
+    """Optuna; raises `ImportError` that says what to install."""
+    try:
+        import optuna
+    except ModuleNotFoundError as error:
+        raise ImportError("a sampler needs Optuna: pip install 'sinew-robotics[study]'", name=error.name) from error
+    return optuna
+
+
 class Optimizer:
     """A study of Optuna that knows the trials of a journal.
 
@@ -29,8 +42,10 @@ class Optimizer:
         sampler: Any,
         storage: Any,
     ) -> None:
-        import optuna
-
+        optuna = import_optuna()
+        if isinstance(sampler, str):
+            made = {"tpe": optuna.samplers.TPESampler, "nsga2": optuna.samplers.NSGAIISampler}[sampler]
+            sampler = made(seed=head["seed"])
         self._failed = optuna.trial.TrialState.FAIL
         self._complete = optuna.trial.TrialState.COMPLETE
         self._values = (*minimize, *maximize)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import platform
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -14,8 +15,9 @@ import numpy as np
 
 from .. import __version__
 from ._backends import Objective, Result, run_local, run_ray
+from ._identity import identity, is_another
 from ._journal import Journal, Trial
-from ._optimizer import Optimizer
+from ._optimizer import SAMPLERS, Optimizer, import_optuna
 from ._slurm import run_slurm
 
 
@@ -45,10 +47,11 @@ class Study:
 
     `objective(parameters, seed)` returns named finite numbers. `parameters`: ranges by name. `minimize`, `maximize`: names of
     the values to make small and large, for Optuna, Pareto front and report. `sampler`: `None` for uniform draws that depend on `seed` and the
-    trial's number alone, or a sampler of Optuna. `storage`: URL of one of Optuna's (`"sqlite:///study.db"`) or such an object, in which the
+    trial's number alone, `"tpe"`, `"nsga2"` or a sampler of Optuna. `storage`: URL of one of Optuna's (`"sqlite:///study.db"`) or such an object, in which the
     sampler's trials are kept as well, under the folder's name, for Optuna's dashboard.
 
-    Raises `ValueError` where the folder holds a study of other parameters or seed, or another process runs it.
+    Warns where the folder holds trials of another objective, or of one whose code was changed: their numbers stay as they are. Raises
+    `ValueError` where it holds a study of other parameters or seed, or another process runs it.
     """
 
     def __init__(
@@ -69,6 +72,11 @@ class Study:
             raise TypeError(f"parameters[{wrong[0]!r}] must be a Range")
         if sampler is not None and not (minimize or maximize):
             raise ValueError("minimize or maximize must name a value for a sampler of Optuna")
+        if isinstance(sampler, str) and sampler not in SAMPLERS:
+            known = ", ".join(map(repr, SAMPLERS))
+            raise ValueError(f"sampler must be None, {known} or a sampler of Optuna, but is {sampler!r}")
+        if sampler is not None:
+            import_optuna()
         if storage is not None and sampler is None:
             raise ValueError("storage needs a sampler of Optuna")
         if both := set(minimize) & set(maximize):
@@ -86,7 +94,18 @@ class Study:
             "maximize": list(maximize),
             "parameters": {name: asdict(value) for name, value in self.parameters.items()},
         }
-        self._journal = Journal(self.folder / "journal.jsonl", self._head)
+        place, own = self.folder / "journal.jsonl", identity(objective)
+        self._journal = Journal(place, self._head)
+        others = [t.objective for t in self.trials if t.objective is not None and is_another(t.objective, own)]
+        if others:
+            earlier, now = (text.rsplit(" ", 2)[0] for text in (others[0], own))
+            changed = f"{now} before its code was changed" if earlier == now else f"{earlier}, not by {now}"
+            warnings.warn(
+                f"{place}: {len(others)} trials were computed by {changed}: they keep their numbers and are not run again, "
+                "take another folder for a study of the objective as it is",
+                UserWarning,
+                stacklevel=2,
+            )
 
     @property
     def trials(self) -> list[Trial]:
@@ -107,6 +126,8 @@ class Study:
         `workers`: threads, actors of Ray or tasks of Slurm at the same time; by default one a core. `batch`: trials that an actor
         or a task runs one after the other: a second and more of work. `wheel`: of this package, for nodes of Ray
         that do not have it.
+
+        Warns where the objective failed in every trial; see `Trial.error`.
         """
         if backend not in ("local", "ray", "slurm"):
             raise ValueError(f"backend must be 'local', 'ray' or 'slurm', but is {backend!r}")
@@ -116,6 +137,7 @@ class Study:
         count = workers or os.cpu_count() or 1
         optimizer = None if self._sampler is None else self._optimizer()
         pending = self._pending(trials, optimizer)
+        own = identity(self.objective)
         results: Iterator[Result]
         if backend == "local":
             results = run_local(self.objective, pending, count)
@@ -129,10 +151,14 @@ class Study:
             missing = [name for name in (*self.minimize, *self.maximize) if error is None and name not in values]
             if missing:
                 values, error = {}, f"the objective returned no {missing[0]!r}"
-            self._journal.end(number, values, error)
+            self._journal.end(number, values, error, own)
             if optimizer is not None:
                 optimizer.tell(self._journal.trials[number])
-        return self.trials
+        found = self.trials
+        if all(trial.error is not None for trial in found):
+            reason = f"all {len(found)} trials of the study ended with an error, the first with {found[0].error}"
+            warnings.warn(reason, UserWarning, stacklevel=2)
+        return found
 
     def _pending(self, trials: int, optimizer: Optimizer | None) -> Iterator[Trial]:
         for number in range(trials):
@@ -165,7 +191,10 @@ class Study:
 
     def save(self) -> Path:
         """Writes `results.parquet`, one row a trial that ended; needs polars."""
-        import polars
+        try:
+            import polars
+        except ModuleNotFoundError as error:
+            raise ImportError("a table of results needs polars: pip install 'sinew-robotics[study]'", name="polars") from error
 
         rows = [
             {"trial": t.number, "seed": t.seed, "error": t.error}
@@ -183,6 +212,11 @@ class Study:
     def close(self) -> None:
         """Lets another process continue the study."""
         self._journal.close()
+
+    def __repr__(self) -> str:
+        found = self.trials
+        ended, failed = sum(trial.ended for trial in found), sum(trial.error is not None for trial in found)
+        return f"Study({str(self.folder)!r}: {ended} trials ended, {failed} of them with an error; {len(self.parameters)} parameters)"
 
     def __enter__(self) -> Study:
         return self
