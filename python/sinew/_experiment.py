@@ -30,6 +30,8 @@ class Run:
     trace: dict[str, NDArray[Any]]
     #: Names of the muscles.
     muscle_names: tuple[str, ...]
+    #: Name of the machine.
+    machine: str
 
     @property
     def completed(self) -> bool:
@@ -37,31 +39,50 @@ class Run:
         return bool(self.numbers["ended"] == "as_planned")
 
     def plot(self) -> Figure:
-        """Error of the end point, of the joints where there is none, and tensions at the anchors over time; needs matplotlib."""
+        """Error of the end point, of the joints where there is none, with its limits, and tensions at the anchors over time.
+
+        The title says how the run ended and why, a red line where it was stopped. Needs matplotlib.
+        """
         from matplotlib.figure import Figure
 
         figure = Figure(figsize=(9, 6), layout="constrained")
         above, below = figure.subplots(2, 1, sharex=True)
-        time = self.trace["time_s"]
+        time, numbers = self.trace["time_s"], self.numbers
         offset = self.trace["end_point_m"] - self.trace["end_point_reference_m"]
         if np.isfinite(offset).any():
             above.plot(time, 1e3 * (offset**2).sum(axis=1) ** 0.5, label="true place from the reference")
+            if (limit := numbers["end_point_limit_m"]) is not None:
+                above.axhline(1e3 * limit, color="0.4", linestyle="--", linewidth=0.8, label="limit")
             above.set_ylabel("end-point error, mm")
         else:
             errors = 1e3 * (self.trace["joint_true"] - self.trace["joint_reference"])
-            for number, error in enumerate(errors.T, start=1):
-                above.plot(time, error, label=f"joint {number}", linewidth=0.8)
-            above.set_ylabel("joint error, mrad or mm")
+            joints = numbers["joints"]
+            units = ["mrad" if "limit_rad" in joint else "mm" for joint in joints]
+            mixed = len(set(units)) > 1
+            for k, (error, joint, unit) in enumerate(zip(errors.T, joints, units, strict=True)):
+                name = f"{joint['joint']}, {unit}" if mixed else joint["joint"]
+                above.plot(time, error, label=name, linewidth=0.8, color=f"C{k % 10}")
+                limit = 1e3 * (joint["limit_rad"] if unit == "mrad" else joint["limit_m"])
+                for side in (-limit, limit):
+                    above.axhline(side, color=f"C{k % 10}", linestyle="--", linewidth=0.6)
+            above.set_ylabel(f"joint error, {' or '.join(sorted(set(units)))} (dashed: limits)")
         for tension, name in zip(self.trace["tension_out_n"].T, self.muscle_names, strict=True):
             below.plot(time, tension, label=name, linewidth=0.8)
         below.set_ylabel("tension at the anchors, N")
         below.set_xlabel("time, s (simulated)")
+        # As it ended, and why where it did not end as planned.
+        ended = numbers["ended"].replace("_", " ")
+        above.set_title(f"{self.machine}, simulated: {ended}{': ' + numbers['reason'] if numbers['reason'] else ''}", fontsize="medium", wrap=True)
+        if (stopped := numbers["stopped_s"]) is not None or numbers["ended"] in ("stopped", "diverged"):
+            moment = float(time[-1]) if stopped is None else stopped
+            for axes in (above, below):
+                axes.axvline(moment, color="tab:red", linewidth=1.0, label=f"{ended} at {moment:.2f} s")
         for axes in (above, below):
             axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small")
         return figure
 
     def __repr__(self) -> str:
-        return f"Run({self.numbers['ended']}, {len(self.trace['time_s'])} rows, simulated)"
+        return f"Run({self.machine}: {self.numbers['ended']}, {len(self.trace['time_s'])} rows, simulated)"
 
     def _repr_html_(self) -> str:
         return _tracking_table({"this run": self.numbers})
@@ -110,7 +131,7 @@ def track(
     numbers, trace, warning = _sinew.track(machine, trajectory, conditions, progress)
     if warning is not None:
         warnings.warn(warning, UserWarning, stacklevel=2)
-    return Run(json.loads(numbers), trace, tuple(machine.muscle_names))
+    return Run(json.loads(numbers), trace, tuple(machine.muscle_names), machine.name)
 
 
 def verify(

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _sinew
 from ._display import html_table, number, percent
-from ._logs import Logs, native_logs
+from ._logs import Logs, far_columns, native_logs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -186,6 +187,18 @@ class Model:
         text = self._native.report_json()
         return None if text is None else _object(text)
 
+    @property
+    def grade(self) -> Literal["use", "use_with_care", "do_not_use"] | None:
+        """`"use"`, `"use_with_care"` or `"do_not_use"`, by the identification; `None` of a model that was read from a file."""
+        report = self.identification
+        return None if report is None else report["grade"]
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """Sentences of the identification on what the model is good for; none of a model that was read from a file."""
+        report = self.identification
+        return () if report is None else tuple(report["advice"])
+
     def report(self, path: str | os.PathLike[str]) -> None:
         """Writes the report of the identification: one HTML file that opens in any browser, complete or not at all.
 
@@ -199,6 +212,8 @@ class Model:
     def plot(self, logs: Logs | None = None, **keywords: Any) -> Figure:
         """Prediction of every sample of logs over time with its 95 % band; without logs, errors of the candidates.
 
+        What was measured at the far end is drawn over it where the logs have it under its name: tables, CSV and TSV files; the title
+        has the error. The axis leaves out the wide band of samples whose state depends on its start.
         `keywords`: as of :meth:`predict`. Needs matplotlib. Raises `ValueError` for a model that was read from a file where
         there are no logs.
         """
@@ -214,7 +229,17 @@ class Model:
                 names = ["predicted", "95 % band"] if number == 0 else [None, None]
                 axes.plot(found.time_s[part], found.mean[part], label=names[0], color="tab:blue", linewidth=0.9)
                 axes.fill_between(found.time_s[part], low[part], high[part], label=names[1], color="tab:blue", alpha=0.25)
-            axes.set(xlabel="time, s", ylabel=self.far)
+            seen = [found.mean, low[~found.state_unknown], high[~found.state_unknown]]
+            measured = far_columns(logs, self.far, keywords.get("rename"))
+            if measured is not None and len(measured) == len(found) and self.far not in (keywords.get("units") or {}):
+                axes.plot(found.time_s, measured, ".", label="measured", color="0.1", markersize=1.0)
+                seen.append(measured)
+            title, unit = self._error_title(logs, keywords)
+            every = np.concatenate(seen)
+            least, most = np.nanmin(every), np.nanmax(every)
+            margin = 0.05 * (most - least) or 1.0
+            axes.set(xlabel="time, s", ylabel=f"{self.far}, {unit}" if unit else self.far, title=title)
+            axes.set_ylim(least - margin, most + margin)
         else:
             report = self.identification
             if report is None:
@@ -227,6 +252,16 @@ class Model:
             axes.set_xlabel(f"error of {self.far} on unseen data, % of its range")
         axes.legend()
         return figure
+
+    def _error_title(self, logs: Logs, keywords: dict[str, Any]) -> tuple[str, str]:
+        """What a plot says of the error on logs, and the unit of the far end."""
+        try:
+            found = self.evaluate(logs, **keywords)
+        except ValueError:  # They hold no far end.
+            report = self.identification
+            return f"{self.provenance['member']}: nothing measured to compare", "" if report is None else report["far_unit"]
+        fitted = ", was fitted to it" if found.in_training else ""
+        return f"{self.provenance['member']}: RMSE {number(found.overall.rmse)} {found.far_unit}{fitted}", found.far_unit
 
     def evaluate(
         self,
@@ -310,7 +345,9 @@ class Model:
     def __repr__(self) -> str:
         origin = self.provenance
         reads = ", ".join(self.inputs)
-        return f"Model({self.far} from {reads}; {origin['member']}, RMSE {number(origin['rmse_unseen'])} on unseen data)"
+        grade = "" if self.grade in (None, "use") else f"; {str(self.grade).replace('_', ' ').upper()}"
+        error = f"RMSE {number(origin['rmse_unseen'])} on unseen data"
+        return f"Model({self.far} from {reads}; {origin['member']}, {error}{grade})"
 
     def _repr_html_(self) -> str:
         report = self.identification
@@ -376,7 +413,8 @@ def identify(
     numbers may cost; the one with the fewest is then chosen in place of the most accurate. The same `seed` gives the same bits whatever the `threads`, by default all
     that are there, shared by all calls. `progress(stage, fraction)` is called while it runs.
 
-    Raises `FileNotFoundError`, and `ValueError` that names log, line and column.
+    Warns where the model is not to be used, see :attr:`Model.grade` and :attr:`Model.advice`. Raises `FileNotFoundError`, and
+    `ValueError` that names log, line and column.
     """
     roles = {
         "far": far,
@@ -392,8 +430,12 @@ def identify(
     kept = None if keep is None else names(keep, "keep")
     columns = column_keywords(rename, units, rate_hz)
     desired = names(models, "models")
-    found = _sinew.identify(native_logs(logs), roles, columns, skip_s, desired, kept, loss_percent, seed, threads, progress)
-    return Model(found)
+    found = Model(
+        _sinew.identify(native_logs(logs), roles, columns, skip_s, desired, kept, loss_percent, seed, threads, progress)
+    )
+    if found.grade == "do_not_use":
+        warnings.warn(next(iter(found.advice), "do not use the model"), UserWarning, stacklevel=2)
+    return found
 
 
 def column_keywords(

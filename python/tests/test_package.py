@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import doctest
 import inspect
 import re
@@ -112,6 +113,14 @@ def test_a_run_can_be_plotted() -> None:
     assert len(figure.axes) == 2 and len(figure.axes[1].lines) == len(run.muscle_names)
     named = [[text.get_text() for text in axes.get_legend().get_texts()] for axes in figure.axes]
     assert named[1] == list(run.muscle_names) and named[0]
+    assert figure.axes[0].get_title() == "planar_leg, simulated: as planned" and "planar_leg: as_planned" in repr(run)
+    bench = sinew.track(sinew.Machine("bench_joint"), "tour", repeats=1)
+    # The file's own joints; as if it had been stopped.
+    stopped = dataclasses.replace(bench, numbers=bench.numbers | {"ended": "stopped", "reason": "a cable is slack", "stopped_s": 3.0})
+    above, below = stopped.plot().axes
+    assert above.get_title() == "bench_joint, simulated: stopped: a cable is slack"
+    assert [text.get_text() for text in above.get_legend().get_texts()] == ["lever", "stopped at 3.00 s"]
+    assert above.get_ylabel().startswith("joint error, mrad") and below.lines[-1].get_xdata()[0] == 3.0
 
 
 def test_a_model_is_plotted_with_its_candidates_or_its_prediction(tmp_path: Path) -> None:
@@ -127,8 +136,33 @@ def test_a_model_is_plotted_with_its_candidates_or_its_prediction(tmp_path: Path
     read = sinew.Model.from_json(model.to_json())
     predicted = read.plot(logs[0]).axes[0]
     assert np.array_equal(predicted.lines[0].get_ydata(), read.predict(logs[0]).mean)
+    table = columns_of(logs[0])
+    # Numbers alone are no log by which training is known.
+    for log, note in ((logs[0], ", was fitted to it"), (table, "")):
+        axes = read.plot(log).axes[0]
+        assert np.array_equal(axes.lines[-1].get_ydata(), table["tension_out_n"])
+        assert axes.get_ylabel() == "tension_out_n, N" and re.fullmatch(f"cell: RMSE [0-9.]+ N{note}", axes.get_title())
+        low, high = axes.get_ylim()
+        assert low < table["tension_out_n"].min() and high < table["tension_out_n"].max() + 60.0
+    del table["tension_out_n"]
+    blind = read.plot(table).axes[0]
+    assert blind.get_title() == "cell: nothing measured to compare" and "measured" not in blind.get_legend_handles_labels()[1]
     with pytest.raises(ValueError, match="read from a file"):
         read.plot()
+
+
+def test_a_model_that_is_not_to_be_used_says_so() -> None:
+    draw, time = np.random.default_rng(1), 0.01 * np.arange(2000)
+    logs = [
+        {"time_s": time, "tension_in_n": 50.0 + 20.0 * np.sin(time), "tension_out_n": draw.normal(50.0, 20.0, 2000)}
+        for _ in range(2)
+    ]
+    with pytest.warns(UserWarning, match="Do not use the model, because its error on unseen data is"):
+        model = sinew.identify(logs, models=["linear"])
+    assert model.grade == "do_not_use" and model.advice[0].startswith("Do not use")
+    assert repr(model).endswith("DO NOT USE)")
+    read = sinew.Model.from_json(model.to_json())
+    assert read.grade is None and read.advice == () and "USE" not in repr(read)
 
 
 def test_another_package_of_the_same_name_is_noticed(tmp_path: Path) -> None:
