@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +16,15 @@ from . import _sinew
 from ._display import html_table, number
 from ._machine import Machine, Path
 from ._model import Progress
+from ._refused import whole, wrong_kind
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+#: What the controller knows of the cables; see `track`.
+Compensation: TypeAlias = Literal[
+    "observer", "no_observer", "no_disturbance_observer", "paper", "capstan", "inverted", "none", "perfect"
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,14 +96,14 @@ class Run:
 
 
 def track(
-    machine: Machine,
+    machine: Machine | str | os.PathLike[str],
     path: Path | _sinew.Trajectory | None = None,
     *,
     duration_s: float | None = None,
     repeats: int | None = None,
     learning: bool = True,
     hold_s: float = 0.0,
-    compensation: str = "observer",
+    compensation: Compensation = "observer",
     payload_kg: float | None = None,
     seed: int = 1,
     unverified: bool = False,
@@ -106,7 +113,7 @@ def track(
 ) -> Run:
     """Moves a SIMULATED machine, which deviates from the design by errors unknown to the controller, along a motion.
 
-    Each cable is calibrated first. `path`, `duration_s`: as in `Machine.plan`. `repeats`: of a closed motion, by default 1,
+    `machine`: a machine, or its name or file. Each cable is calibrated first. `path`, `duration_s`: as in `Machine.plan`. `repeats`: of a closed motion, by default 1,
     with iterative `learning` from one to the next. `hold_s`: rest after the motion, s. `compensation`: `"observer"`,
     `"no_observer"`, `"no_disturbance_observer"`, `"paper"`, `"capstan"`, `"none"` or `"perfect"`.
     `payload_kg`: by default the machine's. `seed`: draws the machine. `trace_interval_s`: s between rows of the trace.
@@ -116,26 +123,30 @@ def track(
     simulated machines of the design did not track. `rules`: those of `verify` for the same motion, which is then not
     simulated before the start again: many specimens of a machine need it once.
     """
-    trajectory = _planned(machine, path, duration_s)
+    known = machine if isinstance(machine, Machine) else Machine(machine)
+    trajectory = _planned(known, path, duration_s)
     conditions = {
         "repeats": repeats,
         "learning": learning,
         "hold_s": hold_s,
         "compensation": compensation,
         "payload_kg": payload_kg,
-        "seed": seed,
+        "seed": whole("seed", seed),
         "unverified": unverified,
         "rules": None if rules is None else json.dumps(dict(rules)),
         "trace_interval_s": trace_interval_s,
     }
-    numbers, trace, warning = _sinew.track(machine, trajectory, conditions, progress)
+    try:
+        numbers, trace, warning = _sinew.track(known, trajectory, conditions, progress)
+    except TypeError as error:
+        raise wrong_kind(error, conditions) from None
     if warning is not None:
         warnings.warn(warning, UserWarning, stacklevel=2)
-    return Run(json.loads(numbers), trace, tuple(machine.muscle_names), machine.name)
+    return Run(json.loads(numbers), trace, tuple(known.muscle_names), known.name)
 
 
 def verify(
-    machine: Machine,
+    machine: Machine | str | os.PathLike[str],
     path: Path | _sinew.Trajectory | None = None,
     *,
     duration_s: float | None = None,
@@ -145,14 +156,15 @@ def verify(
 ) -> dict[str, float]:
     """Rules of control with which SIMULATED machines, sampled within the tolerances, track a motion.
 
-    `path`, `duration_s`, `repeats`, `payload_kg`: as in `track`. The gains are lowered until all sampled machines come to the end of the motion with
+    `machine`, `path`, `duration_s`, `repeats`, `payload_kg`: as in `track`. The gains are lowered until all sampled machines come to the end of the motion with
     taut cables and small errors. Units are part of the names; the rules are those of the machine file's table `[control]`.
     `joint_error:JOINT` is the largest error of a joint on these machines, rad or m, by which `track` judges a run.
 
     Warns where the dead bands of the cables leave a joint inaccurate. Raises `ValueError` for a motion that the machine cannot track, with the reason.
     """
-    trajectory = _planned(machine, path, duration_s)
-    text, warning = _sinew.verify(machine, trajectory, repeats, payload_kg, progress)
+    known = machine if isinstance(machine, Machine) else Machine(machine)
+    trajectory = _planned(known, path, duration_s)
+    text, warning = _sinew.verify(known, trajectory, repeats, payload_kg, progress)
     if warning is not None:
         warnings.warn(warning, UserWarning, stacklevel=2)
     rules: dict[str, float] = json.loads(text)
@@ -191,7 +203,7 @@ class Reproduction:
 
 def reproduce(
     *,
-    part: str = "all",
+    part: Literal["all", "bench", "arm"] = "all",
     quick: bool = False,
     seed: int = 1,
     threads: int | None = None,

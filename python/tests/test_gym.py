@@ -213,7 +213,8 @@ def test_friction_of_the_sheaths_is_as_asked() -> None:
 WRONG: list[tuple[dict[str, Any], str]] = [
     ({"task": "fly"}, "task must be"),
     ({"actuation": "power"}, "actuation must be"),
-    ({"interval_ms": 0}, "interval_ms must be"),
+    ({"interval_ms": 0}, "interval_ms must be a whole number of at least 1, but is 0"),
+    ({"interval_ms": -1}, "interval_ms must be a whole number of at least 1, but is -1"),
     ({"steps": 0}, "steps must be"),
     ({"spread": 2.0}, "spread must be"),
     ({"spread": float("nan")}, "spread must be"),
@@ -221,9 +222,9 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"cells": 1}, "cells"),
     ({"substeps": 0}, "substeps must be"),
     ({"path": "tour"}, "belong to the task"),
-    ({"randomisation": Randomisation(friction=(1.0, 0.5))}, "friction must be"),
+    ({"push": 0.2}, 'push belongs to the task "hold", but task is .reach'),
     ({"randomisation": Randomisation(delay_ms=(0.0, 1e6))}, "delay_ms must be"),
-    ({"threads": 0}, "number of threads must be"),
+    ({"threads": 0}, "threads must be"),
     ({"num_envs": 0}, "num_envs must be"),
     ({"render_mode": "human"}, "render_mode must be"),
     ({"autoreset_mode": "Never"}, "Never"),
@@ -241,6 +242,43 @@ def test_bounds_that_are_no_pair_are_refused_with_their_name(bounds: Any) -> Non
     for name in ("friction", "bend", "mass", "delay_ms"):
         with pytest.raises(ValueError, match=f"{name} must be a tuple of two bounds"):
             Randomisation(**{name: bounds})
+    for pair in ((2.0, 0.5), (-1.0, 0.5), (0.5, float("nan")), (float("nan"), 0.5)):
+        with pytest.raises(ValueError, match=r"mass must be two bounds of at least 0, the smaller one first, but is \("):
+            Randomisation(mass=pair)
+
+
+KINDS: list[tuple[dict[str, Any], str]] = [
+    ({"interval_ms": 10.5}, "interval_ms must be a whole number of at least 1, but is 10.5"),
+    ({"steps": 1.5}, "steps is 1.5, which is of the wrong kind"),
+    ({"spread": "wide"}, "spread is 'wide', which is of the wrong kind"),
+    ({"randomisation": None}, r"randomisation must be a sinew\.gym\.Randomisation, but is None: Randomisation\.none\(\)"),
+    ({"randomisation": True}, r"randomisation must be a sinew\.gym\.Randomisation, but is True"),
+    ({"num_envs": "finger"}, "num_envs must be a whole number, but is 'finger': the machine is a keyword, machine='finger'"),
+    ({"threads": None}, "threads must be a whole number"),
+]
+
+
+@pytest.mark.parametrize(("keywords", "message"), KINDS, ids=[str(keywords) for keywords, _ in KINDS])
+def test_values_of_the_wrong_kind_are_refused_with_their_name(keywords: dict[str, Any], message: str) -> None:
+    with pytest.raises(TypeError, match=message):
+        MachineVectorEnv(**{"num_envs": 2, "machine": "bench_joint"} | keywords)
+
+
+def test_a_step_needs_an_episode() -> None:
+    env, many = MachineEnv(**SHORT | {"steps": 2}), MachineVectorEnv(2, autoreset_mode="Disabled", **SHORT | {"steps": 2})
+    assert repr(env) == "MachineEnv(bench_joint, reach, speed, 2 steps of 5 ms)"
+    assert repr(many) == "MachineVectorEnv(2 of bench_joint, reach, speed, 2 steps of 5 ms)"
+    calls = [lambda: env.step(np.zeros(2)), lambda: many.step(np.zeros((2, 2)))]
+    for one, step in zip((env, many), calls, strict=True):
+        for why in ("not begun", "ended"):
+            with pytest.raises(gymnasium.error.ResetNeeded, match=rf"has {why}: call reset\(\) before step\(\)"):
+                step()
+            one.reset(seed=1)
+            step()
+            step()
+    many.reset(options={"reset_mask": np.array([True, False])})
+    with pytest.raises(gymnasium.error.ResetNeeded, match="environment 1 has ended"):
+        calls[1]()
 
 
 def test_a_missing_file_and_unknown_keywords_are_refused() -> None:

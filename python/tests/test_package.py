@@ -106,6 +106,15 @@ def test_a_motion_that_was_verified_is_not_verified_again_and_gives_the_same_bit
     assert other.numbers["joint_error_rad"] != once.numbers["joint_error_rad"]
 
 
+def test_a_run_takes_the_name_of_a_machine_and_names_what_is_wrong() -> None:
+    with pytest.raises(TypeError, match="seed must be a whole number of at least 0, but is None"):
+        sinew.track("bench_joint", "tour", seed=None)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="hold_s is 'long', which is of the wrong kind: must be real number"):
+        sinew.track("bench_joint", "tour", hold_s="long")  # type: ignore[arg-type]
+    rules = sinew.verify("bench_joint", "tour", repeats=1)
+    assert sinew.track("bench_joint", "tour", rules=rules).machine == "bench_joint"
+
+
 def test_a_run_can_be_plotted() -> None:
     pytest.importorskip("matplotlib")
     run = sinew.track(sinew.Machine("planar_leg"), "tour", repeats=1)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import os
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal, NamedTuple, TypeAlias
+from math import isfinite
+from typing import Any, Literal, NamedTuple, TypeAlias, TypedDict
 
 import numpy as np
 from gymnasium import spaces
 
 from .. import _sinew
 from .._machine import Machine, Path
+from .._refused import whole, wrong_kind
 
 #: Two bounds between which a number is drawn at every reset.
 Bounds: TypeAlias = tuple[float, float]
@@ -36,6 +38,10 @@ class Randomisation:
             bounds = getattr(self, name)
             if not isinstance(bounds, tuple) or len(bounds) != 2:
                 raise ValueError(f"{name} must be a tuple of two bounds, such as (0.8, 1.2), but is {bounds!r}")
+            if not all(isinstance(bound, (int, float, np.number)) for bound in bounds):
+                raise TypeError(f"{name} must be a tuple of two numbers, but is {bounds!r}")
+            if not (isfinite(bounds[1]) and 0.0 <= bounds[0] <= bounds[1]):
+                raise ValueError(f"{name} must be two bounds of at least 0, the smaller one first, but is {bounds!r}")
 
     @classmethod
     def none(cls) -> Randomisation:
@@ -54,13 +60,32 @@ class ObservationPart(NamedTuple):
     unit: str
 
 
+class ConditionKeywords(TypedDict, total=False):
+    """The fields of `Conditions` as keywords."""
+
+    machine: Machine | str | os.PathLike[str]
+    task: Literal["reach", "track", "hold"]
+    path: Path | _sinew.Trajectory | None
+    duration_s: float | None
+    push: float | None
+    actuation: Literal["speed", "tension", "torque"]
+    interval_ms: int | None
+    steps: int
+    cells: int
+    substeps: int
+    spread: float
+    effort: float
+    randomisation: Randomisation
+
+
 @dataclass(frozen=True)
 class Conditions:
     """What the environments of this package take as keywords.
 
     `machine`: a `sinew.Machine`, or its name or file. `task`: `"reach"` a pose or the position of the end point in it,
     `"track"` a motion, `"hold"` a pose against pushes. `path`, `duration_s`: the motion to be tracked, as of `Machine.plan`,
-    or a `sinew.Trajectory`. `push`: largest push, as a fraction of what the strongest muscle of a joint exerts on it.
+    or a `sinew.Trajectory`. `push`: of `"hold"`, largest push, as a fraction of what the strongest muscle of a joint exerts on it, by
+    default 0.3.
 
     `actuation`: what actions from -1 to 1 command of every drive, `"speed"` of the cable, `"tension"`, or `"torque"` of the motor.
     `interval_ms`: how long an action holds, ms, a whole number of the machine's periods; by default 10, or the next such
@@ -74,7 +99,7 @@ class Conditions:
     task: Literal["reach", "track", "hold"] = "reach"
     path: Path | _sinew.Trajectory | None = None
     duration_s: float | None = None
-    push: float = 0.3
+    push: float | None = None
     actuation: Literal["speed", "tension", "torque"] = "speed"
     interval_ms: int | None = None
     steps: int = 500
@@ -83,6 +108,20 @@ class Conditions:
     spread: float = 0.5
     effort: float = 0.01
     randomisation: Randomisation = field(default_factory=Randomisation)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.randomisation, Randomisation):
+            given = f"but is {self.randomisation!r}: Randomisation.none() is the machine as designed"
+            raise TypeError(f"randomisation must be a sinew.gym.Randomisation, {given}")
+        if self.interval_ms is not None:
+            whole("interval_ms", self.interval_ms, 1)
+        if self.push is not None and self.task != "hold":
+            raise ValueError(f'push belongs to the task "hold", but task is {self.task!r}')
+
+    @property
+    def name(self) -> str:
+        """Name or file of the machine."""
+        return self.machine.name if isinstance(self.machine, Machine) else os.fspath(self.machine)
 
     def environments(self, seeds: list[int], reset_mode: str, threads: int) -> _sinew.Environments:
         """Simulated machines, one for each seed."""
@@ -95,8 +134,11 @@ class Conditions:
             raise ValueError(f'path and duration_s belong to the task "track", but task is {self.task!r}')
         names = ("task", "push", "actuation", "interval_ms", "steps", "cells", "substeps", "spread", "effort")
         values: dict[str, Any] = {name: getattr(self, name) for name in names}
-        values |= {"trajectory": trajectory} | asdict(self.randomisation)
-        return _sinew.Environments(machine, values, seeds, reset_mode, threads)
+        values |= {"trajectory": trajectory, "push": 0.3 if self.push is None else self.push} | asdict(self.randomisation)
+        try:
+            return _sinew.Environments(machine, values, seeds, reset_mode, threads)
+        except TypeError as error:
+            raise wrong_kind(error, values) from None
 
 
 def spaces_of(environments: _sinew.Environments) -> tuple[spaces.Box, spaces.Box]:

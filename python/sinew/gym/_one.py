@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Unpack
 
 import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import ArrayLike, NDArray
 
-from ._conditions import Conditions, ObservationPart
+from ._conditions import ConditionKeywords, Conditions, ObservationPart
 from ._picture import Picture
 from ._vector import MachineVectorEnv
 
@@ -25,7 +25,7 @@ class MachineEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 100}
 
-    def __init__(self, *, render_mode: str | None = None, **conditions: Any) -> None:
+    def __init__(self, *, render_mode: str | None = None, **conditions: Unpack[ConditionKeywords]) -> None:
         if render_mode not in (None, "rgb_array"):
             window = ': gymnasium.make(.., render_mode="human") opens a window' if render_mode == "human" else ""
             raise ValueError(f'render_mode must be None or "rgb_array", but is {render_mode!r}{window}')
@@ -46,6 +46,9 @@ class MachineEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         """Where in an observation what stands, by name."""
         return self._many.observation_parts
 
+    def __repr__(self) -> str:
+        return f"MachineEnv({self._many.told})"
+
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
@@ -55,7 +58,10 @@ class MachineEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         return observations[0], {"error": float(infos["error"][0])}
 
     def step(self, action: ArrayLike) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """One action: observation, reward, terminated, truncated, info."""
+        """One action: observation, reward, terminated, truncated, info.
+
+        Raises `gymnasium.error.ResetNeeded` before the first `reset`, and after the end of an episode.
+        """
         given = np.asarray(action)
         if given.shape != self.action_space.shape:
             raise ValueError(f"action must have the shape {self.action_space.shape}, but has {given.shape}")

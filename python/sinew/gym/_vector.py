@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Sequence
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar, Unpack
 
 import numpy as np
+from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _sinew
-from ._conditions import Conditions, ObservationPart, parts_of, spaces_of
+from .._machine import Machine
+from .._refused import whole
+from ._conditions import ConditionKeywords, Conditions, ObservationPart, parts_of, spaces_of
 
 _Floats: TypeAlias = NDArray[np.float64]
 _Singles: TypeAlias = NDArray[np.float32]
@@ -46,18 +49,22 @@ class MachineVectorEnv(VectorEnv[_Singles, _Singles, NDArray[Any]]):
         threads: int = 1,
         copy: bool = True,
         render_mode: None = None,
-        **conditions: Any,
+        **conditions: Unpack[ConditionKeywords],
     ) -> None:
         if render_mode is not None:
             raise ValueError(f"render_mode must be None: a MachineEnv draws pictures, but is {render_mode!r}")
         self.autoreset_mode = mode = AutoresetMode(autoreset_mode)
         self.metadata = {"autoreset_mode": mode, "render_modes": []}
-        self.num_envs, self.render_mode, self._copy = num_envs, None, copy
-        if num_envs < 1:
-            raise ValueError(f"num_envs must be at least 1, but is {num_envs}")
+        if isinstance(num_envs, str | Machine):
+            raise TypeError(f"num_envs must be a whole number, but is {num_envs!r}: the machine is a keyword, machine={num_envs!r}")
+        self.num_envs, self.render_mode, self._copy = whole("num_envs", num_envs, 1), None, copy
+        known = Conditions(**conditions)
         entropy = secrets.randbits(48)
         seeds = [entropy + index for index in range(num_envs)]
-        self._native: _sinew.Environments | None = self._simulated(Conditions(**conditions), seeds, _MODES[mode], threads)
+        self._native: _sinew.Environments | None = self._simulated(known, seeds, _MODES[mode], whole("threads", threads, 1))
+        interval, machine = self._native.interval_ms, known.name
+        #: What a representation tells.
+        self.told = f"{machine}, {known.task}, {known.actuation}, {known.steps} steps of {interval} ms"
         self.single_observation_space, self.single_action_space = spaces_of(self._native)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -67,9 +74,14 @@ class MachineVectorEnv(VectorEnv[_Singles, _Singles, NDArray[Any]]):
         self._rewards, self._errors, self._last_errors = (np.zeros(num_envs) for _ in range(3))
         self._terminated, self._truncated = (np.zeros(num_envs, dtype=np.bool_) for _ in range(2))
         self._all = np.ones(num_envs, dtype=np.bool_)
+        # Environments without an episode: before the first reset, and after an end where nothing resets them.
+        self._idle = np.ones(num_envs, dtype=np.bool_)
 
     def _simulated(self, conditions: Conditions, seeds: list[int], mode: str, threads: int) -> _sinew.Environments:
         return conditions.environments(seeds, mode, threads)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.num_envs} of {self.told})"
 
     @property
     def environments(self) -> _sinew.Environments:
@@ -116,11 +128,19 @@ class MachineVectorEnv(VectorEnv[_Singles, _Singles, NDArray[Any]]):
             others = [one and not with_seed for one, with_seed in zip(chosen, seeded, strict=True)]
             if any(others):
                 native.reset(None, others, self._observations, self._errors)
+        self._idle[self._all if mask is None else np.array(mask)] = False
         return self._told(self._observations), self._infos(self._all if mask is None else np.array(mask))
 
     def step(self, actions: ArrayLike) -> tuple[_Singles, _Floats, _Flags, _Flags, dict[str, Any]]:
-        """One action for every environment: observations, rewards, terminated, truncated, infos."""
+        """One action for every environment: observations, rewards, terminated, truncated, infos.
+
+        Raises `gymnasium.error.ResetNeeded` before the first `reset` and, where nothing resets them, after the end of an episode.
+        """
         native = self.environments
+        if self._idle.any():
+            first = int(self._idle.argmax())
+            why = "ended" if self._terminated[first] or self._truncated[first] else "not begun"
+            raise ResetNeeded(f"the episode of environment {first} has {why}: call reset() before step()")
         given = np.asarray(actions)
         if given.shape != self._actions.shape or given.dtype.kind not in "fiub":
             expected = f"real numbers in the shape {self._actions.shape}"
@@ -138,6 +158,8 @@ class MachineVectorEnv(VectorEnv[_Singles, _Singles, NDArray[Any]]):
             self._last,
             self._last_errors,
         )
+        if self.autoreset_mode is AutoresetMode.DISABLED:
+            self._idle = self._terminated | self._truncated
         infos = self._infos(self._all)
         if self.autoreset_mode is AutoresetMode.SAME_STEP:
             ended = self._terminated | self._truncated

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from .. import Machine, track, verify
+from .._experiment import Compensation
 from .._machine import Path
 from ._backends import Objective
 
@@ -16,7 +17,7 @@ def robustness(
     path: Path | None = None,
     *,
     duration_s: float | None = None,
-    compensation: str = "observer",
+    compensation: Compensation = "observer",
 ) -> Objective:
     """The objective of a study without parameters whose trials are SIMULATED specimens, sampled by their seeds.
 
@@ -36,7 +37,7 @@ class _Specimens:
     machine: Machine
     path: Path | None
     duration_s: float | None
-    compensation: str
+    compensation: Compensation
     rules: dict[str, float] | None
 
     def __call__(self, _parameters: dict[str, float], seed: int) -> dict[str, float]:
