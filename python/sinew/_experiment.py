@@ -213,7 +213,7 @@ def reproduce(
 
     `part`: `"all"`, `"bench"` or `"arm"`. `quick`: in seconds, coarser. The same `seed` gives the same bits.
     """
-    return Reproduction(json.loads(_sinew.reproduce(part, quick, seed, threads, progress)))
+    return Reproduction(json.loads(_sinew.reproduce(part, quick, whole("seed", seed), threads, progress)))
 
 
 def _tracking_table(tracking: dict[str, dict[str, Any]]) -> str:

@@ -7,7 +7,7 @@ import os
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from . import _sinew
 from ._display import html_table, number, percent
 from ._logs import Logs, far_columns, native_logs
+from ._refused import whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -121,6 +122,15 @@ class Predictions:
         return {name: getattr(self, name) for name in self.__slots__}
 
 
+class PredictKeywords(TypedDict, total=False):
+    """Keywords of `Model.predict`."""
+
+    rename: Mapping[str, str] | None
+    units: Mapping[str, str] | None
+    rate_hz: float | None
+    anchor_reading_s: float | None
+
+
 class Model:
     """A model of one transmission: near side in, far end out.
 
@@ -209,7 +219,7 @@ class Model:
             raise ValueError("a report belongs to a model of sinew.identify or Model.adapt, this one was read from a file")
         write_whole(path, text)
 
-    def plot(self, logs: Logs | None = None, **keywords: Any) -> Figure:
+    def plot(self, logs: Logs | None = None, **keywords: Unpack[PredictKeywords]) -> Figure:
         """Prediction of every sample of logs over time with its 95 % band; without logs, errors of the candidates.
 
         What was measured at the far end is drawn over it where the logs have it under its name: tables, CSV and TSV files; the title
@@ -253,7 +263,7 @@ class Model:
         axes.legend()
         return figure
 
-    def _error_title(self, logs: Logs, keywords: dict[str, Any]) -> tuple[str, str]:
+    def _error_title(self, logs: Logs, keywords: PredictKeywords) -> tuple[str, str]:
         """What a plot says of the error on logs, and the unit of the far end."""
         try:
             found = self.evaluate(logs, **keywords)
@@ -340,7 +350,7 @@ class Model:
         `rename`, `units`, `rate_hz`: as of :func:`identify`.
         """
         columns = column_keywords(rename, units, rate_hz)
-        return Model(self._native.adapt(native_logs(logs), columns, skip_s, seed, threads, progress))
+        return Model(self._native.adapt(native_logs(logs), columns, skip_s, whole("seed", seed), threads, progress))
 
     def __repr__(self) -> str:
         origin = self.provenance
@@ -431,7 +441,9 @@ def identify(
     columns = column_keywords(rename, units, rate_hz)
     desired = names(models, "models")
     found = Model(
-        _sinew.identify(native_logs(logs), roles, columns, skip_s, desired, kept, loss_percent, seed, threads, progress)
+        _sinew.identify(
+            native_logs(logs), roles, columns, skip_s, desired, kept, loss_percent, whole("seed", seed), threads, progress
+        )
     )
     if found.grade == "do_not_use":
         warnings.warn(next(iter(found.advice), "do not use the model"), UserWarning, stacklevel=2)
@@ -447,7 +459,7 @@ def column_keywords(
 
 def demo_logs(seed: int = 1) -> dict[str, str]:
     """SIMULATED logs of a bench, names and texts of CSV files: four days for training, the last one for testing."""
-    return dict(_sinew.demo_logs(seed))
+    return dict(_sinew.demo_logs(whole("seed", seed)))
 
 
 def names(given: Iterable[str], argument: str) -> list[str]:

@@ -172,7 +172,7 @@ def test_bad_input_to_a_model_gives_a_promised_exception(model: sinew.Model, dat
         (lambda: sinew.identify(COLUMNS, effort="tension_in_n"), TypeError, "a list of names"),
         (lambda: sinew.identify({"a": [1.0], "b": [1.0, 2.0]}), ValueError, "column `b` must have 1 rows"),
         (lambda: sinew.identify(COLUMNS, keep="all"), TypeError, "keep must be a list of names"),
-        (lambda: sinew.identify(COLUMNS, seed=-1), OverflowError, "negative"),
+        (lambda: sinew.identify(COLUMNS, seed=-1), ValueError, "seed must be a whole number of at least 0, but is -1"),
         (lambda: sinew.identify(COLUMNS, threads=0), ValueError, "threads must be 1 to 1024"),
         (lambda: sinew.Cable(mass=1.0), TypeError, "'mass' is no parameter of a cable, expected one of friction"),
         (lambda: sinew.Cable(friction=-1.0), ValueError, "friction must be a finite number >= 0, but is -1"),

@@ -111,6 +111,9 @@ def test_a_run_takes_the_name_of_a_machine_and_names_what_is_wrong() -> None:
         sinew.track("bench_joint", "tour", seed=None)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="hold_s is 'long', which is of the wrong kind: must be real number"):
         sinew.track("bench_joint", "tour", hold_s="long")  # type: ignore[arg-type]
+    for call in (sinew.demo_logs, lambda seed: sinew.identify([], seed=seed), lambda seed: sinew.reproduce(part="bench", seed=seed)):
+        with pytest.raises(TypeError, match="seed must be a whole number of at least 0, but is None"):
+            call(None)  # type: ignore[arg-type, no-untyped-call]
     rules = sinew.verify("bench_joint", "tour", repeats=1)
     assert sinew.track("bench_joint", "tour", rules=rules).machine == "bench_joint"
 
