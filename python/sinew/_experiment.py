@@ -79,7 +79,8 @@ class Run:
         below.set_xlabel("time, s (simulated)")
         # As it ended, and why where it did not end as planned.
         ended = numbers["ended"].replace("_", " ")
-        above.set_title(f"{self.machine}, simulated: {ended}{': ' + numbers['reason'] if numbers['reason'] else ''}", fontsize="medium", wrap=True)
+        why = f": {numbers['reason']}" if numbers["reason"] else ""
+        above.set_title(f"{self.machine}, simulated: {ended}{why}", fontsize="medium", wrap=True)
         if (stopped := numbers["stopped_s"]) is not None or numbers["ended"] in ("stopped", "diverged"):
             moment = float(time[-1]) if stopped is None else stopped
             for axes in (above, below):
@@ -113,7 +114,8 @@ def track(
 ) -> Run:
     """Moves a SIMULATED machine, which deviates from the design by errors unknown to the controller, along a motion.
 
-    `machine`: a machine, or its name or file. Each cable is calibrated first. `path`, `duration_s`: as in `Machine.plan`. `repeats`: of a closed motion, by default 1,
+    Each cable is calibrated first. `machine`: a machine, or its name or file. `path`, `duration_s`: as in `Machine.plan`.
+    `repeats`: of a closed motion, by default 1,
     with iterative `learning` from one to the next. `hold_s`: rest after the motion, s. `compensation`: `"observer"`,
     `"no_observer"`, `"no_disturbance_observer"`, `"paper"`, `"capstan"`, `"none"` or `"perfect"`.
     `payload_kg`: by default the machine's. `seed`: draws the machine. `trace_interval_s`: s between rows of the trace.
@@ -156,7 +158,8 @@ def verify(
 ) -> dict[str, float]:
     """Rules of control with which SIMULATED machines, sampled within the tolerances, track a motion.
 
-    `machine`, `path`, `duration_s`, `repeats`, `payload_kg`: as in `track`. The gains are lowered until all sampled machines come to the end of the motion with
+    `machine`, `path`, `duration_s`, `repeats`, `payload_kg`: as in `track`.
+    The gains are lowered until all sampled machines come to the end of the motion with
     taut cables and small errors. Units are part of the names; the rules are those of the machine file's table `[control]`.
     `joint_error:JOINT` is the largest error of a joint on these machines, rad or m, by which `track` judges a run.
 

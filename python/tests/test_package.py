@@ -111,7 +111,7 @@ def test_a_run_takes_the_name_of_a_machine_and_names_what_is_wrong() -> None:
         sinew.track("bench_joint", "tour", seed=None)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="hold_s is 'long', which is of the wrong kind: must be real number"):
         sinew.track("bench_joint", "tour", hold_s="long")  # type: ignore[arg-type]
-    for call in (sinew.demo_logs, lambda seed: sinew.identify([], seed=seed), lambda seed: sinew.reproduce(part="bench", seed=seed)):
+    for call in (sinew.demo_logs, lambda seed: sinew.identify([], seed=seed), lambda seed: sinew.reproduce(seed=seed)):
         with pytest.raises(TypeError, match="seed must be a whole number of at least 0, but is None"):
             call(None)  # type: ignore[arg-type, no-untyped-call]
     rules = sinew.verify("bench_joint", "tour", repeats=1)
@@ -128,7 +128,8 @@ def test_a_run_can_be_plotted() -> None:
     assert figure.axes[0].get_title() == "planar_leg, simulated: as planned" and "planar_leg: as_planned" in repr(run)
     bench = sinew.track(sinew.Machine("bench_joint"), "tour", repeats=1)
     # The file's own joints; as if it had been stopped.
-    stopped = dataclasses.replace(bench, numbers=bench.numbers | {"ended": "stopped", "reason": "a cable is slack", "stopped_s": 3.0})
+    end = {"ended": "stopped", "reason": "a cable is slack", "stopped_s": 3.0}
+    stopped = dataclasses.replace(bench, numbers=bench.numbers | end)
     above, below = stopped.plot().axes
     assert above.get_title() == "bench_joint, simulated: stopped: a cable is slack"
     assert [text.get_text() for text in above.get_legend().get_texts()] == ["lever", "stopped at 3.00 s"]

@@ -97,7 +97,8 @@ def test_an_error_of_the_objective_is_recorded(tmp_path: Path) -> None:
     def no_names(_parameters: dict[str, float], _seed: int) -> float:
         return 0.5
 
-    for k, (failing, reason) in enumerate([(wrong, "finite"), (no_names, r'TypeError: .*return named numbers.* but returned 0\.5')]):
+    unnamed = r"TypeError: .*return named numbers.* but returned 0\.5"
+    for k, (failing, reason) in enumerate([(wrong, "finite"), (no_names, unnamed)]):
         with Study(tmp_path / str(k), failing, RANGES) as study:  # type: ignore[arg-type]
             with pytest.warns(UserWarning, match=f"all 2 trials of the study ended with an error, the first with .*{reason}"):
                 assert all(trial.error for trial in study.run(2))

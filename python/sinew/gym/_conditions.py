@@ -84,8 +84,8 @@ class Conditions:
 
     `machine`: a `sinew.Machine`, or its name or file. `task`: `"reach"` a pose or the position of the end point in it,
     `"track"` a motion, `"hold"` a pose against pushes. `path`, `duration_s`: the motion to be tracked, as of `Machine.plan`,
-    or a `sinew.Trajectory`. `push`: of `"hold"`, largest push, as a fraction of what the strongest muscle of a joint exerts on it, by
-    default 0.3.
+    or a `sinew.Trajectory`. `push`: of `"hold"`, largest push, as a fraction of what the strongest muscle of a joint exerts on
+    it, by default 0.3.
 
     `actuation`: what actions from -1 to 1 command of every drive, `"speed"` of the cable, `"tension"`, or `"torque"` of the motor.
     `interval_ms`: how long an action holds, ms, a whole number of the machine's periods; by default 10, or the next such

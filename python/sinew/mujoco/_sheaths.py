@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
-from math import log, pi
+from math import log, pi, radians
 from typing import Any, TypeVar
 
 import mujoco
@@ -81,15 +81,16 @@ def check(name: str, values: ArrayLike) -> None:
 def check_bend(bend: float, name: str) -> None:
     """Raises `ValueError` for a bend that must be in degrees."""
     if bend > 2.0 * pi * MOST_TURNS:
-        most = f"at most {2.0 * pi * MOST_TURNS:.1f} rad ({MOST_TURNS} turns)"
-        raise ValueError(f"{name} must be {most}, but is {bend:g}: is it in degrees? math.radians({bend:g}) = {bend * pi / 180.0:.4g}")
+        most, hint = f"{2.0 * pi * MOST_TURNS:.1f} rad ({MOST_TURNS} turns)", f"math.radians({bend:g}) = {radians(bend):.4g}"
+        raise ValueError(f"{name} must be at most {most}, but is {bend:g}: is it in degrees? {hint}")
 
 
 def check_angle(angle: float, efficiency: float, name: str) -> None:
     """Raises `ValueError` for friction that leaves nothing of the tension at the far end."""
     if (theta := angle - log(efficiency)) > LOCKED:
         raise ValueError(
-            f"the friction angle {name} - ln efficiency must be at most {LOCKED:g}, but is {theta:.3g}: bends are in rad, not degrees"
+            f"the friction angle {name} - ln efficiency must be at most {LOCKED:g}, but is {theta:.3g}: "
+            "bends are in rad, not degrees"
         )
 
 
@@ -105,7 +106,8 @@ def add_sheaths(spec: Any, sheaths: Mapping[str, Sheath], *, impedance: float = 
     their actuators' forces before the sheath (`forcelimited` false, `forcerange` applied by the plugin); everything
     else stays as it is.
 
-    Raises `ValueError` that names the pattern, tendon or parameter, and `TypeError` for anything but a spec.
+    Raises `ValueError` that names the pattern, tendon or parameter, for a tendon that has a sheath or a cable already as well,
+    and `TypeError` for anything but a spec.
     """
     if not isinstance(spec, mujoco.MjSpec):
         raise TypeError(f"spec must be a mujoco.MjSpec (mujoco.MjSpec.from_file), but is {type(spec).__name__}")

@@ -47,8 +47,8 @@ class Study:
 
     `objective(parameters, seed)` returns named finite numbers. `parameters`: ranges by name. `minimize`, `maximize`: names of
     the values to make small and large, for Optuna, Pareto front and report. `sampler`: `None` for uniform draws that depend on `seed` and the
-    trial's number alone, `"tpe"`, `"nsga2"` or a sampler of Optuna. `storage`: URL of one of Optuna's (`"sqlite:///study.db"`) or such an object, in which the
-    sampler's trials are kept as well, under the folder's name, for Optuna's dashboard.
+    trial's number alone, `"tpe"`, `"nsga2"` or a sampler of Optuna. `storage`: URL of one of Optuna's (`"sqlite:///study.db"`) or
+    such an object, in which the sampler's trials are kept as well, under the folder's name, for Optuna's dashboard.
 
     Warns where the folder holds trials of another objective, or of one whose code was changed: their numbers stay as they are. Raises
     `ValueError` where it holds a study of other parameters or seed, or another process runs it.
@@ -216,7 +216,8 @@ class Study:
     def __repr__(self) -> str:
         found = self.trials
         ended, failed = sum(trial.ended for trial in found), sum(trial.error is not None for trial in found)
-        return f"Study({str(self.folder)!r}: {ended} trials ended, {failed} of them with an error; {len(self.parameters)} parameters)"
+        trials = f"{ended} trials ended, {failed} of them with an error"
+        return f"Study({str(self.folder)!r}: {trials}; {len(self.parameters)} parameters)"
 
     def __enter__(self) -> Study:
         return self
