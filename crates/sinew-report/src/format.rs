@@ -102,6 +102,9 @@ pub(super) fn plural(n: usize, one: &str, many: &str) -> String {
 
 /// The unit a column's name ends with, or an empty string: `tension_in_n` is in N.
 pub(super) fn unit_of(column: &str) -> &'static str {
+    if let Some((_, inner)) = bracketed(column) {
+        return unit(inner);
+    }
     let mut parts = column.rsplit('_');
     let last = parts.next().unwrap_or_default();
     // Without an underscore the word is a name; `T_in_N_med5` has its unit in the last but one place.
@@ -114,8 +117,24 @@ pub(super) fn unit_of(column: &str) -> &'static str {
     }
 }
 
-fn unit(suffix: &str) -> &'static str {
+/// A name with a known unit in brackets behind it, and that unit.
+fn bracketed(column: &str) -> Option<(&str, &str)> {
+    let (name, inner) = column.strip_suffix([']', ')'])?.rsplit_once(['[', '('])?;
+    (!unit(inner).is_empty()).then_some((name.trim_end(), inner))
+}
+
+/// A unit as reports write it; empty for one that they do not know.
+pub(super) fn unit(suffix: &str) -> &'static str {
     match suffix {
+        "kN" => "kN",
+        "lbf" | "lb" => "lbf",
+        "kg" => "kg",
+        "kgf" => "kgf",
+        "cm" => "cm",
+        "um" => "µm",
+        "mNm" => "mN·m",
+        "Ncm" => "N·cm",
+        "mrad" => "mrad",
         "n" | "N" => "N",
         "nm" | "Nm" | "NM" => "N·m",
         "nmm" | "Nmm" => "N·mm",
@@ -134,6 +153,9 @@ fn unit(suffix: &str) -> &'static str {
 
 /// A column's name without its unit.
 pub(super) fn bare(column: &str) -> &str {
+    if let Some((name, _)) = bracketed(column) {
+        return name;
+    }
     match column.rsplit_once('_') {
         Some((name, suffix)) if !name.is_empty() && !unit(suffix).is_empty() => name,
         _ => column,

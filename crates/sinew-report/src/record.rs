@@ -1,6 +1,6 @@
 //! One log or trial: its sequences joined, with a row of NaN at every gap.
 
-use super::format::{axis_label, bare, unit_of};
+use super::format::{axis_label, bare, unit, unit_of};
 use sinew_identify::report::{IdentificationReport, Trace};
 
 /// The cross-validated prediction over one log or trial. All vectors have the same length; a gap is a row of
@@ -226,10 +226,15 @@ impl Signals {
         };
         let others =
             report.traces.first().map(|t| t.others.iter().map(|other| other.column.clone()).collect());
+        // Of a name without one the logs may state it.
+        let stated =
+            |column: &str, said: &str| Some(unit_of(column)).filter(|u| !u.is_empty()).unwrap_or(unit(said));
+        let used = report.columns.iter().find(|used| used.column == near);
+        let unit_of_near = used.map_or("", |used| used.unit.as_str());
         Self {
             far: report.far.clone(),
-            far_unit: unit_of(&report.far),
-            near_unit: unit_of(&near),
+            far_unit: stated(&report.far, &report.far_unit),
+            near_unit: stated(&near, unit_of_near),
             near,
             others: others.unwrap_or_default(),
         }
