@@ -4,6 +4,7 @@
 use crate::commands::{cargo, succeed};
 use crate::python::{environment, install, python};
 use crate::tree;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
@@ -15,6 +16,8 @@ const PLATFORM: &str = "manylinux_2_17";
 const TARGET: &str = "x86_64-unknown-linux-gnu";
 const GLIBC: &str = "2.17";
 const FOLDER: &str = "target/dist";
+/// What maturin installs beside the package.
+const DATA: &str = "crates/sinew-py/_sinew.data";
 const MANIFEST: &str = "crates/sinew-cli/Cargo.toml";
 const FEATURES: &str = "parquet,mat73";
 /// Of the archive, beside the program and what it writes of itself.
@@ -29,6 +32,11 @@ import pathlib, sinew
 logs = dict(list(sinew.demo_logs().items())[:2])
 for name, text in logs.items(): pathlib.Path(name).write_text(text)
 print(sinew.__version__, sinew.identify(list(logs), far='tension_out_n', models=['cell']), sinew.Machine('lm_arm'))";
+/// An interpreter that ends while another thread is in a call.
+const ENDING: &str = "
+import threading, time, sinew
+threading.Thread(target=lambda: sinew.track(sinew.Machine('lm_arm')), daemon=True).start()
+time.sleep(0.3)";
 const FIRST_COMMANDS: &str = "
 ./sinew twin bench --speeds 0.04,0.08 --duration 10 --out bench.csv
 ./sinew identify bench.csv --out cable --model cell
@@ -37,11 +45,18 @@ const FIRST_COMMANDS: &str = "
 /// Builds wheel and source distribution, has the wheel judged, and uses it in a clean environment.
 pub(crate) fn wheel(root: &Path) -> Result<(), String> {
     let (tools, path) = tools(root)?;
+    // Beside the package, so that who has the wheel has the commands of the book.
+    let scripts = emptied(root, &format!("{DATA}/scripts"))?;
+    let program = program(root, &tools, &path)?;
+    std::fs::copy(&program, scripts.join("sinew")).map_err(|e| format!("{}: {e}", program.display()))?;
     // So that the only wheel is the one that is built.
     let folder = emptied(root, FOLDER)?;
     let build = ["-m", "maturin", "build", "--release", "--locked", "--zig", "--compatibility", PLATFORM];
     let mut build = python(root, &tools, &build);
-    succeed(build.args(["--target", TARGET, "--out", FOLDER]).env("PATH", &path))?;
+    build.args(["--target", TARGET, "--out", FOLDER, "--"]).args(system_unwinder()?);
+    succeed(build.env("PATH", &path))?;
+    emptied(root, DATA)?;
+    std::fs::remove_dir(root.join(DATA)).map_err(|e| format!("{DATA}: {e}"))?;
     let entries = std::fs::read_dir(&folder).map_err(|e| format!("{FOLDER}: {e}"))?;
     let wheel = entries.filter_map(|entry| Some(entry.ok()?.path())).next();
     let wheel = wheel.ok_or_else(|| format!("no wheel in {FOLDER}"))?.display().to_string();
@@ -53,7 +68,9 @@ pub(crate) fn wheel(root: &Path) -> Result<(), String> {
     install(root, &user, &[&wheel])?;
     let installed = begins.elapsed().as_secs_f64();
     succeed(python(root, &user, &["-c", FIRST]).current_dir(&clean))?;
+    succeed(Command::new(user.with_file_name("sinew")).arg("--version"))?;
     let all = begins.elapsed().as_secs_f64();
+    succeed(python(root, &user, &["-c", ENDING]).current_dir(&clean))?;
     println!("{wheel}: installed in {installed:.1} s, first result after {all:.1} s");
     Ok(())
 }
@@ -69,17 +86,13 @@ pub(crate) fn packages(root: &Path) -> Result<(), String> {
 /// of them in the form of CycloneDX; unpacks it and runs it without an environment.
 pub(crate) fn archive(root: &Path) -> Result<(), String> {
     let (tools, path) = tools(root)?;
-    let zigbuild = tools.with_file_name("cargo-zigbuild");
-    let place = format!("{TARGET}.{GLIBC}");
-    let mut build = python(root, &zigbuild, &["rustc", "--release", "--locked", "--package", "sinew-cli"]);
-    build.args(["--bin", "sinew", "--features", FEATURES, "--target", &place, "--", "-C", "strip=symbols"]);
-    succeed(build.env("PATH", &path))?;
+    let program = program(root, &tools, &path)?;
     let name = format!("sinew-{}-{TARGET}", env!("CARGO_PKG_VERSION"));
     let folder = emptied(root, &format!("target/archive/{name}"))?;
     let copy = |from: PathBuf, to: &str| {
         std::fs::copy(&from, folder.join(to)).map(drop).map_err(|e| format!("{}: {e}", from.display()))
     };
-    copy(root.join("target").join(TARGET).join("release/sinew"), "sinew")?;
+    copy(program, "sinew")?;
     TEXTS.iter().try_for_each(|text| copy(root.join(text), text))?;
     SCRIPTS.iter().try_for_each(|script| {
         let vendor = root.join("crates/sinew-view/assets/vendor").join(script);
@@ -123,6 +136,16 @@ pub(crate) fn archive(root: &Path) -> Result<(), String> {
     Ok(())
 }
 
+/// Builds the program against the old glibc.
+fn program(root: &Path, tools: &Path, path: &OsStr) -> Result<PathBuf, String> {
+    let zigbuild = tools.with_file_name("cargo-zigbuild");
+    let place = format!("{TARGET}.{GLIBC}");
+    let mut build = python(root, &zigbuild, &["rustc", "--release", "--locked", "--package", "sinew-cli"]);
+    build.args(["--bin", "sinew", "--features", FEATURES, "--target", &place, "--", "-C", "strip=symbols"]);
+    succeed(build.env("PATH", path))?;
+    Ok(root.join("target").join(TARGET).join("release/sinew"))
+}
+
 /// An interpreter with the tools of this file, and the `PATH` on which they are first.
 fn tools(root: &Path) -> Result<(PathBuf, std::ffi::OsString), String> {
     let tools = environment(root, &root.join("target/wheel/tools"))?;
@@ -131,6 +154,19 @@ fn tools(root: &Path) -> Result<(PathBuf, std::ffi::OsString), String> {
     places.extend(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()));
     let path = std::env::join_paths(places).map_err(|e| format!("PATH: {e}"))?;
     Ok((tools, path))
+}
+
+/// Links the library that unwinds threads dynamically. Zig would link one of its own, and Python, which ends
+/// threads by unwinding them with the system's, would crash in it.
+fn system_unwinder() -> Result<[String; 4], String> {
+    let name = "libgcc_s.so.1";
+    let mut cc = Command::new("cc");
+    let found = cc.arg(format!("-print-file-name={name}")).output().map_err(|e| format!("cc: {e}"))?;
+    let found = String::from_utf8_lossy(&found.stdout).trim().to_owned();
+    let folder = Path::new(&found).canonicalize().ok();
+    let folder = folder.as_deref().and_then(Path::parent).ok_or_else(|| format!("cc finds no {name}"))?;
+    let library = format!("dylib:+verbatim={name}");
+    Ok(["-l".into(), library, "-L".into(), format!("native={}", folder.display())])
 }
 
 fn emptied(root: &Path, folder: &str) -> Result<PathBuf, String> {
