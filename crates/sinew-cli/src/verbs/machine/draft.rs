@@ -127,7 +127,7 @@ fn possible_end_point(machine: &Machine) -> String {
     match sites.max_by_key(|site| site.body) {
         Some(site) if machine.payload_site().is_none() => {
             format!(
-                "# A point that carries payloads and can be tracked: a site of the body.\n# endpoint = {}\n",
+                "# In its place, a site of the body that carries payloads and is tracked.\n# endpoint = {}\n",
                 quoted(&site.name)
             )
         }

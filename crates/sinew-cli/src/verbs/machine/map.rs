@@ -51,7 +51,8 @@ pub(super) fn run(arguments: &MachineMapArguments, general: &General) -> Result<
         )])?,
         None => Vec::new(),
     };
-    let content = if general.json { Content::json(&json(&view))? } else { Content::Text(text(&view)) };
+    let content =
+        if general.json { Content::json(&json(&view))? } else { Content::Text(text(&view, machine)) };
     Ok(Answer::done(content, written))
 }
 
@@ -129,7 +130,7 @@ fn moving_axes(model: &CapabilityModel) -> Result<Vec<usize>, Error> {
     Ok((0..3).filter(|&axis| lever(axis) > 1e-6 * most && most > 0.0).collect())
 }
 
-fn text(view: &MapView<'_>) -> String {
+fn text(view: &MapView<'_>, machine: &Machine) -> String {
     let mut text = format!(
         "{}: {} poses over the joints' ranges; minimum, median and maximum, and the muscle that limits most \
          often\n\n",
@@ -142,7 +143,7 @@ fn text(view: &MapView<'_>) -> String {
         slowly. Poses: in which there is such a number; elsewhere the muscles do not hold the machine \
         itself. Force and speed: in the direction in which they are least. Stiffness: while the winches \
         stand. Heat: not in this table.\n";
-    text += &payload_text(&view.payload);
+    text += &payload_text(&view.payload, machine.payload_site().is_some());
     text
 }
 

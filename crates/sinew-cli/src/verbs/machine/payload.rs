@@ -86,11 +86,13 @@ fn held_for(
 }
 
 /// Tables for the terminal.
-pub(super) fn text(payload: &Payload) -> String {
+pub(super) fn text(payload: &Payload, has_end_point: bool) -> String {
+    if payload.held.is_empty() && has_end_point {
+        return "\nNo payload: no gravity acts on the machine.\n".to_owned();
+    }
     if payload.held.is_empty() {
-        return "\nNo payload: no gravity acts on the machine, or it has no end point; \
-                `endpoint = \"SITE\"` in [task] of the machine file names a site of the body, and a site \
-                `endpoint` is one by itself.\n"
+        return "\nNo payload: the machine has no end point. In [task] of its file, `endpoint = \"SITE\"` in the \
+                place of `space = \"joints\"` names a site of the body, and a site `endpoint` is one by itself.\n"
             .to_owned();
     }
     let row = |held: &HeldFor| {

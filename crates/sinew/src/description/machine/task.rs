@@ -31,7 +31,9 @@ pub(super) fn task(root: &Table<'_>, robot: &Robot, listing: &mut Listing) -> Re
     listing.begin("[task]");
     if joints == Some(true) {
         if let Some(entry) = endpoint.or(axes) {
-            return Err(entry.problem(", but the task is in the space of the joints: expected none"));
+            return Err(
+                entry.problem(", but the task is in the space of the joints: expected none, or no `space`")
+            );
         }
         listing.text("space", SPACES[1], source_of(space.map(|space| space.line())));
         return Ok(Task::Joints);
