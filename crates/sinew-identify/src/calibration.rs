@@ -4,10 +4,12 @@ use crate::Error;
 use crate::conditioning::ConditionedLogs;
 use crate::fit::run::Run;
 use crate::fit::statistics::{mean_and_deviation, quantiles};
+use crate::log::{Dataset, unit_of};
 use crate::outside::outside;
 use crate::select::cross_validation::{CrossValidation, ScoredCandidate, Stretch, band_factor};
 use crate::select::folds::Folds;
 use sinew::predictor::{Estimator, Model, OffsetVariance, Provenance, SpecimenMonitor};
+use std::collections::BTreeMap;
 
 /// The model of an estimator fitted to all logs, with the band that its cross-validation asks for and what
 /// notices another specimen.
@@ -28,6 +30,7 @@ pub(crate) fn calibrate(
     let model = Model {
         far: roles.far.clone().unwrap_or_default(),
         inputs: roles.inputs.clone(),
+        units: units(&logs.data),
         time: roles.time.clone(),
         trial: roles.trial.clone(),
         guards: logs.limits.clone(),
@@ -50,6 +53,13 @@ pub(crate) fn calibrate(
     };
     model.validate()?;
     Ok(model)
+}
+
+/// Units that the logs state of the columns of a model, where their names do not.
+fn units(data: &Dataset) -> BTreeMap<String, String> {
+    let columns = data.roles.inputs.iter().map(|input| &input.column).chain(&data.roles.far);
+    let stated = columns.map(|column| (column.clone(), data.unit(column)));
+    stated.filter(|(column, unit)| !unit.is_empty() && *unit != unit_of(column)).collect()
 }
 
 /// Fewest recordings that show how much of an error is an offset.

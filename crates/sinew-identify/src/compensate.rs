@@ -57,6 +57,7 @@ impl Desired {
                 inputs: columns_read.clone(),
                 time: model.time.clone(),
                 trial: model.trial.clone(),
+                units: model.units.clone(),
                 group: None,
             };
             match read_references(&roles, options) {

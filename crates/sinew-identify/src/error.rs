@@ -199,6 +199,18 @@ pub enum Error {
         /// Those that are known for it.
         known: Vec<String>,
     },
+    /// A column whose unit measures something else than that of the model's column.
+    #[error("{file}: column `{column}` is in {unit}, but the model has it in {expected}")]
+    OtherUnit {
+        /// The log.
+        file: String,
+        /// The column.
+        column: String,
+        /// Its unit.
+        unit: String,
+        /// The unit of the model's column.
+        expected: String,
+    },
     /// A number of which the decimal mark cannot be told from a thousands separator.
     #[error(
         "{file}, line {line}, column `{column}`: expected a number, found `{value}`, whose mark separates \

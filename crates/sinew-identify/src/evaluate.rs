@@ -128,7 +128,14 @@ pub fn roles_of(model: &Model) -> Roles {
         time: model.time.clone(),
         trial: model.trial.clone(),
         group: None,
+        units: model.units.clone(),
     }
+}
+
+/// The unit of a column of a model, as its logs stated it; empty where they did not.
+#[must_use]
+pub fn unit_in(model: &Model, column: &str) -> String {
+    model.units.get(column).cloned().unwrap_or_else(|| unit_of(column))
 }
 
 /// Columns that are conditions of a model's training logs and none of its inputs.
@@ -253,5 +260,5 @@ pub fn evaluate(model: &Model, data: &Dataset, reading_s: Option<f64>) -> Result
         })
         .collect();
     let overall = Scores { specimen: specimen(&|_| true), expected: expected(&|_| true), ..overall.scores() };
-    Ok(Evaluation { far: model.far.clone(), far_unit: unit_of(&model.far), overall, logs })
+    Ok(Evaluation { far: model.far.clone(), far_unit: unit_in(model, &model.far), overall, logs })
 }

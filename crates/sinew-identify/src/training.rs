@@ -46,8 +46,8 @@ pub(crate) fn fit_law(recipe: &Recipe, runs: &[&Run]) -> Option<MemoryLaw> {
     if let Some(plan) = &recipe.cell {
         law.cell = Some(fit_cell_of(&law, plan, runs)?);
     }
-    if let Some(columns) = recipe.cable {
-        law.cable = Some(fit_observed(runs, columns)?);
+    if let Some((columns, newtons)) = recipe.cable {
+        law.cable = Some(fit_observed(runs, columns, newtons)?);
     }
     if let Some(plan) = &recipe.axis {
         law.axis = Some(fit_axis(&law, runs, plan)?.axis);

@@ -55,6 +55,7 @@ fn clamp_model() -> Model {
         specimen,
         offset,
         outside,
+        units: std::collections::BTreeMap::new(),
         gap_s,
         band_factor,
         inputs,

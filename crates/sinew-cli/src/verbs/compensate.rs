@@ -11,6 +11,7 @@ use crate::table::{number, percent};
 use sinew::compensator::{CommandFlags, Compensator, CompensatorError, CompensatorSettings};
 use sinew::predictor::{Model, ModelFileError};
 use sinew_identify::compensate::{CommandRow, Desired, input_named};
+use sinew_identify::evaluate::unit_in;
 use sinew_identify::log::{ReadOptions, unit_of};
 
 /// Flags that an answer counts, the first ones: the others only say where a sequence begins.
@@ -40,7 +41,7 @@ pub(crate) fn run(arguments: &CompensateArguments, general: &General) -> Result<
     let (model, near) = (compensator.model(), &compensator.model().inputs[compensator.near()].column);
     let content = if general.json {
         let mut answer = serde_json::json!({
-            "far": model.far, "far_unit": unit_of(&model.far), "near": near, "near_unit": unit_of(near),
+            "far": model.far, "far_unit": unit_in(model, &model.far), "near": near, "near_unit": unit_in(model, near),
             "commands": rows.len(), "error": error_of(&rows), "findings": findings_json(desired.data()),
         });
         for (name, count) in counts(&rows) {
@@ -108,7 +109,7 @@ fn summary(model: &Model, near: &str, rows: &[CommandRow]) -> String {
     let fraction = |count: usize| percent(Some(count as f64 / rows.len().max(1) as f64));
     let mut text = format!("{} commands for `{near}` from desired `{}`\n", rows.len(), model.far);
     if let Some(Distance { rms, p95, largest }) = error_of(rows) {
-        let unit = unit_of(&model.far);
+        let unit = unit_in(model, &model.far);
         text += &format!(
             "the model's far end at these commands is off by {} {unit} rms, {} in 95 %, {} at most\n",
             number(Some(rms)),

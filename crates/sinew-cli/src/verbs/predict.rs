@@ -10,8 +10,8 @@ use crate::error::Error;
 use crate::output::{refuse_overwrite, write_all};
 use crate::table::percent;
 use sinew::predictor::{Flags, Model, Prediction};
-use sinew_identify::evaluate::{SpecimenScore, predict, read_for};
-use sinew_identify::log::{Dataset, ReadOptions, unit_of};
+use sinew_identify::evaluate::{SpecimenScore, predict, read_for, unit_in};
+use sinew_identify::log::{Dataset, ReadOptions};
 
 pub(crate) fn run(arguments: &PredictArguments, general: &General) -> Result<Answer, Error> {
     let inputs = arguments.logs.iter().chain([&arguments.model]);
@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &PredictArguments, general: &General) -> Result<Ans
     let fraction = outside as f64 / rows.max(1) as f64;
     let content = if general.json {
         Content::json(&serde_json::json!({
-            "far": model.far, "far_unit": unit_of(&model.far), "predictions": rows, "state_unknown": unknown, "out_of_range": outside,
+            "far": model.far, "far_unit": unit_in(&model, &model.far), "predictions": rows, "state_unknown": unknown, "out_of_range": outside,
             "specimen": specimen, "findings": findings_json(&data),
         }))?
     } else {

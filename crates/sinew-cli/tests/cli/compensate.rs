@@ -71,7 +71,14 @@ fn a_constant_desire_one_row_and_a_near_side_that_was_measured_are_taken() {
 /// The file of a model by the observer of the paper's cable.
 fn observer(bench: &Bench) -> String {
     let mut model = Model::from_json(&bench.read("out/model.json")).unwrap();
-    let columns = CableColumns { tension: 0, motor: 1, anchor: 2, motor_scale: 1.0, anchor_scale: 1.0 };
+    let columns = CableColumns {
+        tension: 0,
+        motor: 1,
+        anchor: 2,
+        tension_scale: 1.0,
+        motor_scale: 1.0,
+        anchor_scale: 1.0,
+    };
     let cable = Some(ObservedCable { columns, model: CableModel::bench() });
     let law = MemoryLaw { signals: vec![], cell: None, cable, axis: None, features: vec![] };
     model.estimator = Estimator { sigma0: 1.0, ..Estimator::of(law) };

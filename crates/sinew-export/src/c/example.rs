@@ -12,13 +12,14 @@ const EXAMPLE: &str = include_str!("templates/example.c");
 pub(super) fn file(model: &Model, name: &Name, content: Content) -> ExportedFile {
     let mut filling = Filling::default();
     let time = model.time.as_deref().unwrap_or_default();
-    let ends = |suffixes: &[&str]| suffixes.iter().any(|suffix| time.to_lowercase().ends_with(suffix));
-    let [scale, per_second] = if ends(&["_ms"]) {
-        ["1e-3", "1e3"]
-    } else if ends(&["_us"]) {
-        ["1e-6", "1e6"]
-    } else {
-        ["1.0", "1.0"]
+    let stated = model.units.get(time).map_or(time, String::as_str).to_lowercase();
+    // `t_ms`, `Zeit [ms]`: the last word.
+    let mut words = stated.rsplit(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
+    let [scale, per_second] = match words.next().unwrap_or_default() {
+        "ms" | "msec" | "millis" | "milliseconds" => ["1e-3", "1e3"],
+        "us" | "\u{b5}s" | "\u{3bc}s" | "usec" | "micros" | "microseconds" => ["1e-6", "1e6"],
+        "ns" | "nsec" => ["1e-9", "1e9"],
+        _ => ["1.0", "1.0"],
     };
     let columns = model.inputs.iter().map(|input| input.column.as_str());
     let columns = columns.chain([time, model.trial.as_deref().unwrap_or_default(), &model.far]);

@@ -147,6 +147,7 @@ fn cable_tables(cable: &ObservedCable, law: &CableLaw, n: &str) -> String {
         one("warming_rate", warming.rate);
         one("warming_time", warming.time);
     }
+    one("tension_scale", cable.columns.tension_scale);
     one("motor_scale", cable.columns.motor_scale);
     one("anchor_scale", cable.columns.anchor_scale);
     tables

@@ -101,6 +101,7 @@ pub(crate) fn model(kind: Kind, random: &mut ChaCha8Rng) -> Model {
         ]
         .map(|(column, role)| Input { column: column.into(), role })
         .into(),
+        units: std::collections::BTreeMap::new(),
         time: Some("time_s".into()),
         trial: Some("trial".into()),
         guards: guards(),
@@ -341,7 +342,14 @@ fn cable(random: &mut ChaCha8Rng) -> ObservedCable {
         warming,
         zero_stretch: (some(random, 2) == 0).then(|| between(random, -2e-3, 2e-2)),
     };
-    let columns = CableColumns { tension: 0, motor: 2, anchor: 3, motor_scale: 1.0, anchor_scale: 1.0 };
+    let columns = CableColumns {
+        tension: 0,
+        motor: 2,
+        anchor: 3,
+        tension_scale: if model.far_gain > 1.05 { 1.25 } else { 1.0 },
+        motor_scale: 1.0,
+        anchor_scale: 1.0,
+    };
     match model.law() {
         Ok(_) => ObservedCable { columns, model },
         // Too much friction for one node: another draw.

@@ -13,12 +13,13 @@ use sinew::predictor::{CableColumns, CableModel, ObservedCable};
 /// faster.
 const INTERVAL_S: f64 = 4e-3;
 
-/// Fits a cable to runs; `None` where they do not show one.
-pub(crate) fn fit_observed(runs: &[&Run], columns: CableColumns) -> Option<ObservedCable> {
-    let logs: Vec<CableLog> = runs.iter().map(|run| thinned(run, &columns)).collect();
+/// Fits a cable to runs whose far side is in units of `newtons`; `None` where they do not show one.
+pub(crate) fn fit_observed(runs: &[&Run], columns: CableColumns, newtons: f64) -> Option<ObservedCable> {
+    let logs: Vec<CableLog> = runs.iter().map(|run| thinned(run, &columns, newtons)).collect();
     let fit = fit_weakening(&logs, identify_cable(&logs, &FitOptions::default()).ok()?);
     let mut model = fit_warming(&logs, fit.model);
     model.start = start_position(&model, &logs)?;
+    model.far_gain /= newtons;
     Some(ObservedCable { model, columns })
 }
 
@@ -38,7 +39,7 @@ fn start_position(model: &CableModel, logs: &[CableLog]) -> Option<f64> {
     Some(sum / count)
 }
 
-fn thinned(run: &Run, columns: &CableColumns) -> CableLog {
+fn thinned(run: &Run, columns: &CableColumns, newtons: f64) -> CableLog {
     let mut log = CableLog::default();
     let mut since = 0.0;
     for row in 0..run.len() {
@@ -46,7 +47,7 @@ fn thinned(run: &Run, columns: &CableColumns) -> CableLog {
         if row > 0 && since < INTERVAL_S {
             continue;
         }
-        let far = if run.weight[row] > 0.0 { run.far[row] } else { f64::NAN };
+        let far = if run.weight[row] > 0.0 { newtons * run.far[row] } else { f64::NAN };
         log.push(if row == 0 { 0.0 } else { since }, columns.sample(run.row(row)), far);
         since = 0.0;
     }

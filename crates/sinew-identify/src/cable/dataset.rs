@@ -17,6 +17,7 @@ pub fn cable_logs(data: &Dataset) -> Result<(CableColumns, Vec<CableLog>), Error
         tension: first(data, Role::Effort, ColumnRole::Effort, "a near tension, N")?,
         motor: first(data, Role::Motion, ColumnRole::Motion, "a position of the cable at the drive, m")?,
         anchor: first(data, Role::Anchor, ColumnRole::Anchor, "a displacement of the anchor, m")?,
+        tension_scale: 1.0,
         motor_scale: 1.0,
         anchor_scale: 1.0,
     };
@@ -27,8 +28,13 @@ pub fn cable_logs(data: &Dataset) -> Result<(CableColumns, Vec<CableLog>), Error
     if !unit.is_empty() && factor(&unit, "Nm").is_some() {
         return Err(Error::samples(format!("column `{tension}`"), "a tension in N", &"a torque"));
     }
+    columns.tension_scale = factor(&unit, "N").unwrap_or(1.0);
+    let newtons = far_scale(data);
     let logs = |columns: &CableColumns| -> Vec<CableLog> {
-        data.sequences.iter().map(|sequence| log(sequence, columns, data.roles.inputs.len())).collect()
+        data.sequences
+            .iter()
+            .map(|sequence| log(sequence, columns, data.roles.inputs.len(), newtons))
+            .collect()
     };
     let (motor, anchor) = directions(&logs(&columns))?;
     columns.motor_scale *= motor;
@@ -50,14 +56,20 @@ fn metres(data: &Dataset, input: usize) -> Result<f64, Error> {
     factor(&unit, "m").ok_or_else(|| Error::samples(format!("column `{column}`"), expected, &unit))
 }
 
-fn log(sequence: &Sequence, columns: &CableColumns, width: usize) -> CableLog {
+/// Newtons per unit of the far side; 1 where its unit is not stated, or none of force.
+pub(crate) fn far_scale(data: &Dataset) -> f64 {
+    let far = data.roles.far.as_deref().map(|far| data.unit(far));
+    far.and_then(|unit| factor(&unit, "N")).unwrap_or(1.0)
+}
+
+fn log(sequence: &Sequence, columns: &CableColumns, width: usize, newtons: f64) -> CableLog {
     let mut log = CableLog::default();
     let mut before = f64::NAN;
     for (row, &time) in sequence.time_s.iter().enumerate() {
         let interval = if before.is_nan() { 0.0 } else { time - before };
         before = time;
         let sample = columns.sample(&sequence.inputs[row * width..][..width]);
-        let far = if sequence.scored[row] { sequence.far_clean[row] } else { f64::NAN };
+        let far = if sequence.scored[row] { newtons * sequence.far_clean[row] } else { f64::NAN };
         log.push(interval, sample, far);
     }
     log

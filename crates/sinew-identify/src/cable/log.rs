@@ -6,7 +6,7 @@ use sinew::predictor::{CableEstimate, CableModel, CableObserver, CableSample};
 /// One uninterrupted sequence of a bench or an arm.
 #[derive(Debug, Clone, Default)]
 pub struct CableLog {
-    /// Seconds since the sample before; not above zero, or beyond 0.02 s, resets the observer: `[n]`.
+    /// Seconds since the sample before; not above zero, or beyond 1 s, resets the observer: `[n]`.
     pub interval_s: Vec<f64>,
     /// Inputs of the observer: `[n]`.
     pub samples: Vec<CableSample>,

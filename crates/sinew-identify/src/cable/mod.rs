@@ -14,6 +14,7 @@ mod weakening;
 
 pub(crate) use candidate::fit_observed;
 pub use dataset::cable_logs;
+pub(crate) use dataset::far_scale;
 pub use fit::{CableFit, FitOptions, fit_cable, fit_cable_model};
 pub use initial::{identify_cable, initial_cable};
 pub use log::{CableLog, observe_log};

@@ -41,8 +41,8 @@ pub(crate) struct Recipe {
     pub signals: Vec<Signal>,
     /// Structure of its clamp cell; none in a pure network.
     pub cell: Option<CellPlan>,
-    /// The cable observer in place of the cell, and the columns it reads.
-    pub cable: Option<CableColumns>,
+    /// The cable observer in place of the cell: the columns it reads, and newtons per unit of the far side.
+    pub cable: Option<(CableColumns, f64)>,
     /// A moving mass in place of the cell.
     pub axis: Option<AxisPlan>,
     /// Inputs of its networks; none in a purely physical model.

@@ -4,15 +4,24 @@
 use super::names::{Meaning, meaning};
 use super::open::OpenLog;
 use super::types::ColumnOptions;
-use super::units::{self, factor, plain, split_unit, unit_of};
+use super::units::{self, bracketed, contradict, factor, plain, split_unit, unit_of};
 use crate::Error;
+use std::collections::BTreeMap;
 
 /// Renames columns and sets units as requested, then brings names that differ in their unit alone to one: to
 /// that of `requested`, or else of the first log. Numbers in another unit of the same kind are converted.
 ///
 /// # Errors
-/// [`Error::MissingColumn`] for a column of the options that no log has, [`Error::UnknownUnit`].
-pub(super) fn name(logs: &mut [OpenLog], options: &ColumnOptions, requested: &[String]) -> Result<(), Error> {
+/// [`Error::MissingColumn`] for a column of the options that no log has, [`Error::UnknownUnit`]; with `units`,
+/// those of a model's columns whose names do not state them, [`Error::OtherUnit`].
+pub(super) fn name(
+    logs: &mut [OpenLog],
+    options: &ColumnOptions,
+    requested: &[String],
+    units: Option<&BTreeMap<String, String>>,
+) -> Result<(), Error> {
+    let unit_in =
+        |name: &str| units.and_then(|units| units.get(name)).cloned().unwrap_or_else(|| unit_of(name));
     for (old, new) in &options.rename {
         let places = holding(logs, old)?;
         for (log, column) in places {
@@ -23,7 +32,7 @@ pub(super) fn name(logs: &mut [OpenLog], options: &ColumnOptions, requested: &[S
     // A requested name is a reference too: it may lack the unit that the files state, or state one that they
     // lack.
     for name in requested {
-        unify(logs, name, &unit_of(name));
+        unify(logs, name, &unit_in(name));
     }
     for (column, unit) in &options.units {
         let is_time = |log: &OpenLog, c: usize| is_time(&log.names[c]) || units::is_time(&log.units[c]);
@@ -52,7 +61,8 @@ pub(super) fn name(logs: &mut [OpenLog], options: &ColumnOptions, requested: &[S
     let names: Vec<String> =
         requested.iter().chain(logs.iter().flat_map(|log| &log.names)).cloned().collect();
     for name in names {
-        convert(logs, &name, requested.contains(&name));
+        let reference = Some(unit_in(&name)).filter(|unit| requested.contains(&name) && !unit.is_empty());
+        convert(logs, &name, reference, units.is_some())?;
     }
     Ok(())
 }
@@ -100,34 +110,40 @@ fn unify(logs: &mut [OpenLog], name: &str, unit: &str) {
 
 /// The name without its unit.
 fn base(name: &str) -> String {
-    split_unit(&plain(name)).0.to_owned()
+    bracketed(name).map_or_else(|| split_unit(&plain(name)).0.to_owned(), |(before, _)| plain(before))
 }
 
-/// Converts the numbers of a column to the unit that its name states, where it was `requested`, or to that of
-/// the first log.
-fn convert(logs: &mut [OpenLog], name: &str, requested: bool) {
-    let by_name = unit_of(name);
+/// Converts the numbers of a column to the unit in which it was `requested`, or to that of the first log.
+///
+/// # Errors
+/// [`Error::OtherUnit`] where a model has it in a unit of something else.
+fn convert(logs: &mut [OpenLog], name: &str, requested: Option<String>, by_model: bool) -> Result<(), Error> {
     // Time is converted to seconds, whatever the others have.
     if is_time(name) {
-        return;
+        return Ok(());
     }
     let place = |log: &OpenLog| log.names.iter().position(|n| n == name);
     let first =
         logs.iter().find_map(|log| place(log).map(|c| log.units[c].clone()).filter(|unit| !unit.is_empty()));
-    let reference = if requested && !by_name.is_empty() { Some(by_name) } else { first };
-    let Some(reference) = reference else { return };
+    let fixed = by_model && requested.is_some();
+    // What a log states outweighs what looks like a unit in a name, such as the `A` of `LC-A`.
+    let fits = |unit: &String| fixed || first.as_ref().is_none_or(|first| factor(first, unit).is_some());
+    let Some(reference) = requested.filter(fits).or(first) else { return Ok(()) };
     for log in logs.iter_mut() {
         let Some(c) = place(log) else { continue };
-        let Some(factor) = factor(&log.units[c], &reference).filter(|factor| (factor - 1.0).abs() > 1e-12)
-        else {
-            continue;
-        };
+        let factor = factor(&log.units[c], &reference);
+        if fixed && contradict(&log.units[c], &reference) {
+            let (file, column, unit) = (log.file.clone(), name.to_owned(), log.units[c].clone());
+            return Err(Error::OtherUnit { file, column, unit, expected: reference });
+        }
+        let Some(factor) = factor.filter(|factor| (factor - 1.0).abs() > 1e-12) else { continue };
         log.factors[c] = factor;
         log.findings.push(format!(
             "`{name}` was multiplied by {factor} to have {reference} in place of {}",
             std::mem::replace(&mut log.units[c], reference.clone())
         ));
     }
+    Ok(())
 }
 
 fn is_time(name: &str) -> bool {

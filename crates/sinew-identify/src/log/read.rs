@@ -75,7 +75,7 @@ fn with_flags(
     loop {
         let mut logs = open()?;
         let mut requested = flags.clone();
-        naming::name(&mut logs, &options.columns, &asked_for(flags))?;
+        naming::name(&mut logs, &options.columns, &asked_for(flags), None)?;
         requested.ignore.extend(labels.iter().map(|label| label.column.clone()));
         if options.columns.rate_hz.is_some() {
             requested.time = None;
@@ -122,7 +122,7 @@ fn with_roles(
     check_skip(options.skip_s)?;
     check_rate(options.columns.rate_hz)?;
     let mut roles = roles.clone();
-    naming::name(&mut logs, &options.columns, &columns_of(&roles))?;
+    naming::name(&mut logs, &options.columns, &columns_of(&roles), Some(&roles.units))?;
     if options.columns.rate_hz.is_some() {
         roles.time = None;
     } else {

@@ -3,7 +3,7 @@
 use super::names::{Meaning, meaning, nearest};
 use super::types::{Input, RequestedRoles, Role, Roles};
 use crate::{ColumnRole, Error};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A log of which only the columns are known yet.
 pub(super) struct Columns<'a> {
@@ -46,7 +46,14 @@ pub(super) fn find(
         None => at_most_one(named(|m| m == Meaning::Trial), first, ColumnRole::Trial)?,
     };
     let inputs = if given_inputs.is_empty() { named_inputs(&named) } else { given_inputs };
-    let roles = Roles { far, inputs, time: requested.time.clone(), trial, group: requested.group.clone() };
+    let roles = Roles {
+        far,
+        inputs,
+        time: requested.time.clone(),
+        trial,
+        group: requested.group.clone(),
+        units: BTreeMap::new(),
+    };
     present(&roles, logs, far_required)?;
     for column in &requested.ignore {
         known(column, logs)?;

@@ -1,5 +1,6 @@
 //! A dataset: roles, sequences, conditions, findings.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 pub use sinew::predictor::{Input, Role};
@@ -56,6 +57,8 @@ pub struct Roles {
     pub trial: Option<String>,
     /// The group column the user asked for.
     pub group: Option<String>,
+    /// Units of columns whose names do not state them, where a model fixes the roles.
+    pub units: BTreeMap<String, String>,
 }
 
 /// A stretch of samples over which the states of a model may be carried: one trial, cut at gaps.
@@ -197,6 +200,7 @@ impl Dataset {
     #[must_use]
     pub fn unit(&self, column: &str) -> String {
         let stated = self.columns.iter().find(|used| used.column == column).map(|used| used.unit.clone());
+        let stated = stated.or_else(|| self.roles.units.get(column).cloned());
         stated.filter(|unit| !unit.is_empty()).unwrap_or_else(|| super::units::unit_of(column))
     }
 }

@@ -71,7 +71,7 @@ const UNITS: [(&str, Kind, f64); 52] = [
 
 /// Units that are words of names too: `T_in` is no inch, `joint_c` no temperature, and `freq_hz` no quantity
 /// of a transmission.
-const NOT_IN_NAMES: [&str; 8] = ["in", "inch", "hz", "lb", "lbf", "kgf", "c", "k"];
+const NOT_IN_NAMES: [&str; 6] = ["in", "inch", "hz", "lb", "c", "k"];
 
 /// Units with capital letters.
 const CAPITAL_UNITS: [&str; 12] = ["N", "kN", "mN", "Nm", "mNm", "Nmm", "Ncm", "V", "A", "Hz", "C", "K"];
@@ -108,6 +108,14 @@ pub(super) fn split_unit(plain: &str) -> (&str, Option<&str>) {
     }
 }
 
+/// A name that ends in a known unit in brackets, and that unit: whatever stands in brackets is no word of the
+/// name.
+pub(super) fn bracketed(column: &str) -> Option<(&str, &str)> {
+    let inner = column.trim_end().strip_suffix([']', ')'])?;
+    let (before, unit) = inner.rsplit_once(['[', '('])?;
+    is_known(unit).then_some((before, unit))
+}
+
 fn is_unit_in_name(word: &str) -> bool {
     known(word).is_some() && !NOT_IN_NAMES.contains(&word)
 }
@@ -138,6 +146,12 @@ pub(crate) fn factor(from: &str, to: &str) -> Option<f64> {
     (one == other && one != Kind::Other).then_some(a / b)
 }
 
+/// Whether two units are known to measure different things. A letter such as the `A` of `LC-A` may be no unit.
+pub(super) fn contradict(one: &str, other: &str) -> bool {
+    let kind = |unit: &str| known(&word(unit)).map(|(kind, _)| kind).filter(|kind| *kind != Kind::Other);
+    kind(one).zip(kind(other)).is_some_and(|(one, other)| one != other)
+}
+
 /// Units known by name, for messages.
 pub(super) fn names() -> Vec<String> {
     UNITS.iter().map(|(name, ..)| written(name)).collect()
@@ -153,6 +167,9 @@ fn written(unit: &str) -> String {
 /// so that `tension_n_filtered` has one. The first word is the quantity.
 #[must_use]
 pub fn unit_of(column: &str) -> String {
+    if let Some((_, unit)) = bracketed(column) {
+        return written(&word(unit));
+    }
     let plain = plain(column);
     written(plain.split('_').skip(1).filter(|word| is_unit_in_name(word)).last().unwrap_or_default())
 }
@@ -200,9 +217,16 @@ mod tests {
 
     #[test]
     fn the_unit_of_a_name_is_its_last_word_that_is_one() {
-        for (name, unit) in
-            [("tension_n_filtered", "N"), ("T in (mNm)", "mNm"), ("T_in", ""), ("t_s", "s"), ("n", "")]
-        {
+        for (name, unit) in [
+            ("tension_n_filtered", "N"),
+            ("T [lbf]", "lbf"),
+            ("gap (in)", "in"),
+            ("LC_tip_lbf", "lbf"),
+            ("T in (mNm)", "mNm"),
+            ("T_in", ""),
+            ("t_s", "s"),
+            ("n", ""),
+        ] {
             assert_eq!(unit_of(name), unit, "{name}");
         }
     }

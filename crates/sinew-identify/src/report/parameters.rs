@@ -1,7 +1,7 @@
 //! Physical parameters of the chosen model with their intervals.
 
+use crate::evaluate::unit_in;
 use crate::fit::classical::{FRICTION_ANGLE, Parameter};
-use crate::log::unit_of;
 use sinew::predictor::{Axis, AxisForce, AxisMotion, CableModel, MemoryLaw, Model, Signal};
 use sinew::transmission::{BasisTerm, ClampCell};
 
@@ -71,10 +71,10 @@ type AxisRow = (&'static str, String, fn(&Axis) -> f64);
 /// Inertia, friction and spring of an axis, in units of far and near side.
 fn axis_parameters(axis: &Axis, folds: &[&Axis], law: &MemoryLaw, model: &Model) -> Vec<Parameter> {
     let unit_of_signal = |signal: usize| match law.signals.get(signal) {
-        Some(Signal::Input(input)) => unit_of(&model.inputs[*input].column),
+        Some(Signal::Input(input)) => unit_in(model, &model.inputs[*input].column),
         _ => String::new(),
     };
-    let far = unit_of(&model.far);
+    let far = unit_in(model, &model.far);
     let rows: Vec<AxisRow> = match axis {
         Axis::Force(law) => {
             let near = law.position.map_or_else(String::new, unit_of_signal);
@@ -176,12 +176,12 @@ struct Units {
 
 impl Units {
     fn new(law: &MemoryLaw, model: &Model) -> Self {
-        let of_input = |input: usize| unit_of(&model.inputs[input].column);
+        let of_input = |input: usize| unit_in(model, &model.inputs[input].column);
         let of_signal = |signal: &Signal| match *signal {
             Signal::Input(input) | Signal::Difference(input, _) => of_input(input),
             Signal::LogTension { .. } | Signal::LogRatio { .. } => "1".to_owned(),
         };
-        Self { far: unit_of(&model.far), signals: law.signals.iter().map(of_signal).collect() }
+        Self { far: unit_in(model, &model.far), signals: law.signals.iter().map(of_signal).collect() }
     }
 
     /// Of the factor of a term in a bound.

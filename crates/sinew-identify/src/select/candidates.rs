@@ -3,7 +3,7 @@
 use super::axes::{self, axis_plans};
 use super::signals::{RoleIndices, SignalSet};
 use crate::Error;
-use crate::cable::cable_logs;
+use crate::cable::{cable_logs, far_scale};
 use crate::conditioning::ConditionedLogs;
 use crate::fit::axis::{AxisKind, AxisPlan};
 use crate::fit::cell::CellPlan;
@@ -95,7 +95,7 @@ pub(crate) fn all_candidates(logs: &ConditionedLogs) -> Vec<CandidateRecipe> {
         candidates.push(family.loops());
     }
     if let Ok((columns, _)) = cable_logs(&logs.data) {
-        candidates.extend(family.observers(columns, &roles));
+        candidates.extend(family.observers((columns, far_scale(&logs.data)), &roles));
     }
     for plan in axis_plans(logs, &separate, &roles) {
         candidates.extend(family.axes(&plan));
@@ -169,7 +169,8 @@ const INERTIA: &str = "inertia";
 /// constant and the linear regression, as references where they are not named.
 ///
 /// # Errors
-/// [`Error::UnknownModel`] for a name that no candidate has.
+/// [`Error::UnknownModel`] for a name that no candidate has, [`Error::Samples`] with the reason where these
+/// logs do not allow it.
 pub(crate) fn candidates(logs: &ConditionedLogs, names: &[String]) -> Result<Vec<CandidateRecipe>, Error> {
     let all = all_candidates(logs);
     if names.is_empty() {
@@ -179,7 +180,14 @@ pub(crate) fn candidates(logs: &ConditionedLogs, names: &[String]) -> Result<Vec
     }
     let known: Vec<String> = all.iter().map(|candidate| candidate.recipe.name.clone()).collect();
     if let Some(name) = names.iter().find(|name| !known.contains(name)) {
-        return Err(Error::UnknownModel { name: name.clone(), known });
+        let reason =
+            not_compared(logs).into_iter().find(|(barred, _)| name.split('-').next() == Some(barred));
+        return Err(match reason {
+            Some((_, reason)) => {
+                Error::samples(format!("candidate model `{name}`"), "logs that allow it", &reason)
+            }
+            None => Error::UnknownModel { name: name.clone(), known },
+        });
     }
     let requested = |candidate: &&CandidateRecipe| names.contains(&candidate.recipe.name);
     let members: Vec<String> = all
@@ -506,8 +514,8 @@ impl<'a> Family<'a> {
     }
 
     /// The cable observer, which reads both displacements, alone and with networks on its residual.
-    fn observers(&self, columns: CableColumns, roles: &RoleIndices) -> [CandidateRecipe; 2] {
-        let alone = Recipe { cable: Some(columns), ..self.recipe("observer") };
+    fn observers(&self, cable: (CableColumns, f64), roles: &RoleIndices) -> [CandidateRecipe; 2] {
+        let alone = Recipe { cable: Some(cable), ..self.recipe("observer") };
         let index_of = |input: &usize| {
             let signals = &self.signals.signals;
             signals.iter().position(|signal| *signal == Signal::Input(*input))

@@ -260,6 +260,7 @@ fn a_log_that_does_not_fit_a_model_is_refused() {
         time: Some("t_s".into()),
         trial: None,
         group: None,
+        units: std::collections::BTreeMap::new(),
     };
     let text = csv(&samples(100, 0.0));
     let got = read_bytes_with_roles(&[("log.csv", text.as_bytes())], &roles, &options()).unwrap_err();

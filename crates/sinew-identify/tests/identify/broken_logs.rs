@@ -163,6 +163,7 @@ fn without_a_time_column_the_remedy_is_named_and_a_rate_is_one() {
         time: Some("t_s".into()),
         trial: None,
         group: None,
+        units: std::collections::BTreeMap::new(),
     };
     let bytes = [("log.csv", text.as_bytes())];
     assert!(read_bytes_with_roles(&bytes, &roles, &options()).is_err());

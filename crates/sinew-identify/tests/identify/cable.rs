@@ -220,6 +220,29 @@ fn read(title: &str, name: &str, stated: &str) -> Dataset {
 }
 
 #[test]
+fn tensions_count_in_newtons_whatever_their_columns_are_in() {
+    let mut text = String::from("t_s;Kraft [lbf];motor_m;far [kN];anchor_m\n");
+    for k in 0..400 {
+        let t = 0.01 * f64::from(k);
+        let (motor, anchor) = (t.sin(), 0.3 * (2.7 * t).sin());
+        text += &format!("{t};{};{motor};{};{anchor}\n", 60.0 + 20.0 * motor, 0.05 + 0.02 * (motor - anchor));
+    }
+    let flags = RequestedRoles {
+        far: Some("far".into()),
+        effort: vec!["Kraft".into()],
+        motion: vec!["motor_m".into()],
+        anchor: Some("anchor_m".into()),
+        ..RequestedRoles::default()
+    };
+    let options = ReadOptions { far_required: true, ..ReadOptions::default() };
+    let (columns, logs) =
+        cable_logs(&read_bytes(&[("log.csv", text.as_bytes())], &flags, &options).unwrap()).unwrap();
+    assert!((columns.tension_scale - 4.448_221_615).abs() < 1e-8, "{columns:?}");
+    assert!((logs[0].samples[0].tension_in - 60.0 * 4.448_221_615).abs() < 1e-6);
+    assert!((logs[0].far[0] - 50.0).abs() < 1e-9);
+}
+
+#[test]
 fn a_position_counts_in_metres_wherever_its_unit_is_stated() {
     for (title, name, stated, metres) in [
         ("Weg", "Weg", "", 1.0),

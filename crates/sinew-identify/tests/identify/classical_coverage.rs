@@ -85,7 +85,14 @@ fn log(case: Case, seed: u64) -> Dataset {
         condition_values: vec![],
     };
     let inputs = vec![Input { column: "tension_in_n".to_owned(), role: Role::Effort }];
-    let roles = Roles { far: Some("tension_out_n".to_owned()), inputs, time: None, trial: None, group: None };
+    let roles = Roles {
+        far: Some("tension_out_n".to_owned()),
+        inputs,
+        time: None,
+        trial: None,
+        group: None,
+        units: std::collections::BTreeMap::new(),
+    };
     Dataset { roles, columns: vec![], logs: vec![], conditions: vec![], sequences: vec![sequence] }
 }
 

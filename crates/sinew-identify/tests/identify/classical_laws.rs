@@ -57,7 +57,14 @@ fn dataset(columns: &[Column<'_>], far: &[f64], interval: f64, noise: f64, seed:
         .collect();
     let inputs =
         columns.iter().map(|(column, role, _)| Input { column: (*column).to_owned(), role: *role }).collect();
-    let roles = Roles { far: Some("tension_out_n".to_owned()), inputs, time: None, trial: None, group: None };
+    let roles = Roles {
+        far: Some("tension_out_n".to_owned()),
+        inputs,
+        time: None,
+        trial: None,
+        group: None,
+        units: std::collections::BTreeMap::new(),
+    };
     Dataset { roles, columns: vec![], logs: vec![], conditions: vec![], sequences }
 }
 

@@ -9,7 +9,9 @@ use common::{Sample, csv, read_all};
 use sinew_identify::adapt::adapt;
 use sinew_identify::evaluate::{conditions_of, evaluate, roles_of};
 use sinew_identify::identify::{Identification, Options, identify};
-use sinew_identify::log::{Dataset, ReadOptions, RequestedRoles, read_bytes_with_roles};
+use sinew_identify::log::{
+    ColumnOptions, Dataset, ReadOptions, RequestedRoles, read_bytes, read_bytes_with_roles,
+};
 
 /// A cable with play between `low` and `high` times the near tension, seen by a noisy far sensor.
 fn cable(n: usize, phase: f64, [low, high]: [f64; 2], noise: f64) -> Vec<Sample> {
@@ -264,4 +266,38 @@ fn the_same_specimen_needs_no_adaptation() {
     let new = adapt(&old, &calibration, &Options { seed: 1, ..Options::default() }, &|_, _| {}).unwrap();
     let error = |model| evaluate(model, &calibration, None).unwrap().overall.rmse.unwrap();
     assert!(error(&new.model) < 1.05 * error(&old), "{} {}", error(&new.model), error(&old));
+}
+
+#[test]
+fn units_that_the_flags_stated_go_with_the_model() {
+    let text = |phase: f64, scale: f64| {
+        let rows = cable(1500, phase, BAND, 0.02);
+        let row = |[t, near, far]: &Sample| format!("{t},{},{far}\n", near * scale);
+        format!("t_s,LC-A,pull\n{}", rows.iter().map(row).collect::<String>())
+    };
+    let stated = |unit: &str| ReadOptions {
+        far_required: true,
+        columns: ColumnOptions {
+            units: vec![("LC-A".into(), unit.into()), ("pull".into(), "lbf".into())],
+            ..ColumnOptions::default()
+        },
+        ..ReadOptions::default()
+    };
+    let (effort, far) = (vec!["LC-A".to_owned()], Some("pull".to_owned()));
+    let flags = RequestedRoles { far, effort, ..RequestedRoles::default() };
+    let [one, two] = [0.0, 1.0].map(|phase| text(phase, 1.0));
+    let data = [("a.csv", one.as_bytes()), ("b.csv", two.as_bytes())];
+    let model = identified(&read_bytes(&data, &flags, &stated("N")).unwrap(), &["linear"]).model;
+    assert_eq!([&model.units["LC-A"], &model.units["pull"]], ["N", "lbf"]);
+    let rmse = |unit: &str, scale: f64| {
+        let fresh = text(2.0, scale);
+        let data = read_bytes_with_roles(&[("c.csv", fresh.as_bytes())], &roles_of(&model), &stated(unit))?;
+        let scores = evaluate(&model, &data, None)?;
+        assert_eq!(scores.far_unit, "lbf");
+        Ok::<_, sinew_identify::Error>(scores.overall.rmse.unwrap())
+    };
+    let (newtons, kilonewtons) = (rmse("N", 1.0).unwrap(), rmse("kN", 1e-3).unwrap());
+    assert!((newtons - kilonewtons).abs() < 1e-9, "{newtons} {kilonewtons}");
+    let said = rmse("mm", 1.0).unwrap_err().to_string();
+    assert!(said.contains("`LC-A` is in mm, but the model has it in N"), "{said}");
 }

@@ -276,6 +276,7 @@ fn a_model_needs_no_far_side_to_predict_and_trials_are_found_by_name() {
         time: Some("t_s".into()),
         trial: None,
         group: Some("load".into()),
+        units: std::collections::BTreeMap::new(),
     };
     let mut text = String::from("trial,t_s,tension_in_n\n");
     for (i, [t, near, _]) in samples(30, 0.0).iter().enumerate() {

@@ -66,7 +66,7 @@ const MAX_STRETCH: f64 = 1.0;
 /// # };
 /// # let law = MemoryLaw { signals: vec![Signal::Input(0)], cell: Some(cell), cable: None, axis: None, features: vec![] };
 /// # let model = Model {
-/// #     far: "tension_out_n".into(), time: None, trial: None, gap_s: 0.1, band_factor: 2.0, specimen: None, offset: None, outside: None,
+/// #     far: "tension_out_n".into(), time: None, trial: None, gap_s: 0.1, band_factor: 2.0, specimen: None, offset: None, outside: None, units: Default::default(),
 /// #     inputs: vec![Input { column: "tension_in_n".into(), role: Role::Effort }],
 /// #     guards: vec![InputLimits { jump: 1e3, low: 0.0, high: 300.0, typical: 100.0 }],
 /// #     estimator: Estimator { sigma0: 1.0, ..Estimator::of(law) },

@@ -28,6 +28,8 @@ pub struct InverseCompensation {
     /// Metres toward the motor per unit of the near column, where that is the motor's position.
     motor_scale: Option<f64>,
     anchor_scale: f64,
+    /// Newtons per unit of the near tension's column.
+    tension_scale: f64,
     row: Vec<f64>,
     time_s: f64,
     lead_s: f64,
@@ -60,6 +62,7 @@ impl InverseCompensation {
             compensator: Compensator::new(model, &settings)?,
             motor_scale: cable.map(|columns| columns.motor_scale),
             anchor_scale: cable.map_or(1.0, |columns| columns.anchor_scale),
+            tension_scale: cable.map_or(1.0, |columns| columns.tension_scale),
             row: vec![f64::NAN; inputs],
             time_s: 0.0,
             lead_s: LEAD.min(OF_GAP * gap_s),
@@ -92,7 +95,7 @@ impl InverseCompensation {
         self.compensator.expect_sliding(Sliding::from_velocity(previewed_velocity));
         let value = self.compensator.command(&ahead, tension_out + rate * lead).value;
         let command = match self.motor_scale {
-            None => DriveCommand::Tension { tension: value, feed: velocity },
+            None => DriveCommand::Tension { tension: self.tension_scale * value, feed: velocity },
             Some(scale) => {
                 let ahead = scale * value - sample.motor - velocity * lead;
                 let fastest = libm::sqrt(2.0 * WINCH_DECELERATION * ahead.abs());
@@ -107,7 +110,7 @@ impl InverseCompensation {
     fn fill(&mut self, sample: &CableSample) {
         for (value, input) in self.row.iter_mut().zip(&self.compensator.model().inputs) {
             *value = match input.role {
-                Role::Effort => sample.tension_in,
+                Role::Effort => sample.tension_in / self.tension_scale,
                 Role::Motion => sample.motor / self.motor_scale.unwrap_or(1.0),
                 Role::Anchor => sample.anchor / self.anchor_scale,
                 Role::Given => f64::NAN,

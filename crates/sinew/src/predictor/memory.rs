@@ -195,7 +195,7 @@ impl Memory {
         // A tension that is missing corrects nothing, as one that is expected does.
         inputs[tension] = f64::NAN;
         let estimate = observer.step(self.started, dt_s, inputs);
-        inputs[tension] = estimate.tension_in;
+        inputs[tension] = estimate.tension_in / observer.tension_scale();
         self.cell = CellOutput::from_cable(&estimate);
         self.read_signals(law, inputs);
         self.finish(law, dt_s);

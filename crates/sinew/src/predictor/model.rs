@@ -7,6 +7,7 @@ use super::memory::{Feature, MemoryLaw};
 use super::model_file_error::{ModelFileError, require};
 use super::specimen::SpecimenMonitor;
 use crate::transmission::{BasisTerm, ClampCell};
+use alloc::collections::BTreeMap;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -125,6 +126,9 @@ pub struct Model {
     pub far: String,
     /// The columns it reads, in the order of [`Sample::inputs`](super::Sample::inputs).
     pub inputs: Vec<Input>,
+    /// Units of columns whose names do not state them.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub units: BTreeMap<String, String>,
     /// The time column of its logs.
     pub time: Option<String>,
     /// The trial column of its logs.

@@ -3,6 +3,7 @@
 use super::cable::{CableModel, CableObserver, ObservedCable};
 use super::*;
 use crate::transmission::{BasisTerm, Branch, ClampCell, Perceptron, PerceptronWeights};
+use alloc::collections::BTreeMap;
 use alloc::string::String;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -35,7 +36,14 @@ fn cell() -> ClampCell {
 }
 
 fn cable() -> ObservedCable {
-    let columns = CableColumns { tension: 0, motor: 1, anchor: 2, motor_scale: 1.0, anchor_scale: -1.0 };
+    let columns = CableColumns {
+        tension: 0,
+        motor: 1,
+        anchor: 2,
+        tension_scale: 1.0,
+        motor_scale: 1.0,
+        anchor_scale: -1.0,
+    };
     ObservedCable { columns, model: CableModel { far_gain: 2.0, ..CableModel::bench() } }
 }
 
@@ -99,6 +107,7 @@ fn model(law: MemoryLaw) -> Model {
         specimen: None,
         offset: None,
         outside: None,
+        units: BTreeMap::new(),
         provenance: Provenance {
             member: "parts".into(),
             description: "built by hand".into(),

@@ -101,14 +101,14 @@ static @_prediction @_advance(@_state *s, double time_s, const double *inputs, d
     }
 //%if cable
 //%if expecting
-    @_observe(s, dt_s, expected ? NAN : s->values[//%here tension_input]);
+    @_observe(s, dt_s, expected ? NAN : @_tension_scale * s->values[//%here tension_input]);
     if (expected) {
         tension = s->values[//%here tension_input];
-        s->values[//%here tension_input] = s->tension_in;
-        *expected = s->tension_in;
+        *expected = s->tension_in / @_tension_scale;
+        s->values[//%here tension_input] = *expected;
     }
 //%else
-    @_observe(s, dt_s, s->values[//%here tension_input]);
+    @_observe(s, dt_s, @_tension_scale * s->values[//%here tension_input]);
 //%end
 //%end
     @_estimate(s//%here estimate_dt);

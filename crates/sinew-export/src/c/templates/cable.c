@@ -361,17 +361,9 @@ static void @_adapt(@_state *s)
 //%end
 
 /* The observer: the cable driven by both ends, corrected by the near tension; NaN corrects nothing. */
-static void @_observe(@_state *s, double interval, double tension)
+static void @_observe_once(@_state *s, double interval, double motor, double anchor, double tension)
 {
-    const double motor = @_motor_scale * s->values[//%here motor_input];
-    const double anchor = @_anchor_scale * s->values[//%here anchor_input];
-    if (!s->memory_started) {
-        s->moved = 0;
-//%if warming
-        s->warmth = 0.0;
-//%end
-    }
-    if (s->moved && interval <= 0.02) {
+    if (s->moved && interval <= 1.0) {
         double by_motor = motor - s->motor, by_anchor = anchor - s->anchor;
         /* A larger displacement is a fault of the encoder. */
         by_motor = @_magnitude(by_motor) <= 0.05 ? by_motor : 0.0;
@@ -402,6 +394,7 @@ static void @_observe(@_state *s, double interval, double tension)
 //%end
         @_settle(s, start);
     }
+    s->near = tension;
     s->innovation = tension - s->tension_in;
     s->innovation = s->innovation - s->innovation == 0.0 ? s->innovation : 0.0;
     s->cell = @_far_gain * s->tension_out;
@@ -424,4 +417,30 @@ static void @_observe(@_state *s, double interval, double tension)
 //%if drag_changes
     s->drag_factor = s->adapted * (1.0 / (1.0 + s->warmth));
 //%end
+}
+
+/* The same in equal parts of the way to a sample that comes late, so that the correction does not overshoot. */
+static void @_observe(@_state *s, double interval, double tension)
+{
+    const double motor = @_motor_scale * s->values[//%here motor_input];
+    const double anchor = @_anchor_scale * s->values[//%here anchor_input];
+    const int n = interval > 0.015 && interval <= 1.0 ? (int)ceil(interval / 0.015) : 1;
+    const double part = interval / (double)n;
+    double from_motor, from_anchor, from_tension;
+    int k;
+    if (!s->memory_started) {
+        s->moved = 0;
+//%if warming
+        s->warmth = 0.0;
+//%end
+    }
+    from_motor = s->moved ? s->motor : motor;
+    from_anchor = s->moved ? s->anchor : anchor;
+    from_tension = s->moved ? s->near : tension;
+    for (k = 1; k < n; k++) {
+        const double at = (double)k / (double)n;
+        @_observe_once(s, part, from_motor + at * (motor - from_motor),
+                       from_anchor + at * (anchor - from_anchor), from_tension + at * (tension - from_tension));
+    }
+    @_observe_once(s, part, motor, anchor, tension);
 }

@@ -3,8 +3,8 @@
  * Runs the compensator: `./a.out --inverse DESIRED.csv` prints what `sinew compensate` writes.
 //%end
  *
- * The log is a table of numbers between commas, semicolons or tabs, with the names of its columns in the
- * first line. `./a.out LOG.csv HZ` counts the time of a log without a time column.
+ * The log is a table of numbers between commas, semicolons or tabs, with the names of its columns, as the
+ * model has them, in the first line; where they are not separated by commas, decimals may be. `./a.out LOG.csv HZ` counts the time of a log without a time column.
  */
 #include "@.h"
 
@@ -57,9 +57,15 @@ static int next_line(FILE *log)
 
 static double number(const char *cell)
 {
-    char *end;
-    const double value = strtod(cell, &end);
-    return end == cell || *end != '\0' ? NAN : value;
+    char text[CELL], *end, *comma;
+    double value;
+    strcpy(text, cell);
+    comma = separator != ',' ? strchr(text, ',') : NULL;
+    if (comma != NULL) {
+        *comma = '.';
+    }
+    value = strtod(text, &end);
+    return end == text || *end != '\0' ? NAN : value;
 }
 
 /* The shortest decimal number that gives the same bits, the upper one of two that are as near, without an
@@ -289,6 +295,7 @@ int main(int count, char **arguments)
     int places[COLUMNS], required[COLUMNS], started = 0, i;
     char trial[CELL] = "";
     double last_s = 0.0;
+    long rows = 0;
     log_row row;
     long index;
     const char *name;
@@ -344,7 +351,12 @@ int main(int count, char **arguments)
 //%end
         started = 1;
         last_s = row.time_s;
+        rows++;
     }
     fclose(log);
+    if (rows == 0) {
+        fprintf(stderr, "%s: no row with a number for its time\n", path);
+        return 2;
+    }
     return 0;
 }

@@ -134,6 +134,7 @@ fn fit_all(
 mod tests {
     use super::predict_classical;
     use crate::log::{Dataset, Input, Role, Roles, Sequence};
+    use std::collections::BTreeMap;
 
     /// A cable in a sheath, moved to and fro, whose friction grows with its speed; once it moves by
     /// `jump` metres in a fifth of a second.
@@ -165,7 +166,14 @@ mod tests {
     fn friction_that_grows_with_speed_stays_as_it_is_beyond_the_speeds_of_the_fit() {
         let columns = [("near_n", Role::Effort), ("near_m", Role::Motion)];
         let inputs = columns.map(|(column, role)| Input { column: column.to_owned(), role }).to_vec();
-        let roles = Roles { far: Some("far_n".to_owned()), inputs, time: None, trial: None, group: None };
+        let roles = Roles {
+            far: Some("far_n".to_owned()),
+            inputs,
+            time: None,
+            trial: None,
+            group: None,
+            units: BTreeMap::new(),
+        };
         let sequences = vec![moved(0, 0.0, true), moved(1, -0.4, false)];
         let data = Dataset { roles, columns: vec![], logs: vec![], conditions: vec![], sequences };
         let laws = predict_classical(&data);

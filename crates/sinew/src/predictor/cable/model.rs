@@ -88,12 +88,24 @@ pub struct CableColumns {
     pub motor: usize,
     /// Index of the anchor's displacement.
     pub anchor: usize,
+    /// Newtons per unit of the near tension's column.
+    #[serde(rename = "tension_n_per_unit", default = "one", skip_serializing_if = "is_one")]
+    pub tension_scale: f64,
     /// Metres toward the motor per unit of the motor's column; negative where it counts the other way.
     #[serde(rename = "motor_m_per_unit")]
     pub motor_scale: f64,
     /// The same for the anchor.
     #[serde(rename = "anchor_m_per_unit")]
     pub anchor_scale: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes what it serialises by reference")]
+fn is_one(scale: &f64) -> bool {
+    scale.to_bits() == 1.0_f64.to_bits()
 }
 
 impl CableColumns {
@@ -105,7 +117,7 @@ impl CableColumns {
         CableSample {
             motor: self.motor_scale * of(self.motor),
             anchor: self.anchor_scale * of(self.anchor),
-            tension_in: of(self.tension),
+            tension_in: self.tension_scale * of(self.tension),
         }
     }
 }
@@ -127,7 +139,7 @@ impl ObservedCable {
     /// [`Error::OutOfDomain`] names a column that does not exist, an invalid scale or a parameter outside its
     /// domain.
     pub fn validate(&self, inputs: usize) -> Result<(), Error> {
-        let CableColumns { tension, motor, anchor, motor_scale, anchor_scale } = self.columns;
+        let CableColumns { tension, motor, anchor, tension_scale, motor_scale, anchor_scale } = self.columns;
         for (name, column) in [("tension", tension), ("motor", motor), ("anchor", anchor)] {
             within(name, "an input of the model", column as f64, column < inputs)?;
         }
@@ -135,6 +147,8 @@ impl ObservedCable {
             let valid = (1e-9..=1e3).contains(&scale.abs());
             within(name, "a number of magnitude 1e-9 to 1e3", scale, valid)?;
         }
+        let valid = (1e-6..=1e6).contains(&tension_scale);
+        within("tension_n_per_unit", "a number from 1e-6 to 1e6", tension_scale, valid)?;
         self.model.law()?;
         Ok(())
     }

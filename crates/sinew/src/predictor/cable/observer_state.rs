@@ -44,7 +44,10 @@ const MAX_STEP: f64 = 5e-4;
 /// settle.
 const CONVERGENCE_TIME: f64 = 0.1;
 /// Longest interval between samples, s; after a longer one the state is unknown.
-const MAX_INTERVAL: f64 = 0.02;
+const MAX_INTERVAL: f64 = 1.0;
+/// Longest interval in which the correction acts at once, s. After a longer one it would overshoot: the way
+/// to the sample is divided.
+const LONGEST_STEP: f64 = 0.015;
 /// Largest near tension at which an observer starts, N.
 const MAX_INITIAL_TENSION: f64 = 1e5;
 
@@ -79,6 +82,8 @@ pub(super) struct ObserverState {
     ratio: f64,
     /// Last positions of motor and anchor, m; none before the first sample.
     last: Option<(f64, f64)>,
+    /// Last tension at the drive's outlet, N; NaN where it was missing.
+    tension_in: f64,
     /// Innovation of the last sample, N.
     innovation: f64,
     /// Time for which the whole cable has slid in one direction, s.
@@ -109,6 +114,7 @@ impl ObserverState {
             far_gain: model.far_gain,
             friction_fraction: model.start,
             last: None,
+            tension_in: f64::NAN,
             innovation: 0.0,
             sliding_time: 0.0,
             converged: false,
@@ -132,6 +138,12 @@ impl ObserverState {
     pub(super) fn reset(&mut self) {
         self.last = None;
         self.warmth = 0.0;
+    }
+
+    /// The last sample; the next one itself where there was none.
+    pub(super) fn last_sample(&self, next: &CableSample) -> CableSample {
+        let at = |(motor, anchor)| CableSample { motor, anchor, tension_in: self.tension_in };
+        self.last.map_or(*next, at)
     }
 
     /// Displacements of the ends since the last sample, with the correction; `None` where the observer has to
@@ -188,6 +200,7 @@ impl ObserverState {
     /// with the estimate before the motion, motion itself would act as an error and the correction as
     /// positive feedback.
     pub(super) fn update(&mut self, sample: &CableSample, ends: EndTensions, stretch: f64) -> CableEstimate {
+        self.tension_in = sample.tension_in;
         self.innovation = finite_or(sample.tension_in - ends.tension_in, 0.0);
         CableEstimate {
             tension_out: ends.tension_out,
@@ -246,6 +259,25 @@ impl ObserverState {
     /// Last positions of motor and anchor, m; none before the first sample.
     pub(super) fn positions(&self) -> Option<(f64, f64)> {
         self.last
+    }
+}
+
+/// Number of equal parts of the way between two samples.
+pub(super) fn parts(interval: f64) -> f64 {
+    if interval > LONGEST_STEP && interval <= MAX_INTERVAL {
+        libm::ceil(interval / LONGEST_STEP)
+    } else {
+        1.0
+    }
+}
+
+/// The sample at a part of the way from one to another.
+pub(super) fn between(from: &CableSample, to: &CableSample, part: f64) -> CableSample {
+    let at = |from: f64, to: f64| from + part * (to - from);
+    CableSample {
+        motor: at(from.motor, to.motor),
+        anchor: at(from.anchor, to.anchor),
+        tension_in: at(from.tension_in, to.tension_in),
     }
 }
 

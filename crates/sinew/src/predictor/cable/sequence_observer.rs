@@ -31,6 +31,11 @@ impl SequenceObserver {
         estimate
     }
 
+    /// Newtons per unit of the near tension's column.
+    pub(in crate::predictor) fn tension_scale(&self) -> f64 {
+        self.columns.tension_scale
+    }
+
     /// Where the cable is; none before the first row.
     pub(in crate::predictor) fn place(&self) -> Option<CablePlace> {
         self.observer.place()

@@ -76,6 +76,7 @@ pub(crate) fn capstan() -> Model {
         specimen: None,
         offset: None,
         outside: None,
+        units: std::collections::BTreeMap::new(),
         provenance: Provenance {
             member: "cell".into(),
             description: "built by hand".into(),

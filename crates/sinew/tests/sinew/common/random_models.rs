@@ -138,7 +138,9 @@ fn observer(model: &mut Model, draw: &mut Draw) {
     cable.warming =
         draw.yes(0.5).then(|| Warming { rate: draw.between(0.0, 5e-3), time: draw.between(1.0, 100.0) });
     cable.zero_stretch = draw.yes(0.3).then(|| draw.between(-0.01, 0.01));
-    let columns = CableColumns { tension: 0, motor: 1, anchor: 2, motor_scale, anchor_scale: 1.0 };
+    let tension_scale = if cable.far_gain > 1.05 { 1.25 } else { 1.0 };
+    let columns =
+        CableColumns { tension: 0, motor: 1, anchor: 2, tension_scale, motor_scale, anchor_scale: 1.0 };
     model.estimator.law = MemoryLaw {
         signals: vec![],
         cell: None,

@@ -97,7 +97,14 @@ fn with_files(text: &str) -> Result<MachineDescription, DescriptionError> {
 fn cable_model() -> Model {
     let bench = CableModel::bench();
     let model = CableModel { parameters: CableParameters { friction: 0.2, ..bench.parameters }, ..bench };
-    let columns = CableColumns { tension: 0, motor: 1, anchor: 2, motor_scale: 1.0, anchor_scale: 1.0 };
+    let columns = CableColumns {
+        tension: 0,
+        motor: 1,
+        anchor: 2,
+        tension_scale: 1.0,
+        motor_scale: 1.0,
+        anchor_scale: 1.0,
+    };
     let inputs = [("tension_in_n", Role::Effort), ("motor_m", Role::Motion), ("anchor_m", Role::Anchor)];
     let limits = InputLimits { low: -1e3, high: 1e3, jump: 1e3, typical: 1.0 };
     let law = MemoryLaw {
@@ -119,6 +126,7 @@ fn cable_model() -> Model {
         specimen: None,
         offset: None,
         outside: None,
+        units: std::collections::BTreeMap::new(),
         provenance: Provenance {
             member: "cable".into(),
             description: "a test".into(),
