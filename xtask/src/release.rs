@@ -19,7 +19,7 @@ const FOLDER: &str = "target/dist";
 /// What maturin installs beside the package.
 const DATA: &str = "crates/sinew-py/_sinew.data";
 const MANIFEST: &str = "crates/sinew-cli/Cargo.toml";
-const FEATURES: &str = "parquet,mat73";
+const FEATURES: &str = "parquet,mat73,ros,foxglove";
 /// Of the archive, beside the program and what it writes of itself.
 const TEXTS: [&str; 5] = ["README.md", "FEATURES.md", "CHANGELOG.md", "LICENSE-MIT", "LICENSE-APACHE"];
 const SHELLS: [&str; 3] = ["bash", "fish", "zsh"];

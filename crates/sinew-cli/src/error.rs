@@ -133,8 +133,8 @@ pub(crate) enum Error {
         /// What is wrong there.
         source: serde_json::Error,
     },
-    /// A name that no part of the robot has.
-    #[error("{flag} {value}: expected the name of a {kind}: {}", known.join(", "))]
+    /// A name that no part of the robot has, or none of that kind.
+    #[error("{flag} {value}: expected the name of a {kind}: {}", listed(known))]
     UnknownPart {
         /// The flag.
         flag: &'static str,
@@ -329,6 +329,11 @@ impl From<sinew::description::DescriptionError> for Error {
 /// Whether an error names a part of the machine.
 fn names_part(error: sinew::Error) -> bool {
     matches!(error, sinew::Error::Part { .. } | sinew::Error::PartOutOfDomain { .. })
+}
+
+/// Names, or that there is none.
+fn listed(names: &[String]) -> String {
+    if names.is_empty() { "there is none".to_owned() } else { names.join(", ") }
 }
 
 impl Error {

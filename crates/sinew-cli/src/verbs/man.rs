@@ -47,6 +47,7 @@ fn collect(command: &Command, pages: &mut Vec<(String, Vec<u8>)>) -> Result<(), 
 fn page(command: Command) -> Result<Vec<u8>, Error> {
     let mut text = Vec::new();
     // Writing into memory fails only where the memory does.
-    Man::new(command).render(&mut text).map_err(Error::Stdout)?;
+    let program = concat!("sinew ", env!("CARGO_PKG_VERSION"));
+    Man::new(command).source(program).render(&mut text).map_err(Error::Stdout)?;
     Ok(text)
 }

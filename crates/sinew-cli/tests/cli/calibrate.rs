@@ -31,6 +31,8 @@ fn a_rough_leg_is_better_after_a_flight_and_its_tables_are_fitted_again() {
     assert_eq!(run.code, Some(3), "{}", run.stderr);
     assert!(run.stdout.contains("do not use") && run.stdout.contains("scatter"), "{}", run.stdout);
 
+    let misplaced = "track planar_leg --tolerances rough --calibration misplaced/calibration.toml";
+    bench.refuses(misplaced, &["misplaced/calibration.toml", "do not use"]);
     let track = "track planar_leg --tolerances rough --unverified --calibration out/calibration.toml";
     let run = bench.run(&format!("{track} --record run.mcap"));
     assert!(matches!(run.code, Some(0 | 3)), "{}", run.stderr);

@@ -38,6 +38,9 @@ fn what_currents_have_told_of_the_gears_stands_in_text_document_report_and_recor
     assert_ne!(machine, without);
     bench.write("without.toml", without);
     let motion = "--path to-joints:lever=0.3 --duration 3 --hold 0";
+    // What is not there cannot fail.
+    let fault = "--fault load-cell:front:lost@1";
+    bench.refuses(&format!("track without.toml {motion} {fault}"), &["muscle with a load cell"]);
     let document = bench.succeeds(&format!("track without.toml {motion} --json")).stdout;
     let document: Value = serde_json::from_str(&document).unwrap();
     let gears = document["gears"].as_array().unwrap();

@@ -12,8 +12,8 @@ use std::collections::BTreeMap;
 /// that of `requested`, or else of the first log. Numbers in another unit of the same kind are converted.
 ///
 /// # Errors
-/// [`Error::MissingColumn`] for a column of the options that no log has, [`Error::UnknownUnit`]; with `units`,
-/// those of a model's columns whose names do not state them, [`Error::OtherUnit`].
+/// [`Error::MissingColumn`] for a column of the options that no log has, [`Error::UnknownUnit`]; with
+/// `units`, those of a model's columns whose names do not state them, [`Error::OtherUnit`].
 pub(super) fn name(
     logs: &mut [OpenLog],
     options: &ColumnOptions,

@@ -146,7 +146,8 @@ pub(crate) fn factor(from: &str, to: &str) -> Option<f64> {
     (one == other && one != Kind::Other).then_some(a / b)
 }
 
-/// Whether two units are known to measure different things. A letter such as the `A` of `LC-A` may be no unit.
+/// Whether two units are known to measure different things. A letter such as the `A` of `LC-A` may be no
+/// unit.
 pub(super) fn contradict(one: &str, other: &str) -> bool {
     let kind = |unit: &str| known(&word(unit)).map(|(kind, _)| kind).filter(|kind| *kind != Kind::Other);
     kind(one).zip(kind(other)).is_some_and(|(one, other)| one != other)

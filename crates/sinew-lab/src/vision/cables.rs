@@ -181,6 +181,7 @@ impl CableJudgement {
             machine: designed.name.clone(),
             machine_hash: hash,
             simulated,
+            recommendation: Some(self.verdict().to_owned()),
             held_out_error_m: None,
             held_out: Some(self.held_out),
             joint: Vec::new(),

@@ -131,6 +131,9 @@ pub struct Calibration {
     pub machine_hash: String,
     /// Whether the machine was simulated.
     pub simulated: bool,
+    /// `use`, `use with care` or `do not use`; none in files of before.
+    #[serde(default)]
+    pub recommendation: Option<String>,
     /// Errors in poses that the estimate has not seen, by a camera.
     #[serde(default)]
     pub held_out_error_m: Option<HeldOut>,
@@ -246,6 +249,7 @@ mod tests {
             machine: "finger".to_owned(),
             machine_hash: "1".to_owned(),
             simulated: true,
+            recommendation: None,
             held_out_error_m: Some(HeldOut {
                 before: range,
                 after: range,

@@ -178,6 +178,7 @@ impl Judgement {
             machine: machine.robot.parts().name.clone(),
             machine_hash: hash,
             simulated,
+            recommendation: Some(self.verdict().to_owned()),
             held_out_error_m: Some(self.held_out),
             held_out: None,
             joint: self.joints.clone(),

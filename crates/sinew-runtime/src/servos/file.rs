@@ -134,7 +134,7 @@ impl BusReader for DeviceTables {
         check_watchdog(feetech, extended, device, &named)?;
         let counts = device.entry("counts_per_turn").map(|entry| -> Result<_, DescriptionError> {
             let expected = format!(
-                "{:?} counts of a turn of the horn over the ratio of the reducer, or nothing",
+                "{:?} over the ratio of the drive's reducer, negative where it counts the other way, or nothing",
                 model.counts
             );
             Ok((entry.number(Domain::new("a number", f64::is_finite))?, entry.refuse(&expected)))

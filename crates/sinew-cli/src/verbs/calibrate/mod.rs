@@ -228,5 +228,12 @@ pub(crate) fn calibrated(
     let calibration: sinew_lab::vision::Calibration = toml::from_str(text).map_err(|error| {
         Error::Shown(format!("{}: {}", file.display(), crate::output::one_line(&error.to_string())))
     })?;
+    if calibration.recommendation.as_deref() == Some("do not use") {
+        return Err(Error::Shown(format!(
+            "{}: its recommendation is \"do not use\": poses that the estimate has not seen were no better, or the \
+             observations do not agree with the machine",
+            file.display()
+        )));
+    }
     Ok(calibration.apply(machine, hash)?)
 }

@@ -32,6 +32,9 @@ pub(super) fn toml(calibration: &Calibration) -> String {
          version = {version}\nmachine = {machine:?}\nmachine_hash = {machine_hash:?}\n\
          simulated = {simulated}\n"
     );
+    if let Some(recommendation) = &calibration.recommendation {
+        text += &format!("recommendation = {recommendation:?}\n");
+    }
     let range =
         |name: &str, x: ErrorRange| format!("{name} = {{ mean = {:?}, max = {:?} }}\n", x.mean, x.max);
     if let Some(HeldOut { before, after, reported }) = calibration.held_out_error_m {

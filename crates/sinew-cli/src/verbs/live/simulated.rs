@@ -7,7 +7,6 @@ use crate::verbs::meshes::read_meshes;
 use crate::verbs::page::tension_limits;
 use crate::verbs::track::{fault, motion};
 use crate::verbs::verification;
-use sinew::body::Robot;
 use sinew::machine::Machine;
 use sinew::twin::arm::Failure;
 use sinew_lab::CompensationVariant;
@@ -81,7 +80,7 @@ impl SimulationSource for Bench {
             paths: named.chain([TOUR.to_owned()]).collect(),
             variants: VARIANTS.map(|variant| variant.name().to_owned()).to_vec(),
             tension_limits: tension_limits(&self.machine),
-            failures: OFFERED.to_vec(),
+            failures: offered(&self.machine),
         }
     }
 
@@ -90,16 +89,22 @@ impl SimulationSource for Bench {
     }
 
     fn failure(&self, text: &str) -> Result<(Failure, f64), String> {
-        failure(text, &self.machine.robot)
+        failure(text, &self.machine)
     }
 }
 
+/// Failures that all muscles of a machine can have.
+fn offered(machine: &Machine) -> Vec<(&'static str, &'static str)> {
+    let has_cells = machine.muscles.iter().all(|muscle| muscle.drive.has_load_cell);
+    OFFERED.into_iter().filter(|(text, _)| has_cells || !text.starts_with("load-cell")).collect()
+}
+
 /// A failure and its duration, s, by the text of `--fault` without its time.
-fn failure(text: &str, robot: &Robot) -> Result<(Failure, f64), String> {
+fn failure(text: &str, machine: &Machine) -> Result<(Failure, f64), String> {
     let (what, duration) = text.split_once('+').map_or((text, ""), |(what, duration)| (what, duration));
     let written = if duration.is_empty() { format!("{what}@0") } else { format!("{what}@0+{duration}") };
     let argument: FaultArgument = written.parse().map_err(|error| format!("`{text}`: {error}"))?;
-    let fault = fault::resolve(&[argument], robot).map_err(|error| error.to_string())?;
+    let fault = fault::resolve(&[argument], machine).map_err(|error| error.to_string())?;
     let fault = fault.first().ok_or("no fault")?;
     Ok((fault.failure, fault.duration))
 }
@@ -170,10 +175,10 @@ mod tests {
             let machine = sinew_lab::machine_file::machine_in(Path::new(name), text, None).unwrap().machine;
             let parts = machine.robot.parts();
             let sizes = [parts.tendons.len(), machine.robot.nv()];
-            for (offered, words) in OFFERED {
+            for (offered, words) in offered(&machine) {
                 for muscle in &parts.tendons {
                     let text = offered.replace("{}", &muscle.name);
-                    let (failure, duration) = failure(&text, &machine.robot)
+                    let (failure, duration) = failure(&text, &machine)
                         .unwrap_or_else(|refused| panic!("{name}: {words}: {refused}"));
                     let fault = InjectedFault { start: 0.0, duration, failure };
                     assert!(fault.validate(sizes[0], sizes[1]).is_ok(), "{name}: {text}");

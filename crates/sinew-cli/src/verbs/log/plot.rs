@@ -84,21 +84,24 @@ impl Table {
     }
 }
 
-/// Errors during the motion: mean and largest.
+/// Errors during the motion, of a run without one those of all cycles: mean and largest.
 struct Errors {
     end_point: Option<[f64; 2]>,
-    joint: [f64; 2],
+    /// None where no joint is measured.
+    joint: Option<[f64; 2]>,
     /// Unit of a thousandth of a joint's position.
     unit: &'static str,
     by: &'static str,
+    when: &'static str,
 }
 
 impl Errors {
     fn text(&self) -> String {
-        let joint = self.joint.map(|x| 1e3 * x);
+        let Some(joint) = self.joint else { return "No errors: no joint is measured.".to_owned() };
+        let joint = joint.map(|x| 1e3 * x);
         let mut text = format!(
-            "Errors during the motion {}: joints {:.3} {} mean, {:.2} max",
-            self.by, joint[0], self.unit, joint[1]
+            "Errors {} {}: joints {:.3} {} mean, {:.2} max",
+            self.when, self.by, joint[0], self.unit, joint[1]
         );
         if let Some(end_point) = self.end_point {
             let [mean, max] = end_point.map(|x| 1e3 * x);
@@ -108,18 +111,23 @@ impl Errors {
     }
 }
 
-/// Mean and largest of numbers that are there.
-fn spread(values: impl Iterator<Item = f64>) -> [f64; 2] {
+/// Mean and largest of numbers that are there, if any is.
+fn spread(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     let (mut sum, mut count, mut max) = (0.0, 0.0, 0.0_f64);
     for x in values.filter(|x| x.is_finite()) {
         (sum, count, max) = (sum + x, count + 1.0, max.max(x));
     }
-    [if count > 0.0 { sum / count } else { 0.0 }, max]
+    (count > 0.0).then_some([sum / count, max])
 }
 
 fn groups(table: &Table, head: &Head, machine: &Machine) -> Result<(Vec<Group>, Errors), Error> {
     let time = table.get("time_s");
-    let moving: Vec<bool> = table.get("repeat").iter().map(|repeat| *repeat >= 0.0).collect();
+    let mut moving: Vec<bool> = table.get("repeat").iter().map(|repeat| *repeat >= 0.0).collect();
+    let when = if moving.contains(&true) { "during the motion" } else { "of the run" };
+    if when == "of the run" {
+        // A client leads it: no motion was planned.
+        moving.fill(true);
+    }
     let (reached_by, legend, by) = if head.simulated {
         ("joint_true", "true", "by the simulated truth, with the design's kinematics")
     } else {
@@ -149,7 +157,7 @@ fn groups(table: &Table, head: &Head, machine: &Machine) -> Result<(Vec<Group>, 
             squares.sum::<f64>().sqrt()
         };
         let moved = (0..time.len()).filter(|k| moving.get(*k).copied().unwrap_or(false));
-        end_point = Some(spread(moved.map(distance)));
+        end_point = spread(moved.map(distance));
         let mut plots: Vec<Signals> = ["x (m)", "y (m)", "z (m)"]
             .iter()
             .zip(requested.iter().zip(&found))
@@ -193,7 +201,7 @@ fn groups(table: &Table, head: &Head, machine: &Machine) -> Result<(Vec<Group>, 
         ));
     }
     let unit = thousandths(head.joints.iter().map(|joint| joint.unit.as_str()));
-    Ok((groups, Errors { end_point, joint, unit, by }))
+    Ok((groups, Errors { end_point, joint, unit, by, when }))
 }
 
 /// Positions of a site in a series of poses: x, y, z.

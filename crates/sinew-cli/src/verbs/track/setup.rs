@@ -106,7 +106,7 @@ impl Setup {
             (Some(file), Some(text)) => calibrated(&machine, &source.hash(), text, file)?,
             _ => machine,
         };
-        let faults = fault::resolve(&arguments.fault, &machine.robot)?;
+        let faults = fault::resolve(&arguments.fault, &machine)?;
         let path = arguments.path.clone().unwrap_or_else(|| default_path(&machine));
         let trajectory = motion::trajectory(&machine, &path, arguments.duration);
         let trajectory = trajectory.map_err(|error| error.of_part(&places))?;
