@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from . import _sinew
 from ._display import html_table, number
 from ._machine import Machine, Path
-from ._model import Progress
+from ._progress import Progress, reported
 from ._refused import whole, wrong_kind
 
 if TYPE_CHECKING:
@@ -139,7 +139,8 @@ def track(
         "trace_interval_s": trace_interval_s,
     }
     try:
-        numbers, trace, warning = _sinew.track(known, trajectory, conditions, progress)
+        with reported(progress) as said:
+            numbers, trace, warning = _sinew.track(known, trajectory, conditions, said)
     except TypeError as error:
         raise wrong_kind(error, conditions) from None
     if warning is not None:
@@ -167,7 +168,8 @@ def verify(
     """
     known = machine if isinstance(machine, Machine) else Machine(machine)
     trajectory = _planned(known, path, duration_s)
-    text, warning = _sinew.verify(known, trajectory, repeats, payload_kg, progress)
+    with reported(progress) as said:
+        text, warning = _sinew.verify(known, trajectory, repeats, payload_kg, said)
     if warning is not None:
         warnings.warn(warning, UserWarning, stacklevel=2)
     rules: dict[str, float] = json.loads(text)
@@ -216,7 +218,9 @@ def reproduce(
 
     `part`: `"all"`, `"bench"` or `"arm"`. `quick`: in seconds, coarser. The same `seed` gives the same bits.
     """
-    return Reproduction(json.loads(_sinew.reproduce(part, quick, whole("seed", seed), threads, progress)))
+    first = whole("seed", seed)
+    with reported(progress) as said:
+        return Reproduction(json.loads(_sinew.reproduce(part, quick, first, threads, said)))
 
 
 def _tracking_table(tracking: dict[str, dict[str, Any]]) -> str:

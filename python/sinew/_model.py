@@ -7,7 +7,7 @@ import os
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +15,11 @@ from numpy.typing import NDArray
 from . import _sinew
 from ._display import html_table, number, percent
 from ._logs import Logs, far_columns, native_logs
+from ._progress import Progress, reported
 from ._refused import whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-#: Receives the stage of a long call and the fraction that is done, 0 to 1.
-Progress: TypeAlias = Callable[[str, float], object]
 
 
 @dataclass(frozen=True, slots=True)
@@ -350,7 +348,9 @@ class Model:
         `rename`, `units`, `rate_hz`: as of :func:`identify`.
         """
         columns = column_keywords(rename, units, rate_hz)
-        return Model(self._native.adapt(native_logs(logs), columns, skip_s, whole("seed", seed), threads, progress))
+        first = whole("seed", seed)
+        with reported(progress) as said:
+            return Model(self._native.adapt(native_logs(logs), columns, skip_s, first, threads, said))
 
     def __repr__(self) -> str:
         origin = self.provenance
@@ -421,7 +421,8 @@ def identify(
     `models`: names of candidates, all by default. `keep`: names of logs that are kept although they do harm to the
     prediction of the others, `None` for all. `loss_percent`: error, in % of the far end's range, that a model with fewer
     numbers may cost; the one with the fewest is then chosen in place of the most accurate. The same `seed` gives the same bits whatever the `threads`, by default all
-    that are there, shared by all calls. `progress(stage, fraction)` is called while it runs.
+    that are there, shared by all calls. `progress(stage, fraction)` is called while it runs;
+    without it a terminal or notebook shows a line after two seconds.
 
     Warns where the model is not to be used, see :attr:`Model.grade` and :attr:`Model.advice`. Raises `FileNotFoundError`, and
     `ValueError` that names log, line and column.
@@ -440,11 +441,10 @@ def identify(
     kept = None if keep is None else names(keep, "keep")
     columns = column_keywords(rename, units, rate_hz)
     desired = names(models, "models")
-    found = Model(
-        _sinew.identify(
-            native_logs(logs), roles, columns, skip_s, desired, kept, loss_percent, whole("seed", seed), threads, progress
-        )
-    )
+    first = whole("seed", seed)
+    with reported(progress) as said:
+        fitted = _sinew.identify(native_logs(logs), roles, columns, skip_s, desired, kept, loss_percent, first, threads, said)
+    found = Model(fitted)
     if found.grade == "do_not_use":
         warnings.warn(next(iter(found.advice), "do not use the model"), UserWarning, stacklevel=2)
     return found

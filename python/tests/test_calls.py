@@ -5,6 +5,7 @@ from __future__ import annotations
 import _thread
 import copy
 import gc
+import io
 import pickle
 import subprocess
 import sys
@@ -73,6 +74,21 @@ def test_an_exception_of_the_progress_function_ends_the_call(log_files: list[Pat
     with pytest.raises(LookupError, match="enough"):
         sinew.identify(log_files[:2], far="tension_out_n", progress=progress)
     assert seen[0] == ("reading logs", 0.0) and all(0.0 <= fraction <= 1.0 for _, fraction in seen)
+
+
+class Terminal(io.StringIO):
+    """Standard error of a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_terminal_shows_what_a_long_call_does(log_files: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr("sinew._progress.LATER_S", 0.0)
+    sinew.identify(log_files[:2], far="tension_out_n", models=["linear"])
+    assert "reading logs: 0 %" in terminal.getvalue() and terminal.getvalue().endswith("\r")
 
 
 def test_many_threads_share_a_machine() -> None:
