@@ -318,9 +318,10 @@ fn a_fault_is_injected_by_name_and_reported_with_its_time() {
     }
     assert!(bench.read("run.html").contains("cable of triceps, arm stopped"));
     assert_eq!(bench.read("run.csv").lines().count(), 3 + 1200, "recorded to the end");
-    for (fault, words) in
-        [("cable:biceps@5", "name of a muscle: "), ("joint-encoder:triceps:nan@5", "name of a joint: ")]
-    {
+    for (fault, words) in [
+        ("cable:biceps@5", "name of a muscle: "),
+        ("joint-encoder:triceps:nan@5", "name of a joint with an encoder: "),
+    ] {
         bench.refuses(&format!("{short} --fault {fault}"), &["--fault", fault, words]);
     }
     for (fault, words) in [
