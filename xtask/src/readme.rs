@@ -25,7 +25,10 @@ const FURTHER: [(&str, &[(&str, &str)]); 2] = [
     ),
     (
         "docs/compensate.md",
-        &[("README/out/cable/model.json", "out/cable/model.json"), ("README/bench.csv", "desired.csv")],
+        &[
+            ("README/bench/cable/model.json", "cable/model.json"),
+            ("README/bench/simulated_day_5.csv", "desired.csv"),
+        ],
     ),
 ];
 
