@@ -92,14 +92,14 @@ impl CableObservers {
             *from = state.last_sample(sample);
         }
         let mut way = core::mem::take(&mut self.way);
-        for part in 1..n as u32 {
+        let stepped = (1..n as u32).try_for_each(|part| {
             for ((at, from), sample) in way.iter_mut().zip(&self.from).zip(samples) {
                 *at = between(from, sample, f64::from(part) / n);
             }
-            self.step_once(interval, &way, estimates)?;
-        }
+            self.step_once(interval, &way, estimates)
+        });
         self.way = way;
-        Ok(())
+        stepped
     }
 
     fn step_once(
