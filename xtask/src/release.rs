@@ -9,15 +9,13 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-/// Zig links against the old glibc; auditwheel says which one the wheel needs.
-const PACKAGES: [&str; 4] = ["maturin>=1.9,<2", "ziglang", "auditwheel", "cargo-zigbuild"];
+/// Zig links against the old glibc; auditwheel says which one the wheel needs; wheel packs it.
+const PACKAGES: [&str; 5] = ["maturin>=1.9,<2", "ziglang", "auditwheel", "cargo-zigbuild", "wheel"];
 /// glibc 2.17, of 2012.
 const PLATFORM: &str = "manylinux_2_17";
 const TARGET: &str = "x86_64-unknown-linux-gnu";
 const GLIBC: &str = "2.17";
 const FOLDER: &str = "target/dist";
-/// What maturin installs beside the package.
-const DATA: &str = "crates/sinew-py/_sinew.data";
 const MANIFEST: &str = "crates/sinew-cli/Cargo.toml";
 const FEATURES: &str = "parquet,mat73,ros,foxglove";
 /// Of the archive, beside the program and what it writes of itself.
@@ -45,21 +43,14 @@ const FIRST_COMMANDS: &str = "
 /// Builds wheel and source distribution, has the wheel judged, and uses it in a clean environment.
 pub(crate) fn wheel(root: &Path) -> Result<(), String> {
     let (tools, path) = tools(root)?;
-    // Beside the package, so that who has the wheel has the commands of the book.
-    let scripts = emptied(root, &format!("{DATA}/scripts"))?;
-    let program = program(root, &tools, &path)?;
-    std::fs::copy(&program, scripts.join("sinew")).map_err(|e| format!("{}: {e}", program.display()))?;
     // So that the only wheel is the one that is built.
     let folder = emptied(root, FOLDER)?;
     let build = ["-m", "maturin", "build", "--release", "--locked", "--zig", "--compatibility", PLATFORM];
     let mut build = python(root, &tools, &build);
     build.args(["--target", TARGET, "--out", FOLDER, "--"]).args(system_unwinder()?);
     succeed(build.env("PATH", &path))?;
-    emptied(root, DATA)?;
-    std::fs::remove_dir(root.join(DATA)).map_err(|e| format!("{DATA}: {e}"))?;
-    let entries = std::fs::read_dir(&folder).map_err(|e| format!("{FOLDER}: {e}"))?;
-    let wheel = entries.filter_map(|entry| Some(entry.ok()?.path())).next();
-    let wheel = wheel.ok_or_else(|| format!("no wheel in {FOLDER}"))?.display().to_string();
+    let wheel = only_entry(&folder)?.display().to_string();
+    add_program(root, &tools, &wheel, &program(root, &tools, &path)?)?;
     succeed(&mut python(root, &tools, &["-m", "auditwheel", "show", &wheel]))?;
     succeed(&mut python(root, &tools, &["-m", "maturin", "sdist", "--out", FOLDER]))?;
     let clean = emptied(root, "target/wheel/clean")?;
@@ -134,6 +125,30 @@ pub(crate) fn archive(root: &Path) -> Result<(), String> {
     succeed(&mut first)?;
     println!("{FOLDER}/{archive}: unpacked, first result after {:.1} s", begins.elapsed().as_secs_f64());
     Ok(())
+}
+
+/// Adds the program to a wheel, so that who has it has the commands of the book: maturin takes either a
+/// package or a program.
+fn add_program(root: &Path, tools: &Path, wheel: &str, program: &Path) -> Result<(), String> {
+    let unpacked = emptied(root, "target/wheel/unpacked")?;
+    let run = |what: &str, of: &str, flag: &str, to: &str| {
+        succeed(&mut python(root, tools, &["-m", "wheel", what, of, flag, to]))
+    };
+    run("unpack", wheel, "--dest", &unpacked.display().to_string())?;
+    let package = only_entry(&unpacked)?;
+    let name = package.file_name().unwrap_or_default().display().to_string();
+    let scripts = package.join(format!("{name}.data/scripts"));
+    let written =
+        std::fs::create_dir_all(&scripts).and_then(|()| std::fs::copy(program, scripts.join("sinew")));
+    written.map_err(|e| format!("{}: {e}", scripts.display()))?;
+    run("pack", &package.display().to_string(), "--dest-dir", FOLDER)
+}
+
+/// The one file or folder in a folder.
+fn only_entry(folder: &Path) -> Result<PathBuf, String> {
+    let entries = std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let found = entries.filter_map(|entry| Some(entry.ok()?.path())).next();
+    found.ok_or_else(|| format!("nothing in {}", folder.display()))
 }
 
 /// Builds the program against the old glibc.
