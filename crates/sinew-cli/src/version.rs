@@ -1,8 +1,12 @@
 //! What `--version` says.
 
 /// The cargo features of this build.
-const FEATURES: [(&str, bool); 2] =
-    [("parquet", cfg!(feature = "parquet")), ("mat73", cfg!(feature = "mat73"))];
+const FEATURES: [(&str, bool); 4] = [
+    ("parquet", cfg!(feature = "parquet")),
+    ("mat73", cfg!(feature = "mat73")),
+    ("ros", cfg!(feature = "ros")),
+    ("foxglove", cfg!(feature = "foxglove")),
+];
 
 /// Version of the program, commit of its sources and cargo features.
 pub(crate) fn version() -> &'static str {

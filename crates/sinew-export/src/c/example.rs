@@ -12,9 +12,9 @@ const EXAMPLE: &str = include_str!("templates/example.c");
 pub(super) fn file(model: &Model, name: &Name, content: Content) -> ExportedFile {
     let mut filling = Filling::default();
     let time = model.time.as_deref().unwrap_or_default();
-    let stated = model.units.get(time).map_or(time, String::as_str).to_lowercase();
     // `t_ms`, `Zeit [ms]`: the last word.
-    let mut words = stated.rsplit(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
+    let name_of_time = time.to_lowercase();
+    let mut words = name_of_time.rsplit(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
     let [scale, per_second] = match words.next().unwrap_or_default() {
         "ms" | "msec" | "millis" | "milliseconds" => ["1e-3", "1e3"],
         "us" | "\u{b5}s" | "\u{3bc}s" | "usec" | "micros" | "microseconds" => ["1e-6", "1e6"],

@@ -4,7 +4,8 @@
 //%end
  *
  * The log is a table of numbers between commas, semicolons or tabs, with the names of its columns, as the
- * model has them, in the first line; where they are not separated by commas, decimals may be. `./a.out LOG.csv HZ` counts the time of a log without a time column.
+ * model has them, in the first line; where they are not separated by commas, decimals may be.
+ * `./a.out LOG.csv HZ` counts the time of a log without a time column.
  */
 #include "@.h"
 
