@@ -2,7 +2,7 @@
 
 use super::kinematics::Poses;
 use super::link::Inertia;
-use super::parts::{JointKind, Parts};
+use super::parts::{JointKind, Parts, Wrap, WrapKind};
 use super::robot::Robot;
 use super::vector::{
     Frame, IDENTITY, Vector, add, add_scaled, compose, cross, frame_about, frame_of, quaternion_of,
@@ -50,6 +50,19 @@ fn inverse((axes, origin): &Rigid) -> Rigid {
     (axes, scale(-1.0, rotate(&axes, *origin)))
 }
 
+/// m, and the sine of an angle: rounding of a description, within which a pulley is on a shaft.
+const ON_SHAFT: f64 = 1e-5;
+
+impl Wrap {
+    /// Whether it turns about the z axis of a frame in its body.
+    fn is_on(&self, shaft: &Rigid) -> bool {
+        let (axes, [x, y, _]) = after(&inverse(shaft), &(frame_of(self.orientation), self.position));
+        let [across, beside, _] = axes[2];
+        let aligned = self.kind == WrapKind::Sphere || libm::hypot(across, beside) < ON_SHAFT;
+        aligned && libm::hypot(x, y) < ON_SHAFT
+    }
+}
+
 impl Parts {
     /// The same in the readings of its encoders as coordinates: `corrections: [joints]`. Ranges of the
     /// joints stay
@@ -67,8 +80,10 @@ impl Parts {
         parts
     }
 
-    /// The same with displaced joints: `[joints]`. Bodies, anchors and axes move; what is fixed to a body
-    /// stays where it is on it. Without a displacement the result is bit-identical; free joints have none.
+    /// The same with displaced joints: `[joints]`. Bodies, anchors and axes move. What is fixed to a body
+    /// stays where it is on it, but for a pulley on the axis of the first joint of the next body: it is
+    /// turned about that axis and sits on the same shaft. Without a displacement the result is
+    /// bit-identical; free joints have none.
     ///
     /// ```text
     /// prod_i A_i D_i R_i A_i^-1 = prod_i (A'_i R_i A'_i^-1) E_n,    E_i = E_(i-1) A_i D_i A_i^-1,    A'_i = E_(i-1) A_i D_i
@@ -91,6 +106,7 @@ impl Parts {
             }
             let mut moved: Rigid = (IDENTITY, [0.0; 3]);
             let mut frames = vec![];
+            let placed = (frame_of(body.orientation), body.position);
             for joint in first..next {
                 let part = &self.joints[joint];
                 let Displacement { offset, tilt: [x, y] } =
@@ -100,13 +116,22 @@ impl Parts {
                 let frame = after(&moved, &displaced);
                 moved = after(&frame, &inverse(&own));
                 frames.push(frame);
+                if joint == first && part.kind == JointKind::Hinge {
+                    let shaft = after(&placed, &own);
+                    let moves = after(&after(&placed, &moved), &inverse(&placed));
+                    let on_parent = parts.wraps.iter_mut().filter(|wrap| wrap.body == body.parent);
+                    for wrap in on_parent.filter(|wrap| wrap.is_on(&shaft)) {
+                        let at = after(&moves, &(frame_of(wrap.orientation), wrap.position));
+                        (wrap.orientation, wrap.position) = (quaternion_of_axes(&at.0), at.1);
+                    }
+                }
             }
             let back = inverse(&moved);
             for (joint, frame) in parts.joints[first..next].iter_mut().zip(&frames) {
                 let (axes, anchor) = after(&back, frame);
                 (joint.axis, joint.anchor) = (axes[2], anchor);
             }
-            let (axes, position) = after(&(frame_of(body.orientation), body.position), &moved);
+            let (axes, position) = after(&placed, &moved);
             (body.orientation, body.position) = (quaternion_of_axes(&axes), position);
         }
         parts

@@ -1,6 +1,6 @@
 //! Joints away from their drawing, and links that bend.
 
-use sinew::body::{Displacement, Poses, Robot};
+use sinew::body::{Displacement, Poses, Robot, Site};
 use sinew::random::Random;
 
 type Matrix = [[f64; 3]; 3];
@@ -101,6 +101,55 @@ fn displaced_joints_move_the_tip_as_the_product_of_their_frames_does() {
         let found = tip(&Robot::new(parts.displaced(&errors)).unwrap(), &q);
         let expected: [f64; 3] = std::array::from_fn(|i| at.1[i] + turned[i]);
         assert!((0..3).all(|k| (found[k] - expected[k]).abs() < 1e-12), "{found:?} {expected:?}");
+    }
+}
+
+/// Distance of a site from the axis of a cylinder.
+fn from_axis(robot: &Robot, q: &[f64], site: &str, wrap: &str) -> f64 {
+    let parts = robot.parts();
+    let wrap = parts.wraps.iter().find(|part| part.name == wrap).unwrap();
+    let mut poses = Poses::new(robot);
+    robot.forward_kinematics(q, &mut poses).unwrap();
+    // Two points of its axis as sites of its body.
+    let mut with_ends = parts.clone();
+    let axes = of_quaternion(wrap.orientation);
+    for (name, along) in [("end_0", 0.0), ("end_1", 1.0)] {
+        let position = std::array::from_fn(|i| wrap.position[i] + along * axes[i][2]);
+        with_ends.sites.push(Site { name: name.into(), body: wrap.body, position, ..parts.sites[0].clone() });
+    }
+    let robot = Robot::new(with_ends).unwrap();
+    let at = |name: &str| robot.site_pose(&poses, robot.site(name).unwrap()).origin;
+    let [foot, end, point] = ["end_0", "end_1", site].map(at);
+    let [axis, to] = [end, point].map(|of| -> [f64; 3] { std::array::from_fn(|i| of[i] - foot[i]) });
+    let along: f64 = (0..3).map(|i| axis[i] * to[i]).sum();
+    (to.iter().map(|x| x * x).sum::<f64>() - along * along).sqrt()
+}
+
+#[test]
+fn a_pulley_on_the_shaft_of_a_displaced_joint_stays_on_it_so_that_no_attachment_gets_inside() {
+    let text = sinew_models::PLANAR_LEG;
+    let parts = sinew::description::from_toml("planar_leg.toml", text).unwrap().parts;
+    let design = Robot::new(parts.clone()).unwrap();
+    let mut random = Random::new(5);
+    for _ in 0..20 {
+        let mut draw = |size: f64| size * (2.0 * random.unit() - 1.0);
+        let errors: Vec<Displacement> = (0..2)
+            .map(|_| Displacement {
+                offset: std::array::from_fn(|_| draw(3e-3)),
+                tilt: std::array::from_fn(|_| draw(8e-3)),
+            })
+            .collect();
+        let built = Robot::new(parts.displaced(&errors)).unwrap();
+        for q in [[-0.4, 0.1], [0.4, 1.0], [1.0, 1.9]] {
+            for (site, wrap) in [
+                ("rectus_femoris_i", "knee_drum"),
+                ("hamstrings_i", "knee_drum"),
+                ("hip_flexor_i", "hip_drum"),
+            ] {
+                let [drawn, found] = [&design, &built].map(|robot| from_axis(robot, &q, site, wrap));
+                assert!((found - drawn).abs() < 1e-12, "{site} {q:?}: {found} for {drawn}");
+            }
+        }
     }
 }
 
