@@ -94,6 +94,100 @@ def test_a_picture_shows_the_pose_and_changes_with_it() -> None:
     env.close()
 
 
+def green(picture: Any) -> Any:
+    """Rows and columns of the pixels of what is desired, shape `(pixels, 2)`."""
+    red, of_green, blue = np.moveaxis(picture.astype(int), 2, 0)
+    return np.argwhere((of_green > red + 30) & (of_green > blue + 30))
+
+
+def pictured(machine: str, **keywords: Any) -> MachineEnv:
+    pytest.importorskip("matplotlib")
+    pytest.importorskip("mujoco")
+    return MachineEnv(machine=machine, render_mode="rgb_array", **keywords)
+
+
+def pixel(env: MachineEnv, point: Any) -> Any:
+    """Row and column of a point of the world."""
+    assert env._picture is not None
+    (axes,) = env._picture._canvas.figure.axes
+    column, row = axes.transData.transform(env._picture._view @ point)
+    return np.array([480.0 - row, column])
+
+
+@pytest.mark.parametrize("machine", ["lm_arm", "finger", "chain10"])
+def test_a_ring_is_where_the_end_point_should_be(machine: str) -> None:
+    env = pictured(machine)
+    before = env.render()
+    assert before is not None and not len(green(before))  # Nothing is desired before an episode.
+    places = []
+    for seed in (1, 2):
+        told, _ = env.reset(seed=seed)
+        part = env.observation_parts["target_point"]
+        picture = env.render()
+        assert picture is not None
+        ring = green(picture)
+        places.append(ring.mean(axis=0))
+        centre = 0.5 * (ring.min(axis=0) + ring.max(axis=0))
+        assert np.abs(centre - pixel(env, told[part.start : part.stop])).max() < 2.0
+        assert np.ptp(ring, axis=0).max() < 25
+    assert np.abs(places[0] - places[1]).max() > 5.0
+    env.close()
+
+
+def test_the_ring_moves_with_the_motion_that_is_tracked() -> None:
+    env = pictured("planar_leg", task="track", interval_ms=20)
+    env.reset(seed=1)
+    places = []
+    for _ in range(2):
+        picture = env.render()
+        assert picture is not None
+        places.append(green(picture).mean(axis=0))
+        for _ in range(40):
+            env.step(np.zeros(4))
+    assert np.abs(places[0] - places[1]).max() > 3.0
+
+
+def test_along_axes_that_do_not_count_the_ring_is_where_the_end_point_is() -> None:
+    env = pictured("shoulder", task="reach")
+    told, _ = env.reset(seed=1)
+    part = env.observation_parts["target_point"]
+    assert part.stop - part.start == 2  # Its height is free.
+    picture = env.render()
+    assert picture is not None and env._picture is not None
+    ring = green(picture)
+    height = env._picture._data.site("endpoint").xpos[2]
+    wanted = pixel(env, [*told[part.start : part.stop], height])
+    assert np.abs(0.5 * (ring.min(axis=0) + ring.max(axis=0)) - wanted).max() < 2.0
+
+
+def test_a_machine_without_an_end_point_shows_the_desired_pose() -> None:
+    env = pictured("bench_joint", spread=0.8)
+    told, _ = env.reset(seed=1)
+    part = env.observation_parts["target"]
+    picture = env.render()
+    assert picture is not None and env._picture is not None
+    there = env._picture.draw(told[part.start : part.stop].astype(float))
+    lines, bones = green(picture), np.argwhere((there == 153).all(axis=2))
+    # The far ends of the thin line, and of the bone in the pose that is desired.
+    assert len(lines) > 100
+    assert np.abs(lines[lines[:, 0].argmax()] - bones[bones[:, 0].argmax()]).max() < 8
+
+
+def test_a_picture_is_seen_as_by_the_camera_of_mujoco() -> None:
+    env = pictured("finger")
+    mujoco = pytest.importorskip("mujoco")
+    assert env._picture is not None
+    model, camera = env._picture._model, mujoco.MjvCamera()
+    mujoco.mjv_defaultFreeCamera(model, camera)
+    scene, data = mujoco.MjvScene(model, 1000), mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    shown = mujoco.mjtCatBit.mjCAT_ALL
+    mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), mujoco.MjvPerturb(), camera, shown, scene)
+    eye = scene.camera[0]
+    assert np.allclose(env._picture._view, [np.cross(eye.forward, eye.up), eye.up], atol=1e-6)
+    assert eye.forward[2] < 0.0  # From above.
+
+
 def test_every_built_in_machine_has_an_environment_of_every_task() -> None:
     for name in sinew.Machine.built_in():
         machine = sinew.Machine(name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any, Unpack
 
 import gymnasium
@@ -32,7 +33,12 @@ class MachineEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._many = MachineVectorEnv(1, autoreset_mode=AutoresetMode.DISABLED, **conditions)
         self.render_mode = render_mode
         self.metadata = self.metadata | {"render_fps": round(1000 / self._many.environments.interval_ms)}
-        self._picture = None if render_mode is None else Picture(Conditions(**conditions).machine)
+        self._picture: Picture | None = None
+        if render_mode is not None:
+            design = json.loads(self._many.environments.design())
+            self._picture = Picture(Conditions(**conditions).machine, design["site"], design["axes"])
+        # The desired pose that the agent was last told, of pictures.
+        self._desired: NDArray[np.float64] | None = None
         self.observation_space = self._many.single_observation_space
         self.action_space = self._many.single_action_space
 
@@ -55,6 +61,7 @@ class MachineEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         """Begins an episode: the first of a seed, or the next one of this environment."""
         super().reset(seed=seed)
         observations, infos = self._many.reset(seed=seed)
+        self._keep(observations[0])
         return observations[0], {"error": float(infos["error"][0])}
 
     def step(self, action: ArrayLike) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
@@ -66,12 +73,24 @@ class MachineEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         if given.shape != self.action_space.shape:
             raise ValueError(f"action must have the shape {self.action_space.shape}, but has {given.shape}")
         observations, rewards, terminated, truncated, infos = self._many.step(given[np.newaxis])
+        self._keep(observations[0])
         ended = bool(terminated[0]), bool(truncated[0])
         return observations[0], float(rewards[0]), *ended, {"error": float(infos["error"][0])}
 
     def render(self) -> NDArray[np.uint8] | None:
-        """The true pose as a picture, shape `(480, 480, 3)`; `None` without a `render_mode`."""
-        return None if self._picture is None else self._picture.draw(self._many.environments.poses[0])
+        """True pose and what is desired as a picture, shape `(480, 480, 3)`; `None` without a `render_mode`.
+
+        What is desired is green: a ring where the end point should be; of a machine without an end point the
+        pose, as thin lines.
+        """
+        if self._picture is None:
+            return None
+        return self._picture.draw(self._many.environments.poses[0], self._desired)
+
+    def _keep(self, observation: NDArray[np.float32]) -> None:
+        if self._picture is not None:
+            part = self.observation_parts["target"]
+            self._desired = observation[part.start : part.stop].astype(np.float64)
 
     def close(self) -> None:
         """Frees the simulated machine; every later call is refused."""

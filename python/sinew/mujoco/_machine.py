@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from .. import _cable, _sinew
 from .._machine import Machine, distribute
 from .._model import Model
+from ._appearance import make_visible
 from ._cables import Cable, add_cables
 from ._sheaths import Sheath, add_sheaths
 
@@ -63,6 +64,7 @@ def spec_of(
     `start`: `mujoco.mj_resetDataKeyframe(model, data, 0)`.
 
     Sheaths have the bend of the start, in all poses. Friction of drives and their dynamics are not part of the model.
+    Light, a first view and bones are for pictures alone; what a body's own file draws takes the bone's place.
     """
     if transmission not in ("cables", "sheaths", "none"):
         raise ValueError(f"transmission must be 'cables', 'sheaths' or 'none', but is {transmission!r}")
@@ -70,9 +72,11 @@ def spec_of(
         raise ValueError(f"timestep_s must be in (0, 1), but is {timestep_s}")
     known = machine if isinstance(machine, Machine) else Machine(machine)
     xml, described = _sinew.mujoco_machine(known)
-    muscles = json.loads(described)["muscles"]
-    spec = bare(xml, [muscle["name"] for muscle in muscles], timestep_s)
-    spec.add_key(name="start", qpos=json.loads(described)["start"])
+    muscles, start = (json.loads(described)[part] for part in ("muscles", "start"))
+    names = [muscle["name"] for muscle in muscles]
+    spec = bare(xml, names, timestep_s)
+    make_visible(spec, names, start)
+    spec.add_key(name="start", qpos=start)
     if transmission == "none":
         return spec
     if transmission == "sheaths":
