@@ -34,7 +34,7 @@ pub use estimate::{Estimate, Finding, PointError, estimate};
 pub use loads::{LoadEstimate, LoadModel, LoadPart};
 pub use model::{GeometryModel, Parameter, ParameterKind, Sensitivity};
 pub use place::{Place, Seen};
-pub use places::{Frame, Readings, places, speed_delay};
+pub use places::{Frame, Readings, places, speed_delay, travel_ratio};
 pub use plan::{Plan, plan};
 pub use rests::{CableReadings, Rest, rests};
 pub use routes::{RouteEstimate, RouteModel, RoutePart};

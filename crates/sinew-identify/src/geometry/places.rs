@@ -106,6 +106,49 @@ pub fn speed_delay(
     Ok(best.unwrap_or(0.0))
 }
 
+/// How far the markers that the readings move are spread in the frames, over how far the readings spread
+/// them, whatever the place of the camera; none where nothing moves.
+///
+/// # Errors
+/// As [`GeometryModel::sensitivity`].
+pub fn travel_ratio(
+    model: &GeometryModel,
+    readings: &Readings,
+    frames: &[Frame],
+) -> Result<Option<f64>, GeometryError> {
+    let zero = vec![0.0; model.parameters().len()];
+    let (mut seen, mut known) = (0.0, 0.0);
+    for (m, marker) in model.markers.iter().enumerate() {
+        let wanted = readings.joint.iter().map(|q| (q.as_slice(), vec![(marker.body, marker.position)]));
+        let moves = spread(&model.points(&model.corrections(&zero), wanted)?);
+        let of_marker = frames.iter().filter(|frame| frame.marker == m).map(|frame| frame.position);
+        let of_marker: Vec<[f64; 3]> = of_marker.collect();
+        if moves > LEAST_SPREAD_M && !of_marker.is_empty() {
+            (seen, known) = (seen + spread(&of_marker), known + moves);
+        }
+    }
+    Ok((known > 0.0).then(|| seen / known))
+}
+
+/// Spread of the points of a machine that stands, m.
+const LEAST_SPREAD_M: f64 = 5e-3;
+
+/// Median distance of points from the mean of each coordinate's middle half, m.
+fn spread(points: &[[f64; 3]]) -> f64 {
+    if points.is_empty() {
+        return 0.0;
+    }
+    let middle = |k: usize| {
+        let mut along: Vec<f64> = points.iter().map(|point| point[k]).collect();
+        along.sort_by(f64::total_cmp);
+        0.5 * (along[along.len() / 4] + along[3 * along.len() / 4])
+    };
+    let centre = [middle(0), middle(1), middle(2)];
+    let mut away: Vec<f64> = points.iter().map(|point| distance(*point, centre)).collect();
+    away.sort_by(f64::total_cmp);
+    away[away.len() / 2]
+}
+
 fn interpolated(times: &[f64], values: &[f64], time: f64) -> f64 {
     let after = times.partition_point(|t| *t <= time).clamp(1, times.len() - 1);
     let part = ((time - times[after - 1]) / (times[after] - times[after - 1]).max(1e-12)).clamp(0.0, 1.0);

@@ -178,7 +178,7 @@ impl Out {
         let (calibration, text, is_better, held_out, (verdict, findings, places)) = match judged {
             Judged::Camera(judgement, poses) => {
                 let calibration = judgement.calibration(machine, hash, self.simulated);
-                let text = report::text(&calibration, judgement, poses);
+                let text = report::text(&calibration, judgement, (machine, &scenario.markers), poses);
                 let held_out = ("held_out_error_m", json!(calibration.held_out_error_m));
                 let about = (judgement.verdict(), &judgement.findings, judgement.places.len());
                 (calibration, text, judgement.is_better(), held_out, about)

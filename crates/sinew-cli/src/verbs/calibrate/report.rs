@@ -1,6 +1,7 @@
 //! A calibration in words.
 
 use crate::table::{number, table};
+use sinew::machine::{Machine, Marker};
 use sinew_lab::vision::{
     CableJudgement, CalibratedBody, CalibratedJoint, CalibratedParameter, CalibratedSite, CalibratedWrap,
     Calibration, CalibrationPoses, ErrorRange, HeldOut, HeldOutCables, Judgement,
@@ -81,6 +82,7 @@ pub(super) fn toml(calibration: &Calibration) -> String {
 pub(super) fn text(
     calibration: &Calibration,
     judgement: &Judgement,
+    (machine, markers): (&Machine, &[Marker]),
     poses: Option<&CalibrationPoses>,
 ) -> String {
     let held = judgement.held_out;
@@ -106,9 +108,15 @@ pub(super) fn text(
         judgement.estimate.outliers.len(),
         milli(judgement.delay.0),
     );
+    text += "This is the error of the geometry, at rest; what the cables and the controller add while the machine moves \
+             `sinew track --calibration` measures.\n";
     for finding in &judgement.findings {
         text += &format!("Warning: {finding}.\n");
     }
+    let places = markers.iter().map(|Marker { name, body, position: [x, y, z], .. }| {
+        format!("{name} on {} at {x:.4}, {y:.4}, {z:.4} m", machine.robot.parts().bodies[*body].name)
+    });
+    text += &format!("Markers: {}.\n", places.collect::<Vec<_>>().join("; "));
     if let Some([.., before, last]) = poses.map(|poses| poses.expected_m.as_slice()) {
         let gain = 100.0 * (1.0 - last / before);
         text += &format!("The last pose was to lower the expected error by {gain:.1} %.\n");

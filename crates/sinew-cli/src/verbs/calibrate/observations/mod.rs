@@ -99,12 +99,26 @@ pub(super) fn read(
     Ok(frames)
 }
 
+/// Stamps in other units last this many times as long as the readings, within a third.
+const OTHER_CLOCKS: [(f64, &str); 3] = [(1e3, "ms"), (1e6, "us"), (1e9, "ns")];
+
+fn near(value: f64, expected: f64) -> bool {
+    (0.67 * expected..=1.5 * expected).contains(&value)
+}
+
 /// Refuses stamps that no delay brings to the readings.
 fn within_reach(frames: &[Frame], recorded: &Recorded) -> Result<(), Error> {
     let ends = |times: [Option<f64>; 2]| times.map(|time| time.unwrap_or(f64::NAN));
     let [from, to] = ends([frames.first(), frames.last()].map(|frame| frame.map(|frame| frame.time)));
     let time = &recorded.readings.time;
     let [begin, end] = ends([time.first().copied(), time.last().copied()]);
+    let times_as_long = (to - from) / (end - begin);
+    if let Some((_, unit)) = OTHER_CLOCKS.iter().find(|(factor, _)| near(times_as_long, *factor)) {
+        return Err(Error::Shown(format!(
+            "--observations: expected stamps in s, got stamps that last {times_as_long:.0} times as long as the \
+             readings: {unit}"
+        )));
+    }
     if to < begin - LARGEST_DELAY_S || from > end + LARGEST_DELAY_S {
         return Err(Error::Shown(format!(
             "--observations: expected stamps within {LARGEST_DELAY_S} s of the readings, {begin:.3} to {end:.3} s, got \
