@@ -120,7 +120,8 @@ impl Drawing {
 
     /// A muscle's way from its first point to the anchor: `FREE_POINTS` of equal distance.
     fn free_path(&self, muscle: usize) -> Result<Vec<[f64; 3]>, Error> {
-        let branches = self.muscles.path(&self.geometry, muscle, ARC_STEP)?;
+        let robot = &self.machine.robot;
+        let branches = self.muscles.drawn(robot, &self.poses, &self.geometry, muscle, ARC_STEP)?;
         let points: Vec<[f64; 3]> = branches.into_iter().flatten().collect();
         Ok(evenly(&points, FREE_POINTS))
     }

@@ -144,7 +144,8 @@ impl View {
             let fraction = tension.get(muscle).map_or(0.0, |tension| tension / self.full_tension.max(1e-9));
             let fraction = if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 };
             let color = [f64::from((fraction * 16.0).round() as u8) / 16.0, 0.25, 1.0 - fraction.round()];
-            for branch in self.muscles.path(&self.geometry, muscle, ARC_STEP)? {
+            let robot = &self.machine.robot;
+            for branch in self.muscles.drawn(robot, &self.poses, &self.geometry, muscle, ARC_STEP)? {
                 lines.push(line(STRIP, branch.into_iter(), color, 0.003));
             }
         }

@@ -52,7 +52,8 @@ impl Shape {
 }
 
 /// Shapes of all bodies. Of the world what is not larger than the robot: a floor would hide it. A body
-/// without a shape gets bones from its origin to the bodies that it carries, or to its farthest site.
+/// without a shape gets bones from its origin to the bodies that it carries, or to its farthest site, or to
+/// twice its centre of mass.
 #[must_use]
 pub fn shapes(parts: &Parts) -> Vec<Shape> {
     let described = parts.geoms.iter().map(|geom: &Geom| Shape {
@@ -127,7 +128,9 @@ fn bones(parts: &Parts) -> Vec<Shape> {
                 .iter()
                 .enumerate()
                 .filter(|(index, site)| site.body == body && !side(parts, *index));
-            own.extend(sites.map(|(_, site)| site.position).max_by(|a, b| norm(*a).total_cmp(&norm(*b))));
+            let farthest = sites.map(|(_, site)| site.position).max_by(|a, b| norm(*a).total_cmp(&norm(*b)));
+            // Without a site, as far behind the centre of mass as that is from the joint.
+            own.push(farthest.unwrap_or_else(|| parts.bodies[body].center_of_mass.map(|x| 2.0 * x)));
         }
         ends.extend(own.into_iter().filter(|end| norm(*end) > 0.0).map(|end| (body, end)));
     }

@@ -5,6 +5,7 @@
 
 mod bend;
 mod circle;
+mod drawn;
 mod dynamics;
 mod geometry;
 mod path;
