@@ -1,5 +1,6 @@
 //! Arguments of `sinew can`.
 
+use super::machine::RootArgument;
 use super::servos::SimulatedMachineArguments;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
@@ -41,6 +42,11 @@ pub(crate) struct CanScanArguments {
     /// power lose it
     #[arg(long, conflicts_with = "fd")]
     pub(crate) mit: bool,
+    /// Machine file beside whose devices they are listed; exit code 3 then also where one does not answer
+    #[arg(long, value_name = "FILE")]
+    pub(crate) machine: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) root: RootArgument,
 }
 
 fn rates() -> impl TypedValueParser<Value = u32> {

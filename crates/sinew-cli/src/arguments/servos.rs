@@ -33,6 +33,11 @@ pub(crate) struct ServosScanArguments {
     /// Rate of the line, bit/s, or all of them, one after the other
     #[arg(long, value_name = "RATE|all", default_value = "1000000", value_parser = rates())]
     pub(crate) baud: Rates,
+    /// Machine file beside whose devices they are listed; exit code 3 then also where one does not answer
+    #[arg(long, value_name = "FILE")]
+    pub(crate) machine: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) root: RootArgument,
 }
 
 /// Rates that are tried.

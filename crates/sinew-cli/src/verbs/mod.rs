@@ -1,6 +1,7 @@
 //! One file per verb.
 
 pub(crate) mod adapt;
+mod beside_file;
 pub(crate) mod calibrate;
 pub(crate) mod can;
 mod columns;

@@ -156,6 +156,9 @@ impl BusReader for DeviceTables {
             _ => NODE,
         })?;
         listing.number("node", node, source(&entry));
+        if self.read.iter().any(|other| other.node == node as u8) {
+            return Err(entry.refuse("a node that no device above has"));
+        }
         let mut number = |key: &str, domain: Domain| -> Result<Option<u32>, DescriptionError> {
             let Some(entry) = device.entry(key) else { return Ok(None) };
             let number = entry.number(domain)?;

@@ -119,11 +119,15 @@ impl BusReader for DeviceTables {
         }
         let id = entry.number(ID)?;
         listing.number("id", id, source(&entry));
+        let port =
+            device.entry("port").map(|entry| entry.text("the path of a serial port").map(str::to_owned));
+        let port = port.transpose()?;
+        if self.read.iter().any(|other| (other.id, &other.port) == (id as u8, &port)) {
+            return Err(entry.refuse("an id that no servo above has on the same port"));
+        }
         let named = device.required("model")?;
         let model = model(&named, device)?;
         listing.text("model", &model.name, source(&named));
-        let port =
-            device.entry("port").map(|entry| entry.text("the path of a serial port").map(str::to_owned));
         let feetech = model.series == Series::Sts;
         let rate = if feetech { STS_RATE } else { RATE };
         let baud = device.entry("baud").map_or(Ok(f64::from(BAUD[3])), |entry| entry.number(rate))?;
@@ -143,7 +147,7 @@ impl BusReader for DeviceTables {
         let current = current.map(|entry| entry.refuse("velocity: this model has no current loop"));
         self.read.push(Identified {
             id: id as u8,
-            port: port.transpose()?,
+            port,
             baud: baud as u32,
             extended,
             position_lag,

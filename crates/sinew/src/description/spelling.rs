@@ -66,22 +66,27 @@ pub(super) fn expected(name: &str, known: &[&str]) -> String {
 /// Names that an error lists.
 const LISTED: usize = 40;
 
-/// Edit distance.
+/// Edit distance; two letters in exchanged order are one edit.
 fn distance(a: &str, b: &str) -> usize {
     if a.len() > 40 {
         return usize::MAX;
     }
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.bytes().enumerate() {
-        let mut corner = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.bytes().enumerate() {
-            let change = corner + usize::from(x != y);
-            corner = row[j + 1];
-            row[j + 1] = change.min(row[j] + 1).min(corner + 1);
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    let mut before: Vec<usize> = Vec::new();
+    let mut last: Vec<usize> = (0..=b.len()).collect();
+    for i in 1..=a.len() {
+        let mut row = alloc::vec![i];
+        for j in 1..=b.len() {
+            let changed = last[j - 1] + usize::from(a[i - 1] != b[j - 1]);
+            let mut least = changed.min(last[j] + 1).min(row[j - 1] + 1);
+            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
+                least = least.min(before[j - 2] + 1);
+            }
+            row.push(least);
         }
+        before = core::mem::replace(&mut last, row);
     }
-    row[b.len()]
+    last[b.len()]
 }
 
 #[cfg(test)]
@@ -94,6 +99,8 @@ mod tests {
         let known = ["elbow_flexion", "wrist_flexion", "shoulder"];
         assert_eq!(near("elbow_flexon", &known), ": expected `elbow_flexion`?");
         assert_eq!(near("hip", &known), "");
+        assert_eq!(near("buad", &["baud", "muscle"]), ": expected `baud`?");
+        assert_eq!([distance("abcd", "badc"), distance("abc", "ca"), distance("", "ab")], [2, 3, 2]);
         assert!(expected("hip", &known).contains("`shoulder`"));
         assert_eq!(expected("hip", &[]), ": there is none");
         let many = vec!["abcdefgh"; 50];

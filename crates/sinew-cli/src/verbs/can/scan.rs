@@ -4,7 +4,11 @@ use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{CanScanArguments, General};
 use crate::error::Error;
 use crate::table::table;
-use sinew_runtime::can::{CanError, FoundNode, MitFamily, connect, scan, scan_fd, scan_mit};
+use crate::verbs::beside_file::{Beside, Expected};
+use crate::verbs::machine_source::load_machine;
+use sinew_runtime::can::{
+    CanDevice, CanError, FoundNode, MitFamily, Protocol, connect, scan, scan_fd, scan_mit,
+};
 
 pub(super) fn run(arguments: &CanScanArguments, general: &General) -> Result<Answer, Error> {
     let port = arguments.port.display().to_string();
@@ -16,8 +20,70 @@ pub(super) fn run(arguments: &CanScanArguments, general: &General) -> Result<Ans
         _ => scan(&mut link),
     }
     .map_err(refused)?;
-    let content = if general.json { Content::json(&json(&found))? } else { Content::Text(text(&found)) };
-    Ok(Answer { outcome: Outcome::new(!found.is_empty()), content, written: Vec::new() })
+    let beside = arguments.machine.as_deref().map(|file| {
+        let (_, devices) = load_machine(file, None, arguments.root.dir.as_deref())?;
+        let expected: Vec<Expected> =
+            devices.of::<CanDevice>().iter().map(|device| expected(device, &found)).collect();
+        let nodes: Vec<u8> = found.iter().map(|node| identified(node).0).collect();
+        Ok::<_, Error>(Beside::new(&expected, &nodes))
+    });
+    let beside = beside.transpose()?;
+    let outcome = Outcome::new(!found.is_empty() && beside.as_ref().is_none_or(|beside| beside.fits));
+    let content = if general.json {
+        let mut document = json(&found);
+        if let Some(beside) = &beside {
+            document["machine"] = beside.json();
+        }
+        Content::json(&document)?
+    } else {
+        Content::Text(text(&found, beside.as_ref()))
+    };
+    Ok(Answer { outcome, content, written: Vec::new() })
+}
+
+/// The identifier of a node, and what it speaks.
+fn identified(node: &FoundNode) -> (u8, Protocol) {
+    match node {
+        FoundNode::Canopen { node, .. } => (*node, Protocol::Canopen),
+        FoundNode::Cansimple { node, .. } => (*node, Protocol::Cansimple),
+        FoundNode::Moteus { node, .. } => (*node, Protocol::Moteus),
+        FoundNode::Mit { node, .. } => (*node, Protocol::Mit),
+    }
+}
+
+/// As in the machine file.
+fn word(protocol: Protocol) -> &'static str {
+    match protocol {
+        Protocol::Canopen => "canopen",
+        Protocol::Cansimple => "cansimple",
+        Protocol::Moteus => "moteus",
+        Protocol::Mit => "mit",
+    }
+}
+
+/// A node of the machine file, whose protocol, vendor and product are compared with what has answered.
+fn expected(device: &CanDevice, found: &[FoundNode]) -> Expected {
+    let (protocol, [vendor, product]) = (device.protocol, device.identity);
+    let seen: Vec<(Protocol, Option<[u32; 2]>)> = found
+        .iter()
+        .map(|node| match node {
+            FoundNode::Canopen { identity, .. } => (Protocol::Canopen, Some(*identity)),
+            other => (identified(other).1, None),
+        })
+        .collect();
+    let differs = move |k: usize| {
+        let (spoken, identity) = &seen[k];
+        let of_other =
+            |own: Option<u32>, at: usize| own.zip(*identity).is_some_and(|(own, found)| own != found[at]);
+        if *spoken != protocol {
+            Some(format!("there on {}", word(protocol)))
+        } else if of_other(vendor, 0) || of_other(product, 1) {
+            Some("there of another vendor or product".to_owned())
+        } else {
+            None
+        }
+    };
+    Expected { id: device.node, name: device.name.clone(), differs: Box::new(differs) }
 }
 
 fn json(found: &[FoundNode]) -> serde_json::Value {
@@ -56,7 +122,7 @@ fn version([major, minor, revision]: &[u8; 3]) -> String {
     format!("{major}.{minor}.{revision}")
 }
 
-fn text(found: &[FoundNode]) -> String {
+fn text(found: &[FoundNode], beside: Option<&Beside>) -> String {
     if found.is_empty() {
         return "no node answers; check power, wiring, termination and --bitrate\n".to_owned();
     }
@@ -80,8 +146,11 @@ fn text(found: &[FoundNode]) -> String {
             versioned(*node, "mit", format!("{}, answers as {answers_as:#05x}", name(*family)))
         }
     };
-    let rows: Vec<Vec<String>> = found.iter().map(row).collect();
-    table(&["id", "protocol", "name", "vendor", "product", "profile"], &rows, 6)
+    let mut rows: Vec<Vec<String>> = found.iter().map(row).collect();
+    let columns = ["id", "protocol", "name", "vendor", "product", "profile", "machine file"];
+    let Some(beside) = beside else { return table(&columns[..6], &rows, 6) };
+    rows.iter_mut().zip(&beside.names).for_each(|(row, name)| row.push(name.clone()));
+    table(&columns, &rows, 7) + &beside.text()
 }
 
 /// The row of a node that says no more than its versions.

@@ -4,9 +4,11 @@ use crate::answer::{Answer, Content, Outcome};
 use crate::arguments::{General, ServosScanArguments};
 use crate::error::Error;
 use crate::table::table;
+use crate::verbs::beside_file::{Beside, Expected};
+use crate::verbs::machine_source::load_machine;
 use sinew_runtime::Ttys;
 use sinew_runtime::servos::protocol::Protocol;
-use sinew_runtime::servos::{BAUD, FoundServo, ServoError, scan, sts};
+use sinew_runtime::servos::{BAUD, FoundServo, ServoDevice, ServoError, scan, sts};
 
 pub(super) fn run(arguments: &ServosScanArguments, general: &General) -> Result<Answer, Error> {
     let port = arguments.port.display().to_string();
@@ -26,8 +28,41 @@ pub(super) fn run(arguments: &ServosScanArguments, general: &General) -> Result<
             }
         }
     }
-    let content = if general.json { Content::json(&json(&found))? } else { Content::Text(text(&found)) };
-    Ok(Answer { outcome: Outcome::new(!found.is_empty()), content, written: Vec::new() })
+    let beside = arguments.machine.as_deref().map(|file| {
+        let (_, devices) = load_machine(file, None, arguments.root.dir.as_deref())?;
+        let on_port =
+            devices.of::<ServoDevice>().iter().filter(|of| of.port.as_ref().is_none_or(|at| *at == port));
+        let expected: Vec<Expected> = on_port.map(|device| expected(device, &found)).collect();
+        let ids: Vec<u8> = found.iter().map(|(_, servo)| servo.id).collect();
+        Ok::<_, Error>(Beside::new(&expected, &ids))
+    });
+    let beside = beside.transpose()?;
+    let outcome = Outcome::new(!found.is_empty() && beside.as_ref().is_none_or(|beside| beside.fits));
+    let content = if general.json {
+        let mut document = json(&found);
+        if let Some(beside) = &beside {
+            document["machine"] = beside.json();
+        }
+        Content::json(&document)?
+    } else {
+        Content::Text(text(&found, beside.as_ref()))
+    };
+    Ok(Answer { outcome, content, written: Vec::new() })
+}
+
+/// A servo of the machine file, whose model and rate are compared with what has answered.
+fn expected(device: &ServoDevice, found: &[(u32, FoundServo)]) -> Expected {
+    let (model, baud) = (device.model.clone(), device.baud);
+    let seen: Vec<(u32, u16)> = found.iter().map(|(rate, servo)| (*rate, servo.number)).collect();
+    let differs = move |k: usize| {
+        let (rate, number) = seen[k];
+        if model.number.is_some_and(|own| own != number) {
+            Some(format!("there {}", model.name))
+        } else {
+            (rate != baud).then(|| format!("there at {baud} bit/s"))
+        }
+    };
+    Expected { id: device.id, name: device.name.clone(), differs: Box::new(differs) }
 }
 
 fn json(found: &[(u32, FoundServo)]) -> serde_json::Value {
@@ -50,18 +85,24 @@ fn protocol(servo: &FoundServo) -> &'static str {
     }
 }
 
-fn text(found: &[(u32, FoundServo)]) -> String {
+fn text(found: &[(u32, FoundServo)], beside: Option<&Beside>) -> String {
     if found.is_empty() {
         return "no servo answers; check power, wiring and --baud\n".to_owned();
     }
     let rows: Vec<Vec<String>> = found
         .iter()
-        .map(|(rate, servo)| {
+        .enumerate()
+        .map(|(k, (rate, servo))| {
             let model = servo.model().unwrap_or_else(|| format!("unknown {}", protocol(servo)));
             let alert = if servo.alert { "hardware error" } else { "" };
             let numbers = [servo.number.to_string(), servo.firmware.to_string(), alert.to_owned()];
-            [servo.id.to_string(), rate.to_string(), model].into_iter().chain(numbers).collect()
+            let of_file = beside.map(|beside| beside.names[k].clone());
+            [servo.id.to_string(), rate.to_string(), model].into_iter().chain(numbers).chain(of_file).collect()
         })
         .collect();
-    table(&["id", "bit/s", "model", "number", "firmware", ""], &rows, 6)
+    let columns = ["id", "bit/s", "model", "number", "firmware", "", "machine file"];
+    match beside {
+        None => table(&columns[..6], &rows, 6),
+        Some(beside) => table(&columns, &rows, 7) + &beside.text(),
+    }
 }
