@@ -37,30 +37,6 @@ def native_logs(logs: Logs) -> list[str] | list[tuple[str, bytes]]:
     return [_content(log) for log in many]
 
 
-def far_columns(logs: Logs, far: str, rename: Mapping[str, str] | None) -> NDArray[np.float64] | None:
-    """Numbers of a column of all logs, one behind the other; `None` where one of them has it not, or is no table and no text."""
-    many = list(logs) if isinstance(logs, Sequence) and not isinstance(logs, str) else [logs]
-    try:
-        columns = [_numbers(log, far, dict(rename or {})) for log in many]
-    except (ValueError, TypeError, OSError, KeyError):
-        return None
-    return np.concatenate(columns) if columns else None
-
-
-def _numbers(log: Log, far: str, rename: dict[str, str]) -> NDArray[np.float64]:
-    if not isinstance(log, str | os.PathLike):
-        found = [values for name, values in _columns(log) if rename.get(name, name) == far]
-        if not found:
-            raise KeyError(far)
-        return np.asarray(found[0], dtype=float).reshape(-1)
-    with open(log, encoding="utf-8-sig") as file:
-        lines = [line for line in file if line.strip() and not line.startswith("#")]
-    mark = next((mark for mark in "\t;," if mark in lines[0]), ",")
-    names = [name.strip().strip('"') for name in lines[0].split(mark)]
-    at = [rename.get(name, name) for name in names].index(far)
-    return np.array([float(line.split(mark)[at] or "nan") for line in lines[1:]])
-
-
 def _content(log: Log) -> tuple[str, bytes]:
     if isinstance(log, str | os.PathLike):
         with open(log, "rb") as file:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from . import _sinew
 from ._display import html_table, number, percent
-from ._logs import Logs, far_columns, native_logs
+from ._logs import Logs, native_logs
 from ._progress import Progress, reported
 from ._refused import whole
 
@@ -94,6 +94,8 @@ class Predictions:
     trial: NDArray[np.str_]
     #: Time, s.
     time_s: NDArray[np.float64]
+    #: The far end as the logs hold it, in the model's unit; NaN where they do not.
+    measured: NDArray[np.float64]
     #: The far end.
     mean: NDArray[np.float64]
     standard_deviation: NDArray[np.float64]
@@ -238,10 +240,9 @@ class Model:
                 axes.plot(found.time_s[part], found.mean[part], label=names[0], color="tab:blue", linewidth=0.9)
                 axes.fill_between(found.time_s[part], low[part], high[part], label=names[1], color="tab:blue", alpha=0.25)
             seen = [found.mean, low[~found.state_unknown], high[~found.state_unknown]]
-            measured = far_columns(logs, self.far, keywords.get("rename"))
-            if measured is not None and len(measured) == len(found) and self.far not in (keywords.get("units") or {}):
-                axes.plot(found.time_s, measured, ".", label="measured", color="0.1", markersize=1.0)
-                seen.append(measured)
+            if np.isfinite(found.measured).any():
+                axes.plot(found.time_s, found.measured, ".", label="measured", color="0.1", markersize=1.0)
+                seen.append(found.measured)
             title, unit = self._error_title(logs, keywords)
             every = np.concatenate(seen)
             least, most = np.nanmin(every), np.nanmax(every)

@@ -18,8 +18,19 @@ const GLIBC: &str = "2.17";
 const FOLDER: &str = "target/dist";
 const MANIFEST: &str = "crates/sinew-cli/Cargo.toml";
 const FEATURES: &str = "parquet,mat73,ros,foxglove";
-/// Of the archive, beside the program and what it writes of itself.
-const TEXTS: [&str; 5] = ["README.md", "FEATURES.md", "CHANGELOG.md", "LICENSE-MIT", "LICENSE-APACHE"];
+/// Of the archive, beside the program and what it writes of itself: what its README leads to.
+const TEXTS: [&str; 9] = [
+    "README.md",
+    "FEATURES.md",
+    "CHANGELOG.md",
+    "ARCHITECTURE.md",
+    "NOTATION.md",
+    "CONTRIBUTING.md",
+    "CITATION.cff",
+    "LICENSE-MIT",
+    "LICENSE-APACHE",
+];
+const FOLDERS: [&str; 2] = ["docs", "clients"];
 const SHELLS: [&str; 3] = ["bash", "fish", "zsh"];
 /// Scripts of others in the program's pages.
 const SCRIPTS: [&str; 2] = ["three", "uplot"];
@@ -85,6 +96,11 @@ pub(crate) fn archive(root: &Path) -> Result<(), String> {
     };
     copy(program, "sinew")?;
     TEXTS.iter().try_for_each(|text| copy(root.join(text), text))?;
+    for file in tree::files(root)?.iter().filter(|file| FOLDERS.iter().any(|at| file.starts_with(at))) {
+        let to = folder.join(file);
+        std::fs::create_dir_all(to.parent().unwrap_or(&folder)).map_err(|e| format!("{}: {e}", to.display()))?;
+        copy(root.join(file), &file.display().to_string())?;
+    }
     SCRIPTS.iter().try_for_each(|script| {
         let vendor = root.join("crates/sinew-view/assets/vendor").join(script);
         copy(vendor.join("LICENSE"), &format!("LICENSE-{script}"))

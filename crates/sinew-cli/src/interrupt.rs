@@ -41,3 +41,8 @@ pub(crate) fn is_answered() -> bool {
 pub(crate) fn is_requested() -> bool {
     FIRST.load(Ordering::SeqCst)
 }
+
+/// Whether it was requested at once, by a second Ctrl-C.
+pub(crate) fn is_requested_at_once() -> bool {
+    COUNT.load(Ordering::SeqCst) > 1
+}

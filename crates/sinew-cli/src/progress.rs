@@ -14,6 +14,10 @@ static BEGUN: OnceLock<Instant> = OnceLock::new();
 /// Interval at which its clock is drawn, also while a stage reports nothing.
 const TICK: Duration = Duration::from_millis(250);
 
+/// A bar, and what is shown where nobody knows how far a run is.
+const MEASURED: &str = "{bar:30} {percent:>3} % {elapsed:>4} {msg}";
+const UNMEASURED: &str = "{spinner} {elapsed:>4} {msg}";
+
 /// A bar that appears after two seconds of a verb and says what is being done.
 pub(crate) struct Progress {
     bar: ProgressBar,
@@ -25,9 +29,6 @@ impl Progress {
     pub(crate) fn new() -> Self {
         let bar = ProgressBar::hidden();
         bar.set_length(100);
-        if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} % {elapsed:>4} {msg}") {
-            bar.set_style(style);
-        }
         let (ended, waiting) = channel();
         let shown = bar.clone();
         let left = DELAY.saturating_sub(BEGUN.get_or_init(Instant::now).elapsed()).max(LATER);
@@ -40,8 +41,12 @@ impl Progress {
         Self { bar, _ended: ended }
     }
 
-    /// Shows a stage and the progress of the whole run, 0 to 1.
+    /// Shows a stage and the progress of the whole run, 0 to 1; with 0 its time alone.
     pub(crate) fn show(&self, stage: &str, done: f64) {
+        let template = if done > 0.0 { MEASURED } else { UNMEASURED };
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            self.bar.set_style(style);
+        }
         self.bar.set_message(stage.to_owned());
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0..100")]
         self.bar.set_position((100.0 * done.clamp(0.0, 1.0)) as u64);

@@ -177,6 +177,12 @@ impl Model {
             Ok((data, columns))
         })?;
         let result = places(py, &data)?;
+        let mut measured = Vec::new();
+        for sequence in &data.sequences {
+            measured.extend_from_slice(&sequence.far);
+            measured.resize(measured.len() + sequence.time_s.len() - sequence.far.len(), f64::NAN);
+        }
+        result.set_item("measured", PyArray1::from_vec(py, measured))?;
         columns.write(py, &result)?;
         Ok(result)
     }

@@ -149,9 +149,23 @@ fn failed_note(model: &Model, evaluation: &Evaluation) -> String {
             expected one{sign}.\n"
         ))
     });
-    let notes: String = failed.collect();
+    let failed: String = failed.collect();
+    let narrow = evaluation.logs.iter().filter(|log| !log.in_training && log.scores.n >= MANY);
+    let narrow = narrow.filter_map(|log| {
+        let covered = log.scores.coverage95.filter(|covered| *covered < TOO_FEW)?;
+        Some(format!(
+            "Note: the 95 % band holds {} of {}: it is less like the training logs than they are like each other.\n",
+            percent(Some(covered)),
+            one_line(&log.log)
+        ))
+    });
+    let notes = failed + &narrow.collect::<String>();
     if notes.is_empty() { notes } else { format!("\n{notes}") }
 }
+
+/// Fraction of a log's samples in the band below which that is said, where it has so many.
+const TOO_FEW: f64 = 0.9;
+const MANY: u64 = 200;
 
 /// Correlation below which a far side runs against its prediction.
 const INVERTED: f64 = -0.5;

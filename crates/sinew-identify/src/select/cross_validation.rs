@@ -286,8 +286,11 @@ pub(crate) fn band_factor(folds: &[FoldScore], without: Option<usize>) -> f64 {
         folds.iter().filter(|fold| Some(fold.fold) != without || folds.len() == 1).collect();
     let single = if kept.len() == 1 { 2.0 } else { 1.0 };
     let all = sorted_ratios(&kept, None);
-    (single * at_level(&all, level(&kept))).max(1e-6)
+    (single * at_level(&all, level(&kept))).clamp(1e-6, WIDEST)
 }
+
+/// A fold whose logs never change their far side knows no spread, and ratios to it are of any size.
+const WIDEST: f64 = 1e6;
 
 /// Coverage that the band promises.
 const COVERAGE: f64 = 0.95;

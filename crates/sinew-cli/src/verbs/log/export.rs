@@ -1,6 +1,6 @@
 //! `sinew log export`.
 
-use super::rows::{Column, Rows};
+use super::rows::{Column, Given, Rows};
 use crate::answer::{Answer, Content};
 use crate::arguments::{General, LogExportArguments, LogForm};
 use crate::error::Error;
@@ -27,7 +27,7 @@ pub(super) fn run(arguments: &LogExportArguments, general: &General) -> Result<A
         }
     };
     let columns: Vec<String> = rows.columns.iter().map(|column| column.name.clone()).collect();
-    let (count, written) = write_streamed(out, |to| match format {
+    let (Given { count, empty }, written) = write_streamed(out, |to| match format {
         Format::Csv => csv(to, out, file, rows),
         #[cfg(feature = "parquet")]
         Format::Parquet => super::parquet::write(to, out, file, rows),
@@ -35,15 +35,13 @@ pub(super) fn run(arguments: &LogExportArguments, general: &General) -> Result<A
     let content = if general.json {
         Content::json(&serde_json::json!({
             "machine": recording.head.machine, "simulated": recording.head.simulated,
-            "rows": count, "columns": columns,
+            "rows": count, "columns": columns, "empty_columns": empty,
         }))?
     } else {
         let simulated = if recording.head.simulated { "SIMULATED " } else { "" };
-        Content::Text(format!(
-            "{simulated}{}: {count} rows, {} columns\n",
-            recording.head.machine,
-            columns.len()
-        ))
+        let machine = &recording.head.machine;
+        let table = format!("{simulated}{machine}: {count} rows, {} columns\n", columns.len());
+        Content::Text(table + &without_numbers(&empty))
     };
     Ok(Answer::done(content, vec![written]))
 }
@@ -112,12 +110,25 @@ impl Format {
     }
 }
 
-fn csv(to: &mut std::fs::File, out: &Path, file: &Path, rows: Rows<'_>) -> Result<u64, Error> {
+/// Columns that are said by name.
+const NAMED: usize = 6;
+
+/// A sentence on the columns that are empty: the machine has no such sensor, or the run no such plant.
+fn without_numbers(empty: &[String]) -> String {
+    let named = empty.iter().take(NAMED).map(String::as_str).collect::<Vec<_>>().join(", ");
+    match empty.len() {
+        0 => String::new(),
+        count if count <= NAMED => format!("No number was recorded in {named}\n"),
+        count => format!("No number was recorded in {named} and {} more columns\n", count - NAMED),
+    }
+}
+
+fn csv(to: &mut std::fs::File, out: &Path, file: &Path, rows: Rows<'_>) -> Result<Given, Error> {
     let unwritable = |source| Error::Unwritable { file: out.to_owned(), source };
     let mut to = csv::Writer::from_writer(BufWriter::new(to));
     to.write_record(rows.columns.iter().map(|column| &column.name))?;
     let mut cell = Vec::new();
-    let count = rows.each(file, |columns, row| {
+    let given = rows.each(file, |columns, row| {
         for (column, value) in columns.iter().zip(row) {
             cell.clear();
             write_cell(&mut cell, column, *value).map_err(unwritable)?;
@@ -126,7 +137,7 @@ fn csv(to: &mut std::fs::File, out: &Path, file: &Path, rows: Rows<'_>) -> Resul
         Ok(to.write_record(None::<&[u8]>)?)
     })?;
     to.flush().map_err(unwritable)?;
-    Ok(count)
+    Ok(given)
 }
 
 /// A number with as many decimals as were recorded, or with all its digits; an empty cell where it is not

@@ -1,6 +1,6 @@
 //! A table as Parquet: one column of doubles per signal, NaN where there is no number.
 
-use super::rows::Rows;
+use super::rows::{Given, Rows};
 use crate::error::Error;
 use parquet::basic::{Compression, Repetition, Type as PhysicalType};
 use parquet::data_type::DoubleType;
@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// Rows of a group, which are in memory at once.
 const GROUP: usize = 100_000;
 
-pub(super) fn write(to: &mut std::fs::File, out: &Path, file: &Path, rows: Rows<'_>) -> Result<u64, Error> {
+pub(super) fn write(to: &mut std::fs::File, out: &Path, file: &Path, rows: Rows<'_>) -> Result<Given, Error> {
     let refuse = |error: ParquetError| Error::Unwritable {
         file: out.to_owned(),
         source: std::io::Error::other(error.to_string()),
@@ -30,7 +30,7 @@ pub(super) fn write(to: &mut std::fs::File, out: &Path, file: &Path, rows: Rows<
     let mut writer = SerializedFileWriter::new(to, Arc::new(schema.map_err(refuse)?), Arc::new(properties))
         .map_err(refuse)?;
     let mut group: Vec<Vec<f64>> = vec![Vec::new(); rows.columns.len()];
-    let count = rows.each(file, |_, row| {
+    let given = rows.each(file, |_, row| {
         group.iter_mut().zip(row).for_each(|(column, value)| column.push(*value));
         if group.first().is_some_and(|column| column.len() == GROUP) {
             put(&mut writer, &mut group).map_err(refuse)?;
@@ -41,7 +41,7 @@ pub(super) fn write(to: &mut std::fs::File, out: &Path, file: &Path, rows: Rows<
         put(&mut writer, &mut group).map_err(refuse)?;
     }
     writer.close().map_err(refuse)?;
-    Ok(count)
+    Ok(given)
 }
 
 fn put(

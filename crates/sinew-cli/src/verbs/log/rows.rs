@@ -24,6 +24,14 @@ enum Source {
     Anchor(usize),
 }
 
+/// What the rows of a recording had.
+pub(super) struct Given {
+    /// How many there were.
+    pub(super) count: u64,
+    /// Columns without a number in any of them.
+    pub(super) empty: Vec<String>,
+}
+
 /// The rows of a recording.
 pub(super) struct Rows<'a> {
     pub(super) columns: Vec<Column>,
@@ -82,24 +90,28 @@ impl<'a> Rows<'a> {
         Ok(Self { columns, recording, every: head.stride, joints: first.unwrap_or(0), model })
     }
 
-    /// Gives every row to `put`; their number.
+    /// Gives every row to `put`.
     pub(super) fn each(
         mut self,
         file: &Path,
         mut put: impl FnMut(&[Column], &[f64]) -> Result<(), Error>,
-    ) -> Result<u64, Error> {
+    ) -> Result<Given, Error> {
         let (mut count, mut row) = (0, vec![0.0; self.columns.len()]);
+        let mut has_numbers = vec![false; row.len()];
         for block in self.recording.blocks() {
             let block = block.map_err(Error::recording(file))?;
             for cycle in 0..block.count {
                 if (block.first + cycle as u64).is_multiple_of(self.every) {
                     self.fill(&block, cycle, &mut row)?;
+                    has_numbers.iter_mut().zip(&row).for_each(|(has, value)| *has |= value.is_finite());
                     put(&self.columns, &row)?;
                     count += 1;
                 }
             }
         }
-        Ok(count)
+        let columns = self.columns.into_iter().zip(has_numbers);
+        let empty = columns.filter(|(_, has)| !has).map(|(column, _)| column.name).collect();
+        Ok(Given { count, empty })
     }
 
     fn fill(&mut self, block: &Block, cycle: usize, row: &mut [f64]) -> Result<(), Error> {

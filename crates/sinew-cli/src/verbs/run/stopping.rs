@@ -139,6 +139,9 @@ fn tell(shown: &Shown) {
             eprintln!("{}", Mode::from_number(now).map_or("", words));
         }
         if ended {
+            if interrupt::is_requested_at_once() {
+                eprintln!("ended at once, by a second Ctrl-C; the brakes are on");
+            }
             return;
         }
         std::thread::sleep(LOOK);
