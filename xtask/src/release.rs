@@ -98,7 +98,8 @@ pub(crate) fn archive(root: &Path) -> Result<(), String> {
     TEXTS.iter().try_for_each(|text| copy(root.join(text), text))?;
     for file in tree::files(root)?.iter().filter(|file| FOLDERS.iter().any(|at| file.starts_with(at))) {
         let to = folder.join(file);
-        std::fs::create_dir_all(to.parent().unwrap_or(&folder)).map_err(|e| format!("{}: {e}", to.display()))?;
+        std::fs::create_dir_all(to.parent().unwrap_or(&folder))
+            .map_err(|e| format!("{}: {e}", to.display()))?;
         copy(root.join(file), &file.display().to_string())?;
     }
     SCRIPTS.iter().try_for_each(|script| {

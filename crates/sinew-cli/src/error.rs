@@ -206,7 +206,7 @@ pub(crate) enum Error {
         expected: &'static str,
     },
     /// A path that a robot cannot track.
-    #[error("--path {path}: {infeasibility}")]
+    #[error("--path {path}: {infeasibility}{}", longer(infeasibility))]
     Infeasible {
         /// The path as given.
         path: String,
@@ -334,6 +334,22 @@ fn names_part(error: sinew::Error) -> bool {
 /// Names, or that there is none.
 fn listed(names: &[String]) -> String {
     if names.is_empty() { "there is none".to_owned() } else { names.join(", ") }
+}
+
+/// By how much longer a motion that is too fast would have to last.
+fn longer(infeasibility: &sinew::trajectory::Infeasibility) -> String {
+    use sinew::trajectory::Violation;
+    let ratio = match infeasibility.violation {
+        Violation::JointSpeed { speed, most, .. } | Violation::CableSpeed { speed, most, .. } => speed / most,
+        Violation::CableAcceleration { acceleration, most, .. } => (acceleration / most).sqrt(),
+        _ => return String::new(),
+    };
+    let times = (10.0 * ratio.abs()).ceil() / 10.0;
+    if times.is_finite() {
+        format!("; a --duration {times} times as long keeps this limit")
+    } else {
+        String::new()
+    }
 }
 
 impl Error {

@@ -14,7 +14,7 @@ static BEGUN: OnceLock<Instant> = OnceLock::new();
 /// Interval at which its clock is drawn, also while a stage reports nothing.
 const TICK: Duration = Duration::from_millis(250);
 
-/// A bar, and what is shown where nobody knows how far a run is.
+/// A bar, and what is shown where it is unknown how far a run is.
 const MEASURED: &str = "{bar:30} {percent:>3} % {elapsed:>4} {msg}";
 const UNMEASURED: &str = "{spinner} {elapsed:>4} {msg}";
 

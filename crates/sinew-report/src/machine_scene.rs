@@ -58,7 +58,8 @@ impl MachineScene {
         let muscles = Muscles::new(robot);
         let mut geometry = Geometry::new(robot, &muscles);
         muscles.evaluate(model.coordinates(), &mut geometry)?;
-        let cables = (0..muscles.count()).map(|muscle| muscles.drawn(robot, &frames, &geometry, muscle, ARC_STEP));
+        let cables =
+            (0..muscles.count()).map(|muscle| muscles.drawn(robot, &frames, &geometry, muscle, ARC_STEP));
         let surfaces = parts.wraps.iter().map(|wrap| {
             let [w, x, y, z] = wrap.orientation;
             let along = [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z];

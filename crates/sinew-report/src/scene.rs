@@ -150,9 +150,8 @@ impl<'a> Scenery<'a> {
             let pose = self.robot.body_pose(&self.frames, body);
             (pose.origin, pose.quaternion())
         });
-        let cables = (0..self.muscles.count()).map(|muscle| {
-            self.muscles.drawn(self.robot, &self.frames, &self.geometry, muscle, ARC_STEP)
-        });
+        let cables = (0..self.muscles.count())
+            .map(|muscle| self.muscles.drawn(self.robot, &self.frames, &self.geometry, muscle, ARC_STEP));
         let pose = ScenePose { bodies: bodies.collect(), cables: cables.collect::<Result<_, _>>()? };
         let value = pose.json(self.base.as_ref());
         self.base.get_or_insert(pose);

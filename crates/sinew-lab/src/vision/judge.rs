@@ -2,8 +2,7 @@ use super::calibration::{CalibratedJoint, CalibratedParameter, Calibration, Erro
 use crate::Error;
 use sinew::machine::{Machine, Marker};
 use sinew_identify::geometry::{
-    Estimate, Frame, GeometryModel, Place, PointError, Readings, estimate, places, speed_delay,
-    travel_ratio,
+    Estimate, Frame, GeometryModel, Place, PointError, Readings, estimate, places, speed_delay, travel_ratio,
 };
 
 /// An estimate with its errors in poses that it has not seen.

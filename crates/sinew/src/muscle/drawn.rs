@@ -52,7 +52,8 @@ fn over_pulleys(robot: &Robot, poses: &Poses, terms: &[(usize, f64)], step: f64)
     let (Some(first), Some(last)) = (places.first(), places.last()) else { return Vec::new() };
     let end = far_end(robot, poses, last);
     let begin = near_end(robot, poses, first);
-    let forward = places.get(1).map(|next| sub(next.at, first.at)).or_else(|| end.map(|end| sub(end, last.at)));
+    let forward =
+        places.get(1).map(|next| sub(next.at, first.at)).or_else(|| end.map(|end| sub(end, last.at)));
     let fallback = forward.unwrap_or([0.0, 0.0, 1.0]);
     let begin = begin.unwrap_or_else(|| sub(first.at, fallback));
     let arrives = places.get(places.len().wrapping_sub(2)).map_or(begin, |before| before.at);
@@ -136,8 +137,8 @@ fn beside(place: &Place, along: Vector) -> Vector {
     })
 }
 
-/// The cord at a joint: on the outer side of the bend an arc around the pulley, on the inner one the corner of
-/// the lines beside both links.
+/// The cord at a joint: on the outer side of the bend an arc around the pulley, on the inner one the corner
+/// of the lines beside both links.
 fn round(
     cord: &mut Vec<Vector>,
     place: &Place,
@@ -197,8 +198,10 @@ mod tests {
                 let drawn = muscles.drawn(&robot, &poses, &geometry, index, 0.1).unwrap();
                 let cord = &drawn[0];
                 for place in places(&robot, &poses, terms) {
-                    let [(axis, radius)] = place.pulleys[..] else { panic!("{} hinges", place.pulleys.len()) };
-                    // The line nearest to the joint turns it about its axis by its radius, toward the near end.
+                    let [(axis, radius)] = place.pulleys[..] else {
+                        panic!("{} hinges", place.pulleys.len())
+                    };
+                    // The line nearest to the joint has the pulley's radius as its moment arm.
                     let arms = cord.windows(2).filter_map(|pair| {
                         let along = sub(pair[0], pair[1]);
                         let length = norm(along);

@@ -97,7 +97,11 @@ fn text(found: &[(u32, FoundServo)], beside: Option<&Beside>) -> String {
             let alert = if servo.alert { "hardware error" } else { "" };
             let numbers = [servo.number.to_string(), servo.firmware.to_string(), alert.to_owned()];
             let of_file = beside.map(|beside| beside.names[k].clone());
-            [servo.id.to_string(), rate.to_string(), model].into_iter().chain(numbers).chain(of_file).collect()
+            [servo.id.to_string(), rate.to_string(), model]
+                .into_iter()
+                .chain(numbers)
+                .chain(of_file)
+                .collect()
         })
         .collect();
     let columns = ["id", "bit/s", "model", "number", "firmware", "", "machine file"];
