@@ -99,7 +99,7 @@ mod tests {
         let known = ["elbow_flexion", "wrist_flexion", "shoulder"];
         assert_eq!(near("elbow_flexon", &known), ": expected `elbow_flexion`?");
         assert_eq!(near("hip", &known), "");
-        assert_eq!(near("buad", &["baud", "muscle"]), ": expected `baud`?");
+        assert_eq!(near("prot", &["port", "muscle"]), ": expected `port`?");
         assert_eq!([distance("abcd", "badc"), distance("abc", "ca"), distance("", "ab")], [2, 3, 2]);
         assert!(expected("hip", &known).contains("`shoulder`"));
         assert_eq!(expected("hip", &[]), ": there is none");
