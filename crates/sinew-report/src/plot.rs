@@ -3,7 +3,7 @@
 
 use super::format::NONE;
 use super::scale::Axis;
-use super::svg_path::{HEIGHT, WIDTH, horizontal_lines, vertical_lines};
+use super::svg_path::{HEIGHT, WIDTH, beyond, horizontal_lines, vertical_lines};
 use askama::Template;
 
 /// Classes of marks on a time axis.
@@ -113,6 +113,15 @@ impl Plot {
         }
     }
 
+    /// Bars on the edges where signals leave the picture.
+    fn beyond(&self) -> String {
+        let signals = self
+            .shapes
+            .iter()
+            .filter(|shape| !shape.name.is_empty() && !shape.data.contains(['h', 'v', 'z']));
+        beyond(&signals.map(|shape| shape.data.as_str()).collect::<Vec<_>>())
+    }
+
     /// Whether a path of this class was drawn.
     pub(super) fn has(&self, class: &str) -> bool {
         self.shapes.iter().any(|shape| shape.class == class)
@@ -125,6 +134,9 @@ impl Plot {
             if !entries.contains(&(shape.class, shape.name.as_str())) {
                 entries.push((shape.class, &shape.name));
             }
+        }
+        if self.legend && !self.beyond().is_empty() {
+            entries.push(("beyond", "beyond the axis"));
         }
         // Marks stand behind the signals.
         entries.sort_by_key(|(class, _)| MARKS.contains(class));

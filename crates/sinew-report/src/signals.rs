@@ -1,6 +1,7 @@
 //! Signals over time in pairs, as a page of their own.
 
 use super::error::Error;
+use super::format::fixed;
 use super::plot::{Legend, Plot};
 use super::scale::{Axis, padded};
 use super::shell::{SHELL, Shell};
@@ -22,6 +23,8 @@ pub struct SignalPage {
     pub simulated: bool,
     /// In their order.
     pub groups: Vec<Group>,
+    /// Modes and faults with the times at which they begin, s.
+    pub states: Vec<(f64, String)>,
 }
 
 /// Signals with the same time and meaning.
@@ -54,6 +57,8 @@ struct Page<'a> {
     shell: Shell,
     page: &'a SignalPage,
     groups: Vec<Drawn<'a>>,
+    /// Time and words.
+    states: Vec<[String; 2]>,
 }
 
 struct Drawn<'a> {
@@ -77,7 +82,8 @@ pub fn page(page: &SignalPage) -> Result<String, Error> {
         let legend = Legend::new(&names.filter(|(_, name)| !name.is_empty()).collect::<Vec<_>>());
         Drawn { id, group, legend, plots }
     });
-    let all = Page { shell: SHELL, page, groups: groups.collect() };
+    let states = page.states.iter().map(|(from, words)| [fixed(*from, 3), words.clone()]).collect();
+    let all = Page { shell: SHELL, page, groups: groups.collect(), states };
     Ok(all.render()?)
 }
 
@@ -102,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_name_in_a_legend_stands_beside_its_line() {
+    fn every_name_in_a_legend_stands_beside_its_line_and_states_have_their_times() {
         let group = |legend: [&str; 2]| Group {
             heading: "Joints".into(),
             lead: String::new(),
@@ -112,8 +118,11 @@ mod tests {
         };
         let groups = vec![group(["reference", "true"]), group(["command", ""])];
         let (title, amount, verdict) = ("a run".into(), String::new(), String::new());
+        let states = vec![(0.0, "hold".to_owned()), (4.25, "run; load cell of knee".to_owned())];
+        let kind = "recording";
         let html =
-            page(&SignalPage { title, kind: "recording", amount, verdict, simulated: true, groups }).unwrap();
+            page(&SignalPage { title, kind, amount, verdict, simulated: true, groups, states }).unwrap();
+        assert!(html.contains(r#"<th scope="row">4.250</th><td>run; load cell of knee</td>"#));
         for (class, name) in [("measured", "reference"), ("predicted", "true"), ("measured", "command")] {
             let entry = format!(r#"<path class="{class}" d="M2 6h30"/></svg>{name}</span>"#);
             assert!(html.contains(&entry), "{name}");

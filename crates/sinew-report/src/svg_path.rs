@@ -134,6 +134,39 @@ pub(super) fn ribbon(points: impl Iterator<Item = (f64, f64, f64)>, x: &Axis, y:
     pen.finish()
 }
 
+/// Where lines leave the box, a bar on its edge: for every stretch of a path of [`line`] above or below it.
+pub(super) fn beyond(paths: &[&str]) -> String {
+    let mut bars = String::new();
+    for piece in paths.iter().flat_map(|path| path.split('M')).filter(|piece| !piece.is_empty()) {
+        let numbers = piece.split([' ', 'l']).filter_map(|number| number.parse::<i64>().ok());
+        let numbers: Vec<i64> = numbers.collect();
+        let (mut at, mut open): ([i64; 2], Option<(i64, [i64; 2])>) = ([0; 2], None);
+        let mut end = |open: &mut Option<(i64, [i64; 2])>| {
+            if let Some((edge, [from, to])) = open.take() {
+                let from = from.min(to - SHORTEST_BAR).clamp(0, WIDTH as i64 - SHORTEST_BAR);
+                let _ = write!(bars, "M{from} {edge}h{}", (to - from).max(SHORTEST_BAR));
+            }
+        };
+        for step in numbers.chunks_exact(2) {
+            at = [at[0] + step[0], at[1] + step[1]];
+            let edge = if at[1] < 0 { Some(0) } else { (at[1] > HEIGHT as i64).then_some(HEIGHT as i64) };
+            match (edge, &mut open) {
+                (Some(edge), Some((same, [_, to]))) if *same == edge => *to = at[0],
+                (Some(edge), _) => {
+                    end(&mut open);
+                    open = Some((edge, [at[0]; 2]));
+                }
+                (None, _) => end(&mut open),
+            }
+        }
+        end(&mut open);
+    }
+    bars
+}
+
+/// Length of a bar that a single point beyond the box gets, units.
+const SHORTEST_BAR: i64 = 40;
+
 /// Horizontal lines at the given fractions of the height.
 pub(super) fn horizontal_lines(at: impl Iterator<Item = f64>) -> String {
     at.filter(|f| f.is_finite()).fold(String::new(), |mut d, f| {
@@ -199,6 +232,16 @@ mod tests {
         assert!(has(&|i| record.far[i] > 98.0) && has(&|i| record.far[i] < -98.0));
         assert!(has(&|i| record.predicted[i] > 49.0));
         assert!(has(&|i| record.predicted[i].is_nan()), "the gap");
+    }
+
+    #[test]
+    fn what_leaves_the_box_has_a_bar_on_its_edge_for_every_stretch() {
+        let axis = Axis::new((0.0, 10.0), 5);
+        let drawn = |points: &[(f64, f64)]| beyond(&[&line(points.iter().copied(), &axis, &axis)]);
+        assert_eq!(drawn(&[(0.0, 0.0), (5.0, 10.0), (10.0, 0.0)]), "");
+        assert_eq!(drawn(&[(0.0, 0.0), (5.0, 14.0), (10.0, 0.0)]), "M1960 0h40");
+        assert_eq!(drawn(&[(0.0, 1.0), (2.5, 12.0), (5.0, 12.0), (7.5, -3.0)]), "M1000 0h1000M2960 2000h40");
+        assert_eq!(drawn(&[(0.0, 11.0), (1.0, f64::NAN), (10.0, 11.0)]), "M0 0h40M3960 0h40");
     }
 
     #[test]

@@ -30,6 +30,7 @@ fn a_rough_leg_is_better_after_a_flight_and_its_tables_are_fitted_again() {
     let run = bench.run(&format!("{fit} {wrong} --out misplaced"));
     assert_eq!(run.code, Some(3), "{}", run.stderr);
     assert!(run.stdout.contains("do not use") && run.stdout.contains("scatter"), "{}", run.stdout);
+    assert!(run.stdout.contains("tip on shank at 0.0000, 0.0000, -0.2500 m; base_1 on "), "{}", run.stdout);
 
     let misplaced = "track planar_leg --tolerances rough --calibration misplaced/calibration.toml";
     bench.refuses(misplaced, &["misplaced/calibration.toml", "do not use"]);
@@ -140,6 +141,17 @@ fn files_of_other_programs_give_the_calibration_of_the_table_with_their_numbers(
         &["the markers hand", "base_1", "tip"],
     );
     bench.refuses(&format!("{fit} table --unit 0.001 --clock 1000"), &["--clock", "-999.9"]);
+    bench.refuses(
+        &format!("{fit} table"),
+        &["observations", "the unit of the observations is m", "times as far"],
+    );
+    let in_ms = |line: &str| {
+        let (time, rest) = line.split_once(',').unwrap();
+        time.parse::<f64>().map_or_else(|_| line.to_owned(), |time| format!("{},{rest}", 1e3 * time))
+    };
+    let table: String = bench.read("table").lines().map(|line| in_ms(line) + "\n").collect();
+    bench.write("in_ms", table);
+    bench.refuses(&format!("{fit} in_ms --unit 0.001"), &["stamps in s", "1000 times", "ms"]);
     bench.write("cut.trc", &trc[..trc.len() / 2]);
     bench.refuses(&format!("{fit} cut.trc"), &["cut.trc: line"]);
 

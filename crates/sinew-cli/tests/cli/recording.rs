@@ -31,7 +31,8 @@ fn a_recorded_run_is_shown_exported_drawn_and_replayed() {
     let table = bench.read("all.csv");
     assert_eq!(table.lines().count(), 7001);
     assert!(table.starts_with("time_s,deadline_us,"), "{table:.80}");
-    bench.succeeds("log export run.mcap --out cable.csv --muscle hamstrings");
+    let export = "log export run.mcap --out cable.csv --muscle hamstrings --json";
+    assert_eq!(json(&bench.succeeds(export).stdout)["empty_columns"], serde_json::json!([]));
     let identified = bench.succeeds("identify cable.csv --far tension_out_n --dry-run");
     assert!(identified.stdout.contains("tension_in_n"), "{}", identified.stdout);
 
@@ -39,6 +40,10 @@ fn a_recorded_run_is_shown_exported_drawn_and_replayed() {
     bench.succeeds("log plot run.mcap --report again.html");
     assert_eq!(bench.read("run.html"), bench.read("again.html"));
     assert!(bench.read("run.html").contains("Tensions at the anchors"));
+    assert!(
+        bench.read("run.html").contains("Modes and faults")
+            && bench.read("run.html").contains("<td>run, following")
+    );
     bench.succeeds("log layout run.mcap --out layout.json");
     let layout = json(&bench.read("layout.json"));
     assert_eq!(layout["layout"]["first"], "3D!machine");

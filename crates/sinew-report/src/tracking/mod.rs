@@ -60,6 +60,8 @@ struct Page<'a> {
     section: String,
     gears: bool,
     end_point: bool,
+    /// Whether the machine or its path is drawn.
+    drawn: bool,
 }
 
 /// The section, to be put into a page.
@@ -137,6 +139,7 @@ fn scene(view: &TrackView<'_>, has_end_point: bool) -> Result<Option<SceneFigure
 /// # Errors
 /// [`Error`] where the page could not be written, or the trace is not of the machine.
 pub fn page(view: &TrackView<'_>, title: &str, amount: &str) -> Result<String, Error> {
+    let end_point = Plotter::new(view).has_end_point();
     let page = Page {
         shell: SHELL,
         scene_script: scene_script(),
@@ -145,7 +148,8 @@ pub fn page(view: &TrackView<'_>, title: &str, amount: &str) -> Result<String, E
         verdict: words::verdict(view.tracking.get(&view.drawn)),
         section: section(view)?,
         gears: !view.gears.is_empty(),
-        end_point: Plotter::new(view).has_end_point(),
+        end_point,
+        drawn: end_point || view.robot.is_some(),
     };
     Ok(page.render()?)
 }

@@ -5,7 +5,7 @@ use crate::arguments::{General, LogInfoArguments};
 use crate::error::Error;
 use crate::verbs::recording::{RunSetup, read_bytes, recording};
 use serde::Serialize;
-use sinew_record::{Recording, bus_fault_of, status_of};
+use sinew_record::{Block, Recording, bus_fault_of, status_of};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -52,9 +52,9 @@ struct Info {
 }
 
 #[derive(Debug, Serialize)]
-struct StatusInterval {
-    from_s: f64,
-    status: String,
+pub(super) struct StatusInterval {
+    pub(super) from_s: f64,
+    pub(super) status: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -66,32 +66,48 @@ struct Attachment {
 /// Intervals that are listed.
 const MAX_INTERVALS: usize = 200;
 
+/// A number of a column; 0 where the recording has no such column.
+fn at(block: &Block, place: Option<usize>, row: usize) -> f64 {
+    place.and_then(|place| block.fast.get(place)).map_or(0.0, |column| column[row])
+}
+
+/// Modes, states and faults of a recording, one after the other.
+pub(super) fn intervals(file: &Path, recording: &Recording<'_>) -> Result<Vec<StatusInterval>, Error> {
+    let head = &recording.head;
+    let places = ["status", "fault", "mode", "mode_fault"]
+        .map(|name| head.fast.iter().position(|column| column.name == name));
+    let (mut last, mut intervals) = (None, Vec::new());
+    for block in recording.blocks() {
+        let block = block.map_err(Error::recording(file))?;
+        for row in 0..block.count {
+            let now = places.map(|place| at(&block, place, row));
+            if last != Some(now) && intervals.len() < MAX_INTERVALS {
+                let status = head.mode_name(now[2], now[3], status_of(now[0], now[1]));
+                let from_s = (block.first + row as u64) as f64 * head.period_s();
+                intervals.push(StatusInterval { from_s, status });
+            }
+            last = Some(now);
+        }
+    }
+    Ok(intervals)
+}
+
 impl Info {
     fn new(file: &Path, recording: &Recording<'_>, setup: &RunSetup, bytes: u64) -> Result<Self, Error> {
         let head = &recording.head;
-        let column = |name: &str| head.fast.iter().position(|column| column.name == name);
-        let [status, fault, kind, detail] = ["status", "fault", "bus_fault", "bus_detail"].map(column);
-        let [mode, mode_fault] = ["mode", "mode_fault"].map(column);
-        let (mut cycles, mut dropped, mut bus_faults) = (0, 0, 0);
-        let (mut last, mut intervals, mut end) = (None, Vec::new(), 0.0_f64);
+        let place = |name: &str| head.fast.iter().position(|column| column.name == name);
+        let [kind, detail] = ["bus_fault", "bus_detail"].map(place);
+        let (mut cycles, mut dropped, mut bus_faults, mut end) = (0, 0, 0, 0.0_f64);
         for block in recording.blocks() {
             let block = block.map_err(Error::recording(file))?;
             (cycles, dropped) = (cycles + block.count as u64, block.dropped);
-            let at = |place: Option<usize>, row: usize| {
-                place.and_then(|place| block.fast.get(place)).map_or(0.0, |column| column[row])
-            };
+            end = end.max((block.first + block.count as u64) as f64 * head.period_s());
             for row in 0..block.count {
-                let time = (block.first + row as u64) as f64 * head.period_s();
-                end = end.max(time + head.period_s());
-                bus_faults += u64::from(bus_fault_of(at(kind, row), at(detail, row)).is_some());
-                let now = [status, fault, mode, mode_fault].map(|column| at(column, row));
-                if last != Some(now) && intervals.len() < MAX_INTERVALS {
-                    let status = head.mode_name(now[2], now[3], status_of(now[0], now[1]));
-                    intervals.push(StatusInterval { from_s: time, status });
-                }
-                last = Some(now);
+                let [kind, detail] = [kind, detail].map(|place| at(&block, place, row));
+                bus_faults += u64::from(bus_fault_of(kind, detail).is_some());
             }
         }
+        let intervals = intervals(file, recording)?;
         let attachments = recording
             .files
             .iter()

@@ -1,5 +1,6 @@
 //! `sinew log plot`.
 
+use super::info::intervals;
 use super::rows::{Rows, joint_column};
 use super::table;
 use crate::answer::{Answer, Content};
@@ -43,11 +44,16 @@ pub(super) fn run(arguments: &LogPlotArguments, general: &General) -> Result<Ans
         Ok(())
     })?;
     let (groups, error) = groups(&table, head, &machine)?;
+    let states = intervals(file, &recording)?;
+    let injected = match setup.faults.as_slice() {
+        [] => String::new(),
+        faults => format!(" Injected faults: {}.", faults.join(", ")),
+    };
     let page = page(&SignalPage {
         title: format!("{} {}", head.machine, setup.motion()),
         kind: "recording",
         amount: format!(
-            "{:.3} s, compensation {}, seed {}, recorded by sinew {}.{}",
+            "{:.3} s, compensation {}, seed {}, recorded by sinew {}.{}{injected}",
             cycles as f64 * head.period_s(),
             setup.compensation,
             setup.seed,
@@ -57,6 +63,7 @@ pub(super) fn run(arguments: &LogPlotArguments, general: &General) -> Result<Ans
         verdict: error.text(),
         simulated: head.simulated,
         groups,
+        states: states.into_iter().map(|state| (state.from_s, state.status)).collect(),
     })?;
     let written = write_all(&[(report.clone(), page.as_bytes())])?;
     let content = if general.json {

@@ -134,5 +134,6 @@ pub(super) fn page(all: &Compared, head: &Head) -> Result<String, Error> {
         verdict,
         simulated: head.simulated,
         groups: vec![group],
+        states: Vec::new(),
     })?)
 }
