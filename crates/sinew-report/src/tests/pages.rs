@@ -211,7 +211,7 @@ fn every_line_of_a_plot_is_named_or_a_grid() {
             let svg = plot.split("</svg>").next().unwrap();
             for path in svg.split("<path ").skip(1) {
                 let class = attribute(path, "class").unwrap();
-                let plain = ["grid", "zero", "dots"].contains(&class);
+                let plain = ["grid", "zero", "dots", "beyond"].contains(&class);
                 assert!(plain || path.contains("data-name=\""), "{name}: {class}");
             }
         }

@@ -113,9 +113,9 @@ fn within_reach(frames: &[Frame], recorded: &Recorded) -> Result<(), Error> {
     let time = &recorded.readings.time;
     let [begin, end] = ends([time.first().copied(), time.last().copied()]);
     let times_as_long = (to - from) / (end - begin);
-    if let Some((_, unit)) = OTHER_CLOCKS.iter().find(|(factor, _)| near(times_as_long, *factor)) {
+    if let Some((factor, unit)) = OTHER_CLOCKS.iter().find(|(factor, _)| near(times_as_long, *factor)) {
         return Err(Error::Shown(format!(
-            "--observations: expected stamps in s, got stamps that last {times_as_long:.0} times as long as the \
+            "--observations: expected stamps in s, got stamps that last about {factor} times as long as the \
              readings: {unit}"
         )));
     }
