@@ -46,8 +46,9 @@ struct Info {
     chunks: usize,
     muscles: usize,
     joints: usize,
-    /// Intervals of one status.
+    /// Intervals of one status, the first [`MAX_INTERVALS`], and how many more there are.
     status: Vec<StatusInterval>,
+    status_left_out: usize,
     attachments: Vec<Attachment>,
 }
 
@@ -81,7 +82,7 @@ pub(super) fn intervals(file: &Path, recording: &Recording<'_>) -> Result<Vec<St
         let block = block.map_err(Error::recording(file))?;
         for row in 0..block.count {
             let now = places.map(|place| at(&block, place, row));
-            if last != Some(now) && intervals.len() < MAX_INTERVALS {
+            if last != Some(now) {
                 let status = head.mode_name(now[2], now[3], status_of(now[0], now[1]));
                 let from_s = (block.first + row as u64) as f64 * head.period_s();
                 intervals.push(StatusInterval { from_s, status });
@@ -107,7 +108,9 @@ impl Info {
                 bus_faults += u64::from(bus_fault_of(kind, detail).is_some());
             }
         }
-        let intervals = intervals(file, recording)?;
+        let mut intervals = intervals(file, recording)?;
+        let left_out = intervals.len().saturating_sub(MAX_INTERVALS);
+        intervals.truncate(MAX_INTERVALS);
         let attachments = recording
             .files
             .iter()
@@ -135,6 +138,7 @@ impl Info {
             muscles: head.muscles.len(),
             joints: head.joints.len(),
             status: intervals,
+            status_left_out: left_out,
             attachments: attachments.collect(),
         })
     }
@@ -167,6 +171,9 @@ impl Info {
         }
         for interval in &self.status {
             let _ = writeln!(text, "{:>10.3} s  {}", interval.from_s, interval.status);
+        }
+        if self.status_left_out > 0 {
+            let _ = writeln!(text, "{} more intervals", self.status_left_out);
         }
         for attachment in &self.attachments {
             let _ = writeln!(text, "Attachment: {} ({} bytes)", attachment.name, attachment.bytes);

@@ -44,7 +44,12 @@ pub(super) fn run(arguments: &LogPlotArguments, general: &General) -> Result<Ans
         Ok(())
     })?;
     let (groups, error) = groups(&table, head, &machine)?;
-    let states = intervals(file, &recording)?;
+    // Between following and holding a machine changes all the time.
+    let plain =
+        |status: &str| status.trim_end_matches(", following").trim_end_matches(", holding").to_owned();
+    let states = intervals(file, &recording)?.into_iter().map(|state| (state.from_s, plain(&state.status)));
+    let mut states: Vec<(f64, String)> = states.collect();
+    states.dedup_by(|later, first| later.1 == first.1);
     let injected = match setup.faults.as_slice() {
         [] => String::new(),
         faults => format!(" Injected faults: {}.", faults.join(", ")),
@@ -63,7 +68,7 @@ pub(super) fn run(arguments: &LogPlotArguments, general: &General) -> Result<Ans
         verdict: error.text(),
         simulated: head.simulated,
         groups,
-        states: states.into_iter().map(|state| (state.from_s, state.status)).collect(),
+        states,
     })?;
     let written = write_all(&[(report.clone(), page.as_bytes())])?;
     let content = if general.json {
