@@ -59,7 +59,10 @@ def test_trials_are_labels_and_missing_numbers_are_missing(model: sinew.Model, l
     assert np.flatnonzero(found.reset).tolist() == [0, 200, 400]
     assert found.input_held[10] and len(set(found.log)) == 1
     columns = pandas.DataFrame(found.columns())
-    assert columns.shape == (600, 12)
+    assert columns.shape == (600, 13)
+    np.testing.assert_array_equal(found.measured, table["tension_out_n"])
+    alone = {name: column for name, column in table.items() if name != "tension_out_n"}
+    assert np.isnan(model.predict(alone).measured).all()
 
 
 def test_an_evaluation_tells_the_logs_of_the_fit(log_files: list[Path]) -> None:
