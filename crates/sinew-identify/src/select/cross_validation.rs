@@ -343,6 +343,8 @@ mod tests {
         let alike: Vec<FoldScore> = (0..5).map(|k| fold(k, 1.0)).collect();
         assert!((band_factor(&alike, None) - 1.9).abs() < 0.02);
         assert!((band_factor(&alike[..1], None) - 4.0).abs() < 0.02 && band_factor(&[], None) > 0.0);
+        // Of a fit to a far side that never changes.
+        assert!(band_factor(&[fold(0, 1e130), fold(1, 1.0)], None) <= WIDEST);
     }
 
     #[test]

@@ -190,6 +190,7 @@ fn servos_of_two_makers_are_read_and_those_without_a_watchdog_only_where_that_is
         ("id = 2\nmodel = \"STS3215\"\nno_watchdog = true\nbaud = 3000000", ["baud", "1 million"]),
         ("id = 2\nmodel = \"STS3215\"\nno_watchdog = true\nmode = \"torque\"", ["mode", "no current loop"]),
         ("id = 2\nmodel = \"STS3215\"\noperating_mode = \"position\"", ["operating_mode", "velocity"]),
+        ("id = 1\nmodel = \"STS3215\"\nport = \"a\"", ["id", "no servo above has on the same port"]),
     ] {
         let told = read_all(&with(more)).err().unwrap_or_else(|| panic!("accepted: {more}")).to_string();
         assert!(parts.iter().all(|part| told.contains(part)), "{told}: {parts:?}");
@@ -207,6 +208,8 @@ fn nodes_on_can_are_read_and_what_is_none_of_theirs_is_refused() {
     assert_eq!((flexor.node, flexor.identity, flexor.bitrate), (3, [Some(0x1d), None], 500_000));
     assert_eq!(flexor.port.as_deref(), Some("/dev/ttyACM0"));
     assert_eq!((extensor.node, extensor.identity, extensor.bitrate), (4, [None; 2], 1_000_000));
+    let twice = read_all(&nodes("node = 3")).err().unwrap().to_string();
+    assert!(twice.contains("a node that no device above has"), "{twice}");
     let axes = drives(
         "node = 0\nprotocol = \"cansimple\"",
         "node = 62\nprotocol = \"cansimple\"\ncounts_per_turn = -1",
