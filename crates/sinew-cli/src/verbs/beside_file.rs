@@ -1,13 +1,37 @@
 //! What a scan has found beside the devices of a machine file.
 
+use crate::answer::{Answer, Content, Outcome};
+use crate::arguments::General;
+use crate::error::Error;
 use std::fmt::Write as _;
 
 /// A device of a machine file.
 pub(crate) struct Expected {
     pub(crate) id: u8,
     pub(crate) name: String,
-    /// What answers in its place and is not it, by index of what was found: what the file says instead.
-    pub(crate) differs: Box<dyn Fn(usize) -> Option<String>>,
+    /// What the file says instead, where what answers is not it.
+    pub(crate) differs: Option<String>,
+}
+
+/// A scan with its machine file, if there is one: nothing found, a device that does not answer and one that
+/// differs end with exit code 3.
+pub(crate) fn answer(
+    found_any: bool,
+    mut document: serde_json::Value,
+    text: impl FnOnce(Option<&Beside>) -> String,
+    beside: Option<&Beside>,
+    general: &General,
+) -> Result<Answer, Error> {
+    let outcome = Outcome::new(found_any && beside.is_none_or(|beside| beside.fits));
+    let content = if general.json {
+        if let Some(beside) = beside {
+            document["machine"] = beside.json();
+        }
+        Content::json(&document)?
+    } else {
+        Content::Text(text(beside))
+    };
+    Ok(Answer { outcome, content, written: Vec::new() })
 }
 
 /// What was found, each with its place in the machine file.
@@ -24,17 +48,15 @@ impl Beside {
     /// Compares the identifiers that answered with the devices.
     pub(crate) fn new(expected: &[Expected], found: &[u8]) -> Self {
         let mut fits = true;
-        let mut name = |(k, id): (usize, &u8)| match expected.iter().find(|device| device.id == *id) {
+        let mut name = |id: &u8| match expected.iter().find(|device| device.id == *id) {
             None => "none".to_owned(),
-            Some(Expected { name, differs, .. }) => match differs(k) {
-                None => name.clone(),
-                Some(other) => {
-                    fits = false;
-                    format!("{name}, {other}")
-                }
-            },
+            Some(Expected { name, differs: None, .. }) => name.clone(),
+            Some(Expected { name, differs: Some(other), .. }) => {
+                fits = false;
+                format!("{name}, {other}")
+            }
         };
-        let names = found.iter().enumerate().map(&mut name).collect();
+        let names = found.iter().map(&mut name).collect();
         let silent = expected.iter().filter(|device| !found.contains(&device.id));
         let silent: Vec<_> = silent.map(|device| (device.name.clone(), device.id)).collect();
         Self { names, fits: fits && silent.is_empty(), silent }
@@ -63,17 +85,17 @@ mod tests {
 
     #[test]
     fn what_answers_has_its_device_and_what_does_not_is_named() {
-        let device = |id: u8, other: Option<usize>| Expected {
+        let device = |id: u8, differs: Option<&str>| Expected {
             id,
             name: format!("drive_{id}"),
-            differs: Box::new(move |k| (other == Some(k)).then(|| "there another".to_owned())),
+            differs: differs.map(str::to_owned),
         };
         let all = Beside::new(&[device(1, None), device(2, None)], &[2, 1]);
         assert!(all.fits && all.text().is_empty() && all.names == ["drive_2", "drive_1"]);
         let one = Beside::new(&[device(1, None), device(2, None)], &[1, 7]);
         assert!(!one.fits && one.names == ["drive_1", "none"]);
         assert_eq!(one.text(), "drive_2 of the machine file, id 2, does not answer\n");
-        let other = Beside::new(&[device(3, Some(0))], &[3]);
+        let other = Beside::new(&[device(3, Some("there another"))], &[3]);
         assert!(!other.fits && other.names == ["drive_3, there another"]);
     }
 }

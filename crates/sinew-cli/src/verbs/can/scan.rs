@@ -1,10 +1,10 @@
 //! `sinew can scan`.
 
-use crate::answer::{Answer, Content, Outcome};
+use crate::answer::Answer;
 use crate::arguments::{CanScanArguments, General};
 use crate::error::Error;
 use crate::table::table;
-use crate::verbs::beside_file::{Beside, Expected};
+use crate::verbs::beside_file::{Beside, Expected, answer};
 use crate::verbs::machine_source::load_machine;
 use sinew_runtime::can::{
     CanDevice, CanError, FoundNode, MitFamily, Protocol, connect, scan, scan_fd, scan_mit,
@@ -28,17 +28,7 @@ pub(super) fn run(arguments: &CanScanArguments, general: &General) -> Result<Ans
         Ok::<_, Error>(Beside::new(&expected, &nodes))
     });
     let beside = beside.transpose()?;
-    let outcome = Outcome::new(!found.is_empty() && beside.as_ref().is_none_or(|beside| beside.fits));
-    let content = if general.json {
-        let mut document = json(&found);
-        if let Some(beside) = &beside {
-            document["machine"] = beside.json();
-        }
-        Content::json(&document)?
-    } else {
-        Content::Text(text(&found, beside.as_ref()))
-    };
-    Ok(Answer { outcome, content, written: Vec::new() })
+    answer(!found.is_empty(), json(&found), |beside| text(&found, beside), beside.as_ref(), general)
 }
 
 /// The identifier of a node, and what it speaks.
@@ -63,27 +53,17 @@ fn word(protocol: Protocol) -> &'static str {
 
 /// A node of the machine file, whose protocol, vendor and product are compared with what has answered.
 fn expected(device: &CanDevice, found: &[FoundNode]) -> Expected {
-    let (protocol, [vendor, product]) = (device.protocol, device.identity);
-    let seen: Vec<(Protocol, Option<[u32; 2]>)> = found
-        .iter()
-        .map(|node| match node {
-            FoundNode::Canopen { identity, .. } => (Protocol::Canopen, Some(*identity)),
-            other => (identified(other).1, None),
-        })
-        .collect();
-    let differs = move |k: usize| {
-        let (spoken, identity) = &seen[k];
-        let of_other =
-            |own: Option<u32>, at: usize| own.zip(*identity).is_some_and(|(own, found)| own != found[at]);
-        if *spoken != protocol {
-            Some(format!("there on {}", word(protocol)))
-        } else if of_other(vendor, 0) || of_other(product, 1) {
-            Some("there of another vendor or product".to_owned())
-        } else {
-            None
-        }
+    let of_other = |identity: &[u32; 2]| {
+        device.identity.iter().zip(identity).any(|(own, found)| own.is_some_and(|own| own != *found))
     };
-    Expected { id: device.node, name: device.name.clone(), differs: Box::new(differs) }
+    let differs = found.iter().find(|node| identified(node).0 == device.node).and_then(|node| match node {
+        _ if identified(node).1 != device.protocol => Some(format!("there on {}", word(device.protocol))),
+        FoundNode::Canopen { identity, .. } if of_other(identity) => {
+            Some("there of another vendor or product".to_owned())
+        }
+        _ => None,
+    });
+    Expected { id: device.node, name: device.name.clone(), differs }
 }
 
 fn json(found: &[FoundNode]) -> serde_json::Value {

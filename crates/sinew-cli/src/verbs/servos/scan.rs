@@ -1,10 +1,10 @@
 //! `sinew servos scan`.
 
-use crate::answer::{Answer, Content, Outcome};
+use crate::answer::Answer;
 use crate::arguments::{General, ServosScanArguments};
 use crate::error::Error;
 use crate::table::table;
-use crate::verbs::beside_file::{Beside, Expected};
+use crate::verbs::beside_file::{Beside, Expected, answer};
 use crate::verbs::machine_source::load_machine;
 use sinew_runtime::Ttys;
 use sinew_runtime::servos::protocol::Protocol;
@@ -37,32 +37,21 @@ pub(super) fn run(arguments: &ServosScanArguments, general: &General) -> Result<
         Ok::<_, Error>(Beside::new(&expected, &ids))
     });
     let beside = beside.transpose()?;
-    let outcome = Outcome::new(!found.is_empty() && beside.as_ref().is_none_or(|beside| beside.fits));
-    let content = if general.json {
-        let mut document = json(&found);
-        if let Some(beside) = &beside {
-            document["machine"] = beside.json();
-        }
-        Content::json(&document)?
-    } else {
-        Content::Text(text(&found, beside.as_ref()))
-    };
-    Ok(Answer { outcome, content, written: Vec::new() })
+    answer(!found.is_empty(), json(&found), |beside| text(&found, beside), beside.as_ref(), general)
 }
 
 /// A servo of the machine file, whose model and rate are compared with what has answered.
 fn expected(device: &ServoDevice, found: &[(u32, FoundServo)]) -> Expected {
-    let (model, baud) = (device.model.clone(), device.baud);
-    let seen: Vec<(u32, u16)> = found.iter().map(|(rate, servo)| (*rate, servo.number)).collect();
-    let differs = move |k: usize| {
-        let (rate, number) = seen[k];
-        if model.number.is_some_and(|own| own != number) {
+    let (model, baud) = (&device.model, device.baud);
+    let seen = found.iter().find(|(_, servo)| servo.id == device.id);
+    let differs = seen.and_then(|(rate, servo)| {
+        if model.number.is_some_and(|own| own != servo.number) {
             Some(format!("there {}", model.name))
         } else {
-            (rate != baud).then(|| format!("there at {baud} bit/s"))
+            (*rate != baud).then(|| format!("there at {baud} bit/s"))
         }
-    };
-    Expected { id: device.id, name: device.name.clone(), differs: Box::new(differs) }
+    });
+    Expected { id: device.id, name: device.name.clone(), differs }
 }
 
 fn json(found: &[(u32, FoundServo)]) -> serde_json::Value {
