@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
@@ -106,6 +106,7 @@ def track(
     hold_s: float = 0.0,
     compensation: Compensation = "observer",
     payload_kg: float | None = None,
+    faults: str | Sequence[str] = (),
     seed: int = 1,
     unverified: bool = False,
     rules: Mapping[str, float] | None = None,
@@ -118,7 +119,10 @@ def track(
     `repeats`: of a closed motion, by default 1,
     with iterative `learning` from one to the next. `hold_s`: rest after the motion, s. `compensation`: `"observer"`,
     `"no_observer"`, `"no_disturbance_observer"`, `"paper"`, `"capstan"`, `"none"` or `"perfect"`.
-    `payload_kg`: by default the machine's. `seed`: draws the machine. `trace_interval_s`: s between rows of the trace.
+    `payload_kg`: by default the machine's. `faults`: to inject, each as `"load-cell:MUSCLE:lost@3"`, that is
+    `COMPONENT:NAME[:MODE]@START[+DURATION]`, s from the start of the run, as `sinew track --fault` has them. What
+    the supervisor made of them is in `Run.numbers["incidents"]`.
+    `seed`: draws the machine. `trace_interval_s`: s between rows of the trace.
 
     Warns of a motion that simulated machines of the design come to the end of, but not well. Raises `ValueError` for one
     that the machine cannot track, with the reason; `unverified` starts one that only
@@ -133,6 +137,7 @@ def track(
         "hold_s": hold_s,
         "compensation": compensation,
         "payload_kg": payload_kg,
+        "faults": [faults] if isinstance(faults, str) else list(faults),
         "seed": whole("seed", seed),
         "unverified": unverified,
         "rules": None if rules is None else json.dumps(dict(rules)),

@@ -106,6 +106,18 @@ def test_a_motion_that_was_verified_is_not_verified_again_and_gives_the_same_bit
     assert other.numbers["joint_error_rad"] != once.numbers["joint_error_rad"]
 
 
+def test_injected_faults_are_found_and_named_in_the_numbers() -> None:
+    machine = sinew.Machine("bench_joint")
+    muscle = machine.muscle_names[0]
+    rules = sinew.verify(machine, "tour", repeats=1)
+    bridged = sinew.track(machine, "tour", repeats=1, rules=rules, faults=f"load-cell:{muscle}:lost@5")
+    assert bridged.completed and muscle in bridged.numbers["incidents"][0]["what"]
+    assert 5.0 <= bridged.numbers["incidents"][0]["from_s"] < 5.1
+    both = [f"load-cell:{muscle}:lost@4+1", f"cable:{muscle}@6"]
+    stopped = sinew.track(machine, "tour", repeats=1, rules=rules, faults=both)
+    assert not stopped.completed and muscle in stopped.numbers["reason"]
+
+
 def test_a_run_takes_the_name_of_a_machine_and_names_what_is_wrong() -> None:
     with pytest.raises(TypeError, match="seed must be a whole number of at least 0, but is None"):
         sinew.track("bench_joint", "tour", seed=None)  # type: ignore[arg-type]

@@ -145,6 +145,9 @@ pub(crate) enum Error {
         /// The names of that kind.
         known: Vec<String>,
     },
+    /// A fault of a part that the robot does not have.
+    #[error("--fault {0}")]
+    UnknownFault(#[from] sinew_lab::arm::UnknownPart),
     /// A fault that begins when the run is over.
     #[error("--fault {value}: expected a start before the end of the run, which is at {end_s:.3} s")]
     LateFault {

@@ -9,11 +9,13 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Map, Value};
 use sinew::machine::ControlRules;
-use sinew::trajectory::{JointWaypoint, Reference, Waypoint};
+use sinew::trajectory::{Approach, JointWaypoint, Reference, Waypoint};
+use sinew::twin::arm::InjectedFault;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
-    CalibratedArm, DesiredMotion, InfeasibleMotion, TraceRow, TrackingTask, Verified, VerifiedMotion,
-    first_infeasibility, infeasible_motion, plan, plan_tour, track_arm, verify as simulate_sampled_machines,
+    CalibratedArm, DesiredMotion, INITIAL_REST_S, InfeasibleMotion, TraceRow, TrackingTask, Verified,
+    VerifiedMotion, WrittenFault, first_infeasibility, infeasible_motion, plan, plan_tour, track_arm,
+    verify as simulate_sampled_machines,
 };
 use std::sync::Arc;
 
@@ -153,6 +155,7 @@ pub(crate) struct Conditions {
     hold_s: f64,
     compensation: String,
     payload_kg: Option<f64>,
+    faults: Vec<String>,
     seed: u64,
     unverified: bool,
     /// Of `verify`, as JSON.
@@ -250,6 +253,7 @@ pub(crate) fn track<'py>(
         }
         let mut machine = loaded(&machine, conditions.payload_kg)?;
         let repeats = number_of_repeats(conditions.repeats, trajectory.is_closed())?;
+        let faults = injected(&conditions, &machine, &trajectory, repeats)?;
         progress.tell("checking and verifying the motion", 0.0);
         check_feasible(&machine, &trajectory, repeats)?;
         let (mut warning, mut normal_errors) = (None, Vec::new());
@@ -275,7 +279,7 @@ pub(crate) fn track<'py>(
             repeats,
             learning: conditions.learning,
             final_rest: conditions.hold_s,
-            faults: &[],
+            faults: &faults,
             gains: None,
             trace_interval: conditions.trace_interval_s,
         };
@@ -283,6 +287,30 @@ pub(crate) fn track<'py>(
         Ok((serde_json::to_string(&result.numbers)?, result.trace, warning))
     })?;
     Ok((numbers, columns(py, &trace)?, warning))
+}
+
+/// The faults of the machine, all of which begin before the run is over: nothing would come of a later one,
+/// without a word.
+fn injected(
+    conditions: &Conditions,
+    machine: &sinew::machine::Machine,
+    trajectory: &sinew::trajectory::Trajectory,
+    repeats: u32,
+) -> Result<Vec<InjectedFault>, Failure> {
+    let approach = Approach::new(&machine.robot, trajectory, &machine.standing(trajectory)?)?;
+    let motion_s = f64::from(repeats) * trajectory.duration();
+    let end_s = approach.duration() + INITIAL_REST_S + motion_s + conditions.hold_s;
+    let fault = |text: &String| {
+        let written: WrittenFault =
+            text.parse().map_err(|error| Failure::refused(format!("faults: {text:?}: {error}")))?;
+        if written.start_s() >= end_s {
+            return Err(Failure::refused(format!(
+                "faults: {text:?}: expected a start before the end of the run, which is at {end_s:.3} s"
+            )));
+        }
+        written.of(machine).map_err(|error| Failure::refused(format!("faults: {error}")))
+    };
+    conditions.faults.iter().map(fault).collect()
 }
 
 /// An open motion is tracked once.

@@ -8,7 +8,6 @@ mod can;
 mod design;
 mod ethercat;
 mod export;
-mod fault;
 mod identification;
 mod link;
 mod live;
@@ -39,7 +38,6 @@ pub(crate) use export::{
     ExportArguments, ExportForm, ExportVerb, MachineExportArguments, ModelExportArguments,
     TwinExportArguments, UnitArguments, UnitForm,
 };
-pub(crate) use fault::{Component, FaultArgument, OFFERED};
 pub(crate) use identification::{
     AdaptArguments, CompensateArguments, DemoArguments, EvaluateArguments, IdentifyArguments,
     PredictArguments, PreferArgument, RoleArguments, WriteArguments,

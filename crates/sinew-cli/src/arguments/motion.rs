@@ -1,13 +1,12 @@
-//! Arguments of a motion of a machine: what `sinew track` and `sinew run` fraction.
+//! Arguments of a motion of a machine: what `sinew track` and `sinew run` share.
 
-use super::fault::FaultArgument;
 use super::machine::RootArgument;
 use super::path::{PathArgument, PathParser};
 use super::values::{compensation, number, workshop};
 use clap::Args;
 use sinew::machine::Workshop;
 use sinew_lab::CompensationVariant;
-use sinew_lab::arm::INITIAL_REST_S;
+use sinew_lab::arm::{INITIAL_REST_S, WrittenFault};
 use std::path::PathBuf;
 
 // The help of the verb stands with the verb: no documentation comment here.
@@ -19,16 +18,14 @@ pub(crate) struct MotionArguments {
     #[command(flatten)]
     pub(crate) root: RootArgument,
     /// Desired motion: a closed path of the machine by NAME (lm_arm: sine, saddle), a tour, a position
-    /// of the
-    /// end point (m), a pose of the joints (rad or m), or a table of waypoints [default: the first named
-    /// path, otherwise tour]
+    /// of the end point (m), a pose of the joints (rad or m), or a table of waypoints [default: the first
+    /// named path, otherwise tour]
     #[arg(long, value_parser = PathParser,
         value_name = "NAME|tour|to:X,Y,Z|to-joints:JOINT=VALUE,..|joints:FILE.csv|FILE.csv")]
     pub(crate) path: Option<PathArgument>,
     /// Seconds for two turns of a closed path [default: 40], of a tour [default: as fast as feasible,
-    /// half or
-    /// a quarter as fast where simulated machines do not track it, at least 12], or for a point-to-point
-    /// motion [default: 5], 2 to 3600; waypoints have times of their own
+    /// half or a quarter as fast where simulated machines do not track it, at least 12], or for a
+    /// point-to-point motion [default: 5], 2 to 3600; waypoints have times of their own
     #[arg(long, value_name = "SECONDS",
         value_parser = number("2 to 3600 s", |s| (2.0..=3600.0).contains(&s)))]
     pub(crate) duration: Option<f64>,
@@ -53,7 +50,7 @@ pub(crate) struct MotionArguments {
     #[arg(long, value_name = "KG", value_parser = number("0 to 100 kg", |kg| (0.0..=100.0).contains(&kg)))]
     pub(crate) payload: Option<f64>,
     #[arg(long, value_name = "COMPONENT:NAME[:MODE]@START[+DURATION]", help = fault_help())]
-    pub(crate) fault: Vec<FaultArgument>,
+    pub(crate) fault: Vec<WrittenFault>,
     /// Gains of the controller (JSON, as `sinew machine tune` writes them) [default: derived for the
     /// motion]
     #[arg(long, value_name = "FILE.json")]
@@ -62,8 +59,7 @@ pub(crate) struct MotionArguments {
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) calibration: Option<PathBuf>,
     /// Frames of joints, centres of mass, radii, encoders and flex of a simulated machine as a workshop
-    /// builds
-    /// them, in place of the tolerances in the machine's file
+    /// builds them, in place of the tolerances in the machine's file
     #[arg(long, value_name = "WORKSHOP", value_parser = workshop())]
     pub(crate) tolerances: Option<Workshop>,
     /// Seed of the arm's deviations from the model and of the sensor noise

@@ -16,6 +16,7 @@ mod testing;
 mod trace;
 mod tracking;
 mod verification;
+mod written_fault;
 
 pub use by_current::with_gears;
 pub use calibrate::{
@@ -38,3 +39,4 @@ pub use tracking::{
     track_arm,
 };
 pub use verification::{Verified, VerifiedMotion, VerifiedTour, verify, verify_poses, verify_tour};
+pub use written_fault::{FaultSyntaxError, UnknownPart, WrittenFault};

@@ -1,17 +1,17 @@
 //! A simulated machine for the page.
 
-use crate::arguments::{FaultArgument, LiveArguments, OFFERED, PathArgument};
+use crate::arguments::{LiveArguments, PathArgument};
 use crate::error::Error;
 use crate::verbs::machine_source;
 use crate::verbs::meshes::read_meshes;
 use crate::verbs::page::tension_limits;
-use crate::verbs::track::{fault, motion};
+use crate::verbs::track::motion;
 use crate::verbs::verification;
 use sinew::machine::Machine;
 use sinew::twin::arm::Failure;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
-    CalibratedArm, PreparedRun, TrackingTask, Verified, infeasible_motion, verify, verify_tour,
+    CalibratedArm, PreparedRun, TrackingTask, Verified, WrittenFault, infeasible_motion, verify, verify_tour,
 };
 use sinew_live::{Choices, Conditions, Kinematic, SimulationParts, SimulationSource, Source, Stage};
 use std::sync::Arc;
@@ -93,6 +93,21 @@ impl SimulationSource for Bench {
     }
 }
 
+/// Failures of a muscle that the page offers: as in `--fault`, without time, `{}` being the muscle's name;
+/// and in words.
+const OFFERED: [(&str, &str); 10] = [
+    ("load-cell:{}:lost", "load cell gives no value"),
+    ("load-cell:{}:stuck", "load cell is stuck"),
+    ("motor-encoder:{}:lost", "motor encoder gives no value"),
+    ("motor-encoder:{}:stuck", "motor encoder is stuck"),
+    ("drive:{}", "drive has no power"),
+    ("winch:{}", "winch is jammed"),
+    ("cable:{}", "cable breaks"),
+    ("friction:{}:100", "friction doubles"),
+    ("pretension:{}:50", "half of the pretension is lost"),
+    ("stiffness:{}:17", "a strand of seven breaks"),
+];
+
 /// Failures that all muscles of a machine can have.
 fn offered(machine: &Machine) -> Vec<(&'static str, &'static str)> {
     let has_cells = machine.muscles.iter().all(|muscle| muscle.drive.has_load_cell);
@@ -103,9 +118,8 @@ fn offered(machine: &Machine) -> Vec<(&'static str, &'static str)> {
 fn failure(text: &str, machine: &Machine) -> Result<(Failure, f64), String> {
     let (what, duration) = text.split_once('+').map_or((text, ""), |(what, duration)| (what, duration));
     let written = if duration.is_empty() { format!("{what}@0") } else { format!("{what}@0+{duration}") };
-    let argument: FaultArgument = written.parse().map_err(|error| format!("`{text}`: {error}"))?;
-    let fault = fault::resolve(&[argument], machine).map_err(|error| error.to_string())?;
-    let fault = fault.first().ok_or("no fault")?;
+    let written: WrittenFault = written.parse().map_err(|error| format!("`{text}`: {error}"))?;
+    let fault = written.of(machine).map_err(|error| error.to_string())?;
     Ok((fault.failure, fault.duration))
 }
 

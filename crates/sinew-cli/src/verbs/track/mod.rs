@@ -1,6 +1,5 @@
 //! The motion of a run, and its results as text, table and report.
 
-pub(crate) mod fault;
 mod joints;
 pub(crate) mod motion;
 pub(crate) mod record;

@@ -1,7 +1,7 @@
 //! A tracking run as valid: machine, feasible trajectory, payload and faults from the arguments.
 
-use super::{fault, motion};
-use crate::arguments::{BusArgument, FaultArgument, MotionArguments, PathArgument};
+use super::motion;
+use crate::arguments::{BusArgument, MotionArguments, PathArgument};
 use crate::error::Error;
 use crate::verbs::calibrate::calibrated;
 use crate::verbs::machine_source::{self, Loaded, MachineSource};
@@ -13,8 +13,8 @@ use sinew::trajectory::{Approach, Trajectory};
 use sinew::twin::arm::InjectedFault;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{
-    CalibratedArm, INITIAL_REST_S, InfeasibleMotion, TrackingTask, Verified, infeasible_motion, verify,
-    verify_poses, verify_tour,
+    CalibratedArm, INITIAL_REST_S, InfeasibleMotion, TrackingTask, Verified, WrittenFault, infeasible_motion,
+    verify, verify_poses, verify_tour,
 };
 use sinew_runtime::Devices;
 use std::path::Path;
@@ -78,10 +78,10 @@ impl Setup {
     }
 
     /// Refuses a fault that would begin when the run is over: nothing would come of it, without a word.
-    fn check_faults(&self, faults: &[FaultArgument]) -> Result<(), Error> {
+    fn check_faults(&self, faults: &[WrittenFault]) -> Result<(), Error> {
         let end_s = self.run_s();
-        let late = faults.iter().find(|fault| fault.start_s >= end_s);
-        late.map_or(Ok(()), |fault| Err(Error::LateFault { value: fault.text.clone(), end_s }))
+        let late = faults.iter().find(|fault| fault.start_s() >= end_s);
+        late.map_or(Ok(()), |fault| Err(Error::LateFault { value: fault.text().to_owned(), end_s }))
     }
 
     /// The same with another path where none is given.
@@ -106,7 +106,7 @@ impl Setup {
             (Some(file), Some(text)) => calibrated(&machine, &source.hash(), text, file)?,
             _ => machine,
         };
-        let faults = fault::resolve(&arguments.fault, &machine)?;
+        let faults = arguments.fault.iter().map(|fault| fault.of(&machine)).collect::<Result<_, _>>()?;
         let path = arguments.path.clone().unwrap_or_else(|| default_path(&machine));
         let trajectory = motion::trajectory(&machine, &path, arguments.duration);
         let trajectory = trajectory.map_err(|error| error.of_part(&places))?;

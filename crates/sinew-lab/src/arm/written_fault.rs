@@ -1,40 +1,35 @@
-//! The value of `--fault`: `COMPONENT:NAME[:MODE]@START[+DURATION]`.
+//! A fault to inject as people write it: `COMPONENT:NAME[:MODE]@START[+DURATION]`.
 
-use sinew::twin::arm::{ExchangeFailure, SensorFailure, Worn};
+use sinew::machine::Machine;
+use sinew::twin::arm::{ExchangeFailure, Failure, InjectedFault, Sensor, SensorFailure, Worn};
 use std::str::FromStr;
 
-/// A fault to inject, not yet resolved to a muscle or joint of a robot.
+/// A fault to inject, written as `COMPONENT:NAME[:MODE]@START[+DURATION]`, times in s.
+///
+/// It names a muscle or joint of any machine; [`of`](Self::of) finds it in one. For command lines, pages and
+/// scripts; code that knows its muscle's index makes an [`InjectedFault`].
+///
+/// # Example
+/// ```
+/// use sinew_lab::arm::WrittenFault;
+/// let fault: WrittenFault = "load-cell:triceps:lost@4.5+0.25".parse()?;
+/// assert_eq!(fault.start_s(), 4.5);
+/// assert!("load-cell:triceps@4.5".parse::<WrittenFault>().is_err());
+/// # Ok::<(), sinew_lab::arm::FaultSyntaxError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct FaultArgument {
-    /// What was written, for errors.
-    pub(crate) text: String,
-    pub(crate) component: Component,
+pub struct WrittenFault {
+    text: String,
+    component: Component,
     /// Name of the muscle or joint; of the failure for `cycles`.
-    pub(crate) name: String,
-    /// Start, s from the start of the run.
-    pub(crate) start_s: f64,
-    /// Duration, s; infinite for a permanent fault.
-    pub(crate) duration_s: f64,
+    name: String,
+    start_s: f64,
+    duration_s: f64,
 }
-
-/// What a page offers of it for a muscle, without its time: as written here, `{}` being the muscle's name,
-/// and in words.
-pub(crate) const OFFERED: [(&str, &str); 10] = [
-    ("load-cell:{}:lost", "load cell gives no value"),
-    ("load-cell:{}:stuck", "load cell is stuck"),
-    ("motor-encoder:{}:lost", "motor encoder gives no value"),
-    ("motor-encoder:{}:stuck", "motor encoder is stuck"),
-    ("drive:{}", "drive has no power"),
-    ("winch:{}", "winch is jammed"),
-    ("cable:{}", "cable breaks"),
-    ("friction:{}:100", "friction doubles"),
-    ("pretension:{}:50", "half of the pretension is lost"),
-    ("stiffness:{}:17", "a strand of seven breaks"),
-];
 
 /// The component that fails; sensors with their failure mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Component {
+enum Component {
     Cable,
     Drive,
     Winch,
@@ -48,12 +43,89 @@ pub(crate) enum Component {
     Exchange(ExchangeFailure),
 }
 
-/// What was expected in place of the part of `--fault` that cannot be parsed.
+/// What was expected in place of the part of a fault that cannot be parsed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("expected {0}")]
-pub(crate) struct FaultSyntaxError(&'static str);
+pub struct FaultSyntaxError(&'static str);
 
-impl FromStr for FaultArgument {
+/// A name that no part of the machine has, or none of that kind.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{fault}: expected the name of a {kind}: {}", known.join(", "))]
+pub struct UnknownPart {
+    /// The fault as it was written.
+    pub fault: String,
+    /// Muscle or joint.
+    pub kind: &'static str,
+    /// The names of that kind.
+    pub known: Vec<String>,
+}
+
+impl WrittenFault {
+    /// As it was written.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Start, s from the start of the run.
+    #[must_use]
+    pub const fn start_s(&self) -> f64 {
+        self.start_s
+    }
+
+    /// The fault of the machine's muscle or joint of that name; it lasts for ever where no duration is
+    /// written.
+    ///
+    /// # Errors
+    /// For a name that no muscle or joint has, or of one without such a sensor.
+    pub fn of(&self, machine: &Machine) -> Result<InjectedFault, UnknownPart> {
+        let robot = &machine.robot;
+        let muscles = || robot.parts().tendons.iter().map(|tendon| tendon.name.clone()).collect();
+        let joint =
+            |velocity| robot.joint_of_velocity(velocity).map(|k| robot.parts().joints[k].name.clone());
+        let joints = || (0..robot.nv()).map(|k| joint(k).unwrap_or_default()).collect();
+        let muscle = || self.place("muscle", muscles(), |_| true);
+        let failure = match self.component {
+            Component::Cable => Failure::Cable(muscle()?),
+            Component::Drive => Failure::Amplifier(muscle()?),
+            Component::Winch => Failure::Winch(muscle()?),
+            Component::MotorEncoder(mode) => Failure::Sensor(Sensor::Motor(muscle()?), mode),
+            Component::LoadCell(mode) => {
+                let has_cell = |k: usize| machine.muscles[k].drive.has_load_cell;
+                let muscle = self.place("muscle with a load cell", muscles(), has_cell)?;
+                Failure::Sensor(Sensor::Tension(muscle), mode)
+            }
+            Component::JointEncoder(mode) => {
+                let has_encoder = |k: usize| machine.encoders.get(k).is_some_and(Option::is_some);
+                let joint = self.place("joint with an encoder", joints(), has_encoder)?;
+                Failure::Sensor(Sensor::Joint(joint), mode)
+            }
+            Component::Push(torque) => {
+                Failure::Push { joint: self.place("joint", joints(), |_| true)?, torque }
+            }
+            Component::Wear(what, fraction) => Failure::Wear { muscle: muscle()?, what, fraction },
+            Component::Exchange(failure) => Failure::Exchange(failure),
+        };
+        Ok(InjectedFault { start: self.start_s, duration: self.duration_s, failure })
+    }
+
+    /// Index of the name among `names`, of which those that `fit` are known.
+    fn place(
+        &self,
+        kind: &'static str,
+        names: Vec<String>,
+        fits: impl Fn(usize) -> bool,
+    ) -> Result<usize, UnknownPart> {
+        let place = names.iter().position(|name| *name == self.name).filter(|k| fits(*k));
+        place.ok_or_else(|| UnknownPart {
+            fault: self.text.clone(),
+            kind,
+            known: names.into_iter().enumerate().filter(|(k, _)| fits(*k)).map(|(_, name)| name).collect(),
+        })
+    }
+}
+
+impl FromStr for WrittenFault {
     type Err = FaultSyntaxError;
 
     fn from_str(text: &str) -> Result<Self, FaultSyntaxError> {
@@ -161,21 +233,21 @@ mod tests {
 
     #[test]
     fn a_fault_has_a_component_a_name_a_start_and_an_optional_mode_and_duration() {
-        let fault: FaultArgument = "load-cell:triceps:lost@4.5+0.25".parse().unwrap();
+        let fault: WrittenFault = "load-cell:triceps:lost@4.5+0.25".parse().unwrap();
         assert_eq!(fault.component, Component::LoadCell(SensorFailure::Lost));
         assert_eq!((fault.name.as_str(), fault.start_s, fault.duration_s), ("triceps", 4.5, 0.25));
-        let fault: FaultArgument = "cable:triceps@6".parse().unwrap();
+        let fault: WrittenFault = "cable:triceps@6".parse().unwrap();
         assert!(fault.component == Component::Cable && fault.duration_s.is_infinite());
-        let fault: FaultArgument = "joint-encoder:elbow:jump=-0.2@6".parse().unwrap();
+        let fault: WrittenFault = "joint-encoder:elbow:jump=-0.2@6".parse().unwrap();
         assert_eq!(fault.component, Component::JointEncoder(SensorFailure::Offset(-0.2)));
-        let fault: FaultArgument = "friction:triceps:20@0+3600".parse().unwrap();
+        let fault: WrittenFault = "friction:triceps:20@0+3600".parse().unwrap();
         assert_eq!(fault.component, Component::Wear(Worn::Friction, 0.2));
-        let fault: FaultArgument = "cycles:lost@3+0.01".parse().unwrap();
+        let fault: WrittenFault = "cycles:lost@3+0.01".parse().unwrap();
         assert_eq!(fault.component, Component::Exchange(ExchangeFailure::Lost));
-        let fault: FaultArgument = "push:elbow:-4@3+1".parse().unwrap();
+        let fault: WrittenFault = "push:elbow:-4@3+1".parse().unwrap();
         assert_eq!(fault.component, Component::Push(-4.0));
         for text in ["push:elbow@3", "friction:triceps:120@3", "cycles:gone@3", "cable:triceps:lost@3"] {
-            assert!(text.parse::<FaultArgument>().is_err(), "{text}");
+            assert!(text.parse::<WrittenFault>().is_err(), "{text}");
         }
     }
 }
