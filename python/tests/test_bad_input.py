@@ -182,7 +182,7 @@ def test_bad_input_to_a_model_gives_a_promised_exception(model: sinew.Model, dat
         (lambda: sinew.track(JOINT, "tour", compensation="magic"), ValueError, "expected none, capstan.*got magic"),
         (lambda: sinew.track(JOINT, "tour", faults="cable"), ValueError, "faults: .cable.: expected COMPONENT:NAME@START"),
         (lambda: sinew.track(JOINT, "tour", faults=["cable:x@3"]), ValueError, "cable:x@3: expected the name of a muscle: "),
-        (lambda: sinew.track(JOINT, "tour", faults="drive:flexor@900"), ValueError, "a start before the end of the run"),
+        (lambda: sinew.track(JOINT, "tour", faults="drive:front@900"), ValueError, "a start before the end of the run"),
         (lambda: sinew.track(JOINT, "tour", faults=[3.0]), TypeError, "faults"),
         (lambda: sinew.track(JOINT, "tour", duration_s=0.2), ValueError, "the machine cannot track the motion: at"),
         (lambda: sinew.verify(JOINT, "tour", duration_s=0.2), ValueError, "the machine cannot track the motion: at"),

@@ -158,7 +158,7 @@ impl<'a> Request<'a> {
             gears: self.gears.unwrap_or_default(),
             calibrated: self.gears.is_some(),
             bus: self.door.bus.name(),
-            faults: motion.fault.iter().map(|fault| fault.text.clone()).collect(),
+            faults: motion.fault.iter().map(|fault| fault.text().to_owned()).collect(),
             duration_s: motion.duration.or(closed.then_some(CLOSED_PATH_S)),
             link: self.link,
         }

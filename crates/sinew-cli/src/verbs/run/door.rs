@@ -67,7 +67,7 @@ impl<'a> Door<'a> {
                 return refuse("--virtual-time", self.bus.name().to_owned(), "it with a simulated bus only");
             }
             if let Some(fault) = motion.fault.first() {
-                return refuse("--fault", fault.text.clone(), "it with a simulated bus only");
+                return refuse("--fault", fault.text().to_owned(), "it with a simulated bus only");
             }
             if motion.compensation != CompensationVariant::Observer {
                 let value = motion.compensation.to_string();

@@ -97,7 +97,7 @@ fn conditions(arguments: &SessionArguments, setup: &Setup) -> String {
     }
     text += &format!(", compensation {}, seed {}.", setup.variant, setup.seed);
     if !arguments.motion.fault.is_empty() {
-        let faults: Vec<&str> = arguments.motion.fault.iter().map(|fault| fault.text.as_str()).collect();
+        let faults: Vec<&str> = arguments.motion.fault.iter().map(|fault| fault.text()).collect();
         text += &format!(
             " Injected faults: {}; the run starts with {INITIAL_REST_S} s at rest.",
             faults.join(", ")
