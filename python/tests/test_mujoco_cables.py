@@ -327,6 +327,22 @@ def test_wrong_xml_is_refused_with_one_reason(value: str, cells: str, part: str)
     assert part in str(caught.value)
 
 
+def test_a_sheath_on_a_cable_is_refused_in_xml() -> None:
+    def instance(kind: str, key: str, text: str) -> str:
+        config = f'<config key="{key}" value="{text}"/>'
+        return f'<plugin plugin="sinew.{kind}"><instance name="{kind}">{config}</instance></plugin>'
+
+    cable = instance("cable", "cables", "cable: free=1 pulley=1 free=1 friction=0.1 compliance_per_n=1e-4")
+    sheath = instance("sheath", "sheaths", "cable: mu=0.1 bend=1")
+    motor = '<motor name="winch" tendon="cable" gear="-1"/>'
+    winch = '<plugin tendon="cable" plugin="sinew.cable" instance="cable"/>'
+    xml = HOIST.replace('<spatial name="cable"', '<spatial name="cable" frictionloss="1e-9"').replace(motor, winch)
+    assert mujoco.MjModel.from_xml_string(xml.replace("<worldbody>", f"<extension>{cable}</extension><worldbody>"))
+    for both in (cable + sheath, sheath + cable):
+        with pytest.raises(ValueError, match=r"sinew\.sheath: tendon cable: its actuator number 0 is a cable"):
+            mujoco.MjModel.from_xml_string(xml.replace("<worldbody>", f"<extension>{both}</extension><worldbody>"))
+
+
 def test_numbers_outside_of_the_law_end_the_pull_and_nothing_else() -> None:
     model, data = cabled(HOIST, {"cable": CABLE})
     mujoco.mj_step(model, data)

@@ -44,6 +44,8 @@ struct Connect {
 /// MuJoCo as it is loaded.
 struct Connection {
     layout: Layout,
+    /// Slots of the plugins, in the order of [`REGISTRATIONS`].
+    slots: [c_int; 2],
     get_config: GetConfig,
     warn: Warn,
 }
@@ -78,13 +80,12 @@ unsafe extern "C" fn connect(given: *const Connect, message: *mut c_char, size: 
         // SAFETY: as above.
         let places = unsafe { slice(given.places, given.count) };
         let layout = Layout::new(places)?;
-        for registration in &REGISTRATIONS {
-            // SAFETY: `register` is `mjp_registerPlugin`, which copies the structure; its texts are static.
-            if unsafe { register(registration) } < 0 {
-                return Err("MuJoCo refused the plugin".to_owned());
-            }
+        // SAFETY: `register` is `mjp_registerPlugin`, which copies the structure; its texts are static.
+        let slots = REGISTRATIONS.each_ref().map(|registration| unsafe { register(registration) });
+        if slots.iter().any(|slot| *slot < 0) {
+            return Err("MuJoCo refused the plugin".to_owned());
         }
-        let connection = Connection { layout, get_config, warn };
+        let connection = Connection { layout, slots, get_config, warn };
         CONNECTION.set(connection).map_err(|_| "two threads connect at once".to_owned())
     });
     let Err(text) = done.unwrap_or_else(|_| Err("internal error".into())) else { return 0 };
@@ -359,6 +360,7 @@ impl Connection {
                 forcelimited: self.array(m, Field::ActuatorForcelimited, actuators),
                 forcerange: self.array(m, Field::ActuatorForcerange, 2 * actuators),
                 plugin: self.array(m, Field::Plugin, plugins),
+                cables: self.slots[1],
                 stateadr: self.array(m, Field::PluginStateadr, plugins),
                 names: self.array(m, Field::Names, self.number(m, Field::Nnames)),
                 name_tendonadr: self.array(m, Field::NameTendonadr, tendons),

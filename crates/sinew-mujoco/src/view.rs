@@ -30,6 +30,8 @@ pub(crate) struct Model<'a> {
     pub(crate) forcerange: &'a [f64],
     /// Registered plugin of every instance.
     pub(crate) plugin: &'a [i32],
+    /// The registered plugin of cables.
+    pub(crate) cables: i32,
     pub(crate) stateadr: &'a [i32],
     pub(crate) names: &'a [u8],
     pub(crate) name_tendonadr: &'a [i32],
@@ -78,6 +80,12 @@ impl Model<'_> {
     pub(crate) fn tendon_of(&self, actuator: usize) -> Option<usize> {
         let on_tendon = self.trntype.get(actuator) == Some(&TENDON_TRANSMISSION);
         index(self.trnid.get(2 * actuator)).filter(|&tendon| on_tendon && tendon < self.tendons)
+    }
+
+    /// Whether an actuator is a cable.
+    pub(crate) fn is_cable(&self, actuator: usize) -> bool {
+        let instance = index(self.actuator_plugin.get(actuator));
+        instance.and_then(|instance| self.plugin.get(instance)) == Some(&self.cables)
     }
 
     /// Address of an actuator's force in `actuator_force`; its gear stands at six times that.

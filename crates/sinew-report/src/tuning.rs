@@ -153,7 +153,7 @@ struct Page<'a> {
     margins: Vec<MarginRow>,
     scales: [[String; 2]; 3],
     muscles: Vec<Row>,
-    equations: [(&'static str, String); 3],
+    equations: [(&'static str, String); 4],
     gains: [Matrix; 2],
 }
 

@@ -106,6 +106,13 @@ impl Plugin for Sheaths {
             let from = wiring.pulls.len();
             for actuator in (0..model.actuators).filter(|&actuator| model.tendon_of(actuator) == Some(tendon))
             {
+                if model.is_cable(actuator) {
+                    return Err(format!(
+                        "tendon {}: its actuator number {actuator} is a cable, which has the friction of \
+                            its own sheath; expected a sheath or a cable, not both",
+                        name()
+                    ));
+                }
                 if model.forcelimited.get(actuator).is_some_and(|limited| *limited != 0) {
                     return Err(format!(
                         "tendon {}: its actuator number {actuator} must have forcelimited=\"false\"; the \

@@ -10,6 +10,7 @@ use alloc::vec::Vec;
 ///
 /// ```text
 /// Om_k^2  = max_q R_k M^-1 R_k^T / C_k             C_k = sum_j c_kj: the winch stands, the whole cable slides
+/// zeta_k  = min_q sum_i b_i (M^-1 R_k^T)_i^2 / (2 Om_k R_k M^-1 R_k^T)
 /// B_kj    = max_q (|R_k M^-1 R_j^T| + dR sum_i |(M^-1 R_k^T)_i|)^2 / (R_k M^-1 R_k^T C_j)
 ///           what muscle j does to the motion of muscle k; i: the joints that muscle j crosses
 /// Om_b^2  = max_q lambda_max( M^-1 (R^T diag(1/c_b) R + R_s^T diag(k) R_s) )   c_b: the last cell; the far ends stick
@@ -22,6 +23,7 @@ use alloc::vec::Vec;
 /// | Om_k     | [`MuscleCharacteristics::mode`]          | rad/s     | natural frequency of a muscle, all joints free |
 /// | B        | [`interaction`](Self::interaction)      | 1/s^2     | `B_kk = Om_k^2` for `dR = 0`             |
 /// | dR       |                                        | m         | error of the moment arms of a machine as built |
+/// | zeta_k   | [`MuscleCharacteristics::damping_ratio`] | 1         | damping ratio of the same motion by the joints' dampers `b`, the smallest |
 /// | Om_b     | [`stuck_mode`](Self::stuck_mode)         | rad/s     | highest natural frequency               |
 /// | R, M, c  |                                        | m, kg m^2, m/N | moment arms, mass matrix, compliance of a cell |
 /// | R_s, k   |                                        | m, N/m    | moment arms and stiffnesses of springs of tendons |
@@ -51,6 +53,8 @@ pub struct Characteristics {
 pub struct MuscleCharacteristics {
     /// `Om_k`, rad/s.
     pub mode: f64,
+    /// `zeta_k`, 1; infinite for a muscle that moves nothing.
+    pub damping_ratio: f64,
     /// Largest magnitude of its moment arms, m.
     pub arm: f64,
     /// `A`, friction angle of its cable, 1.
@@ -121,7 +125,7 @@ impl Characteristics {
             model.evaluate(pose)?;
             model.mass_matrix(&mut mass)?;
             cholesky::factor(&mut mass, n)?;
-            found.include_muscles(model.moment_arms(), &errors, &mass);
+            found.include_muscles(model, &errors, &mass);
             found.include_joints(model, &mass);
             // A spring is a cable with the compliance `1/k`, taken as taut in every pose.
             let (mut arms, mut compliance, mut damping) =
@@ -145,9 +149,10 @@ impl Characteristics {
         Ok(found)
     }
 
-    /// `arms` and their `errors`: `[muscles x joints]`.
-    fn include_muscles(&mut self, arms: &[f64], errors: &[f64], factor: &[f64]) {
+    /// `errors` of the moment arms: `[muscles x joints]`.
+    fn include_muscles(&mut self, model: &MuscleDynamics, errors: &[f64], factor: &[f64]) {
         let (m, n) = (self.muscles.len(), self.joints.len());
+        let arms = model.moment_arms();
         for (muscle, row) in self.muscles.iter_mut().zip(arms.chunks_exact(n)) {
             muscle.arm = row.iter().fold(muscle.arm, |most, arm| most.max(arm.abs()));
         }
@@ -169,8 +174,12 @@ impl Characteristics {
                 let entry = &mut self.interaction[k * m + j];
                 *entry = entry.max(other * other / (own * self.muscles[j].compliance));
             }
+            let lost: f64 =
+                model.joint_springs().map(|(joint, _, b)| b * motion[joint] * motion[joint]).sum();
             let muscle = &mut self.muscles[k];
-            muscle.mode = muscle.mode.max(libm::sqrt(own / muscle.compliance));
+            let mode = libm::sqrt(own / muscle.compliance);
+            muscle.mode = muscle.mode.max(mode);
+            muscle.damping_ratio = muscle.damping_ratio.min(lost / (2.0 * mode * own));
         }
     }
 
@@ -211,6 +220,7 @@ fn of_cable(law: &CableLaw, tension: f64) -> Result<MuscleCharacteristics, Error
         compliance: law.compliance().iter().sum(),
         tension,
         dead_band: toward?.stretch - away?.stretch,
+        damping_ratio: f64::INFINITY,
         ..MuscleCharacteristics::default()
     })
 }

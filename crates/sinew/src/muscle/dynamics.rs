@@ -286,6 +286,22 @@ impl MuscleDynamics {
         )
     }
 
+    /// Index of an independent joint, stiffness and damping of every spring and damper of a joint along it, in
+    /// the evaluated pose.
+    pub(crate) fn joint_springs(&self) -> impl Iterator<Item = (usize, f64, f64)> {
+        let joints = self.robot.parts().joints.iter().enumerate();
+        let sprung = joints.filter(|(_, joint)| joint.stiffness > 0.0 || joint.damping > 0.0);
+        sprung.flat_map(|(k, joint)| {
+            self.robot.velocities_of(k).filter_map(|velocity| {
+                let (place, slope) = match &self.reduction {
+                    None => (velocity, 1.0),
+                    Some(reduction) => (reduction.leader(velocity)?, reduction.slope(velocity)),
+                };
+                Some((place, slope * slope * joint.stiffness, slope * slope * joint.damping))
+            })
+        })
+    }
+
     /// `M` in the evaluated pose, row by row: `[joints x joints]`.
     ///
     /// # Errors

@@ -4,7 +4,7 @@ use super::anchor_motion::AnchorMotion;
 use super::cable_states::{CableStateSource, CableStates};
 use super::end_point_integral::EndPointIntegral;
 use super::fault_detector::{FaultDetector, Prediction};
-use super::gains::ArmGains;
+use super::gains::{ArmGains, MuscleGains};
 use super::isolation::Seen;
 use super::joint_monitor::EncoderCheck;
 use super::joint_observer::JointObserver;
@@ -135,6 +135,15 @@ pub(in crate::control) struct Observed<'a> {
     pub(in crate::control) symptom: Symptom,
 }
 
+/// Models with the gain of the load cell's correction that the machine allows.
+fn corrected(models: &[CableModel], gains: &ArmGains) -> Vec<CableModel> {
+    let corrected = |(model, gains): (&CableModel, &MuscleGains)| CableModel {
+        correction: gains.correction_fraction * model.correction,
+        ..model.clone()
+    };
+    models.iter().zip(&gains.muscles).map(corrected).collect()
+}
+
 impl ArmController {
     /// A controller in its initial state, from the nominal body and the identified model of every cable.
     ///
@@ -162,7 +171,7 @@ impl ArmController {
             dimensions: Dimensions { muscles, joints },
             faults: FaultDetector::new(&stiffness.cables, &gains, joint_tolerance),
             unmeasured: UnmeasuredJoints::new(&body, &gains, &stiffness.cables),
-            cables: CableStates::new(models, source, joints)?,
+            cables: CableStates::new(&corrected(models, &gains), source, joints)?,
             stiffness,
             joints: JointObserver::new(models, &gains)?,
             law: AccelerationLaw::new(joints),

@@ -127,6 +127,9 @@ pub struct MuscleGains {
     /// `lambda_i` in `s_i' = lambda_i d/G`, 1/s, >= 0: the same, integrated.
     #[serde(rename = "backlash_integral_per_s", alias = "pre_travel_integral_per_s")]
     pub backlash_integral: f64,
+    /// Fraction of the model's own gain with which the load cell corrects the observer of its cable, 1, >= 0.
+    #[serde(default = "whole")]
+    pub correction_fraction: f64,
     /// `F_min`, `F_max` of (22), N, >= 0 and rising: desired tension at the anchor.
     #[serde(rename = "tension_limits_n")]
     pub tension: [f64; 2],
@@ -193,6 +196,11 @@ fn measured() -> bool {
 /// Of gains that were written without it.
 fn usual_arm_error() -> f64 {
     0.02
+}
+
+/// Of gains written before there was one.
+fn whole() -> f64 {
+    1.0
 }
 
 impl ArmGains {
@@ -304,6 +312,7 @@ impl MuscleGains {
             ("rate_gain", self.rate_gain),
             ("backlash_gain", self.backlash_gain),
             ("backlash_integral", self.backlash_integral),
+            ("correction_fraction", self.correction_fraction),
             ("reversal_travel", self.reversal_travel),
             ("min_drive_tension", self.min_drive_tension),
             ("slack_tension", self.slack_tension),
@@ -351,6 +360,7 @@ impl ArmGains {
             presliding_distance: 1.14e-4,
             backlash_gain: 7.3,
             backlash_integral: 4.4,
+            correction_fraction: 1.0,
             tension: [21.0, 200.0],
             rest_tolerance: [9e-5, 1.4e-4],
             rest_error: [5e-4, 1e-3],
@@ -439,7 +449,7 @@ mod tests {
 
     #[test]
     fn gains_that_may_vanish_are_refused_by_name_below_zero() {
-        let non_negative: [(&str, Set); 11] = [
+        let non_negative: [(&str, Set); 12] = [
             ("damping", |gains, x| gains.damping = x),
             ("creep_feedback_fraction", |gains, x| gains.creep_feedback_fraction = x),
             ("bandwidth", |gains, x| gains.joints[1].bandwidth = x),
@@ -448,6 +458,7 @@ mod tests {
             ("rate_gain", |gains, x| gains.muscles[1].rate_gain = x),
             ("backlash_gain", |gains, x| gains.muscles[1].backlash_gain = x),
             ("backlash_integral", |gains, x| gains.muscles[1].backlash_integral = x),
+            ("correction_fraction", |gains, x| gains.muscles[1].correction_fraction = x),
             ("reversal_travel", |gains, x| gains.muscles[1].reversal_travel = x),
             ("min_drive_tension", |gains, x| gains.muscles[1].min_drive_tension = x),
             ("slack_tension", |gains, x| gains.muscles[1].slack_tension = x),

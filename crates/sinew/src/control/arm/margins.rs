@@ -38,17 +38,12 @@ impl DampingMargins {
     /// Of a loop with this crossover, rad/s, time constant of the winch, s, and dead time, s.
     #[must_use]
     pub fn new(crossover: f64, time_constant: f64, dead_time: f64) -> Self {
-        let lag =
-            |w: f64| libm::atan(w * time_constant) + libm::atan(w / VelocityLoop::DRIVE_GAIN) + w * dead_time;
-        let magnitude = |w: f64| {
-            let winch = libm::sqrt(1.0 + w * w * time_constant * time_constant);
-            let drive = libm::sqrt(1.0 + (w / VelocityLoop::DRIVE_GAIN) * (w / VelocityLoop::DRIVE_GAIN));
-            1.0 / (w * winch * drive)
-        };
+        let winch = WinchLag { time_constant, dead_time };
+        let magnitude = |w: f64| winch.magnitude(w) / w;
         let quarter = core::f64::consts::FRAC_PI_2;
         let unity = bisect(|w| crossover * magnitude(w) - 1.0);
-        let turning = bisect(|w| quarter - lag(w));
-        let phase = quarter - lag(unity);
+        let turning = bisect(|w| quarter - winch.lag(w));
+        let phase = quarter - winch.lag(unity);
         let delay = if crossover > 0.0 { phase / unity } else { f64::INFINITY };
         Self { crossover, phase, gain: 1.0 / (crossover * magnitude(turning)), delay }
     }
@@ -62,6 +57,30 @@ impl DampingMargins {
             Self::new(rate, muscle.stretch_time_constant, dead_time)
         })
         .collect()
+    }
+}
+
+/// `W(s) = 1/(1 + t_v s)  1/(1 + s/K)  e^(-s T)`, response of a winch to the travel that is asked of it, as of
+/// [`DampingMargins`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct WinchLag {
+    /// `t_v`, s.
+    pub(super) time_constant: f64,
+    /// `T`, s.
+    pub(super) dead_time: f64,
+}
+
+impl WinchLag {
+    /// Lag at `w` rad/s, rad.
+    pub(super) fn lag(&self, w: f64) -> f64 {
+        let poles = libm::atan(w * self.time_constant) + libm::atan(w / VelocityLoop::DRIVE_GAIN);
+        poles + w * self.dead_time
+    }
+
+    /// Magnitude at `w` rad/s, 1.
+    pub(super) fn magnitude(&self, w: f64) -> f64 {
+        let (winch, drive) = (w * self.time_constant, w / VelocityLoop::DRIVE_GAIN);
+        1.0 / (libm::sqrt(1.0 + winch * winch) * libm::sqrt(1.0 + drive * drive))
     }
 }
 

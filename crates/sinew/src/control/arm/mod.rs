@@ -16,6 +16,7 @@ mod joint_limits;
 mod joint_monitor;
 mod joint_observer;
 mod joint_stiffness;
+mod light_damping;
 mod locked_winches;
 mod margins;
 mod open_loop;

@@ -1,5 +1,7 @@
 use super::gains::{ArmGains, EndPointGains, JointGains, MuscleGains};
 use super::joint_monitor::JUMP_COUNTS;
+use super::light_damping::allowed_feedback;
+use super::margins::WinchLag;
 use super::pace::Pace;
 use crate::Error;
 use crate::body::IndependentKinematics;
@@ -13,8 +15,9 @@ use alloc::vec::Vec;
 
 /// Sources in whose documentation the rules' formulas stand, each with a title: for reports that print
 /// them, so that they are written down once.
-pub const RULE_SOURCES: [(&str, &str); 3] = [
+pub const RULE_SOURCES: [(&str, &str); 4] = [
     ("Rules", include_str!("synthesis.rs")),
+    ("Lightly damped joints", include_str!("light_damping.rs")),
     ("What they follow from", include_str!("../../machine/characteristics.rs")),
     ("What limits a joint", include_str!("joint_limits.rs")),
 ];
@@ -25,7 +28,8 @@ pub const RULE_SOURCES: [(&str, &str); 3] = [
 /// ```text
 /// F_min = T_0 + max(14 sigma, 1.5 T_l e^A),    F_max = T_h e^-A + T_0
 /// w = 9.5 rad/s,   w_d = 1.3 w,   zeta = 0.53,   w_o = 58 rad/s
-/// kappa = 0.94,   lambda = 5.5,   lambda_i = 4.4 1/s,   c = 60 rad/s
+/// kappa = 0.94,   lambda = 5.5 f_k^2,   lambda_i = 4.4 1/s,   c = 60 rad/s
+/// observer  the load cell corrects by K_k 1/s at most, by a tenth of its model's gain at least
 /// t_d,k = min(0.15 s, c/Om_k^2),   lowered until  sum_j B_kj t_d,j <= 2 c   (`shared_damping`)
 /// v_max = 0.93 v_d,   a_max = a_d,   a = 0.35 a_d,   a_s = 0.4 a_d,   t_v = 5.6 ms,   x_t = 3.8 mrad r_k,   e_0 = 10 D
 /// rest    delta_min = max(5.5 D r_k, 0.0072 G_k),   delta_max = 1.55 delta_min,   speed below 0.05 rad/s r_k,
@@ -47,6 +51,7 @@ pub const RULE_SOURCES: [(&str, &str); 3] = [
 /// | D, r_k   | resolution of the joints' encoders; largest moment arm of the muscle           | rad, m    |
 /// | x_j .. r_v,max, dT | thresholds of fault detection, [`JointGains`] and [`MuscleGains`]          |           |
 /// | a, a_r   | tolerance of the moment arms, [`Machine::moment_arm_tolerance`]               | m, 1      |
+/// | f_k, K_k | what the damping of the joints allows; `f_k` is 1 but for lightly damped ones  | 1, 1/s    |
 /// | Om_k, B, G_k, theta_G, tau, I | [`Characteristics`]                                                 | rad/s, 1/s^2, rad |
 ///
 /// The numbers are [`ControlRules`] where a user may want to change them.
@@ -73,7 +78,8 @@ pub fn synthesize(
     let (resolution, arms) = (resolution.fold(0.0, f64::max), machine.moment_arm_tolerance());
     let joints = machine.encoders.iter().zip(&found.joints);
     let rate_gains = rate_gains(rules, &found);
-    let muscles = machine.muscles.iter().zip(&found.muscles).zip(limits).zip(rate_gains);
+    let winch = WinchLag { time_constant: pace.stretch_time_constant, dead_time: machine.dead_time() };
+    let allowed = allowed_feedback(&found, &winch);
     let gains = ArmGains {
         damping: 0.53,
         observer_bandwidth: rules.observer_bandwidth,
@@ -84,14 +90,21 @@ pub fn synthesize(
         rest_time_constant: 0.38,
         end_point: end_point(rules, machine, &found, poses)?,
         joints: joints.map(|(encoder, joint)| of_joint(&pace, encoder.as_ref(), joint)).collect(),
-        muscles: muscles
-            .map(|(((design, muscle), limits), rate_gain)| {
-                let gains = of_muscle(&pace, &design.drive, muscle, limits, (resolution, arms));
+        muscles: (0..models.len())
+            .map(|k| {
+                let (design, muscle, allowed) = (&machine.muscles[k], &found.muscles[k], allowed[k]);
+                let gains = of_muscle(&pace, &design.drive, muscle, limits[k], (resolution, arms));
                 // The model's error at the largest tension. Up to a limit that is the drive's alone no motion
                 // goes.
-                let most = design.tension[1].map_or(0.0, |_| limits[1]);
-                let missing_tension = gains.missing_tension.max(MODEL_ERROR * most);
-                MuscleGains { rate_gain, missing_tension, ..gains }
+                let most = design.tension[1].map_or(0.0, |_| limits[k][1]);
+                let correction = muscle.compliance * allowed.correction / models[k].correction;
+                MuscleGains {
+                    rate_gain: rate_gains[k],
+                    missing_tension: gains.missing_tension.max(MODEL_ERROR * most),
+                    backlash_gain: allowed.fraction * allowed.fraction * gains.backlash_gain,
+                    correction_fraction: correction.clamp(LEAST_CORRECTION, 1.0),
+                    ..gains
+                }
             })
             .collect(),
     };
@@ -234,6 +247,7 @@ fn of_muscle(
         presliding_distance: 3.8e-3 * arm,
         backlash_gain: rules.backlash_gain,
         backlash_integral: rules.backlash_integral,
+        correction_fraction: 1.0,
         tension,
         rest_tolerance: [tolerance, 1.55 * tolerance],
         rest_error: [(0.04 * arm).min(5e-4).max(8.0 * count), (0.08 * arm).min(1e-3).max(16.0 * count)],
@@ -252,6 +266,9 @@ fn of_muscle(
         moment_arm_error: MIN_ARM_ERROR.max(ARM_FRACTION * arm_error / arm) + relative,
     }
 }
+
+/// Least fraction of the correction by the load cell, which follows wear and temperature.
+const LEAST_CORRECTION: f64 = 0.1;
 
 /// Relative error of an estimated tension.
 const MODEL_ERROR: f64 = 0.02;
