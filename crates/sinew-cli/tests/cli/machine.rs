@@ -308,6 +308,55 @@ fn hand_of_joints() -> String {
     )
 }
 
+/// A finger that spreads and bends in three joints; mass of its first link, kg, damping of its joints,
+/// Nms/rad.
+fn finger_of_joints(mass: f64, damping: f64) -> String {
+    let link = |name: &str, mass: f64, length: f64| {
+        let (half, inertia) = (0.5 * length, mass * length * length / 12.0 + mass * 2e-5);
+        format!(
+            "<link name=\"{name}\"><inertial><origin xyz=\"0 0 {half}\"/><mass value=\"{mass}\"/><inertia \
+                ixx=\"{inertia}\" iyy=\"{inertia}\" izz=\"{}\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>",
+            4e-5 * mass
+        )
+    };
+    let joint = |[name, parent, child]: [&str; 3], height: f64, axis: &str, [low, high]: [f64; 2]| {
+        format!(
+            "<joint name=\"{name}\" type=\"revolute\"><parent link=\"{parent}\"/><child link=\"{child}\"/>\
+             <origin xyz=\"0 0 {height}\"/><axis xyz=\"{axis}\"/><dynamics damping=\"{damping}\"/>\
+             <limit lower=\"{low}\" upper=\"{high}\" effort=\"1\" velocity=\"8\"/></joint>"
+        )
+    };
+    [
+        "<robot name=\"finger\"><link name=\"palm\"/>".to_owned(),
+        link("side", 0.6 * mass, 0.01) + &link("first", mass, 0.0435),
+        link("second", 0.6 * mass, 0.033) + &link("third", 0.36 * mass, 0.025),
+        joint(["spread", "palm", "side"], 0.05, "1 0 0", [-0.5, 0.5]),
+        joint(["near", "side", "first"], 0.01, "0 1 0", [-0.3, 1.3]),
+        joint(["middle", "first", "second"], 0.0435, "0 1 0", [-0.3, 1.2]),
+        joint(["far", "second", "third"], 0.033, "0 1 0", [-0.3, 1.1]),
+        "</robot>".to_owned(),
+    ]
+    .concat()
+}
+
+#[test]
+fn light_and_undamped_fingers_move_and_no_sensor_of_theirs_is_accused() {
+    let bench = Bench::new();
+    // Links that their dampers stop within a cycle; links that only their cables damp, on short stiff ones.
+    for (mass, damping, pulleys) in [(0.009, 0.01, "6mm"), (0.06, 5e-4, "5mm"), (0.03, 0.0, "8mm")] {
+        bench.write("finger.urdf", finger_of_joints(mass, damping));
+        let new = format!("machine new finger.urdf --pulleys {pulleys} --out finger.toml --force");
+        bench.succeeds(&new);
+        for seed in 1..=2 {
+            let run = format!("track finger.toml --repeats 1 --seed {seed} --json");
+            let answer = json(&bench, &run);
+            let numbers = &answer["tracking"]["observer"];
+            assert_eq!(numbers["ended"], "as_planned", "{mass} kg, {damping} Nms/rad: {numbers}");
+            assert_eq!(numbers["incidents"].as_array().map(Vec::len), Some(0), "{numbers}");
+        }
+    }
+}
+
 #[test]
 fn a_hand_of_joints_alone_gets_tendons_on_pulleys_and_moves() {
     let bench = Bench::new();
