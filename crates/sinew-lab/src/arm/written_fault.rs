@@ -73,7 +73,7 @@ impl WrittenFault {
         self.start_s
     }
 
-    /// The fault of the machine's muscle or joint of that name; it lasts for ever where no duration is
+    /// The fault of the machine's muscle or joint of that name; it lasts indefinitely where no duration is
     /// written.
     ///
     /// # Errors

@@ -286,8 +286,8 @@ impl MuscleDynamics {
         )
     }
 
-    /// Index of an independent joint, stiffness and damping of every spring and damper of a joint along it, in
-    /// the evaluated pose.
+    /// Index of an independent joint, stiffness and damping of every spring and damper of a joint along it,
+    /// in the evaluated pose.
     pub(crate) fn joint_springs(&self) -> impl Iterator<Item = (usize, f64, f64)> {
         let joints = self.robot.parts().joints.iter().enumerate();
         let sprung = joints.filter(|(_, joint)| joint.stiffness > 0.0 || joint.damping > 0.0);

@@ -60,8 +60,8 @@ impl DampingMargins {
     }
 }
 
-/// `W(s) = 1/(1 + t_v s)  1/(1 + s/K)  e^(-s T)`, response of a winch to the travel that is asked of it, as of
-/// [`DampingMargins`].
+/// `W(s) = 1/(1 + t_v s)  1/(1 + s/K)  e^(-s T)`, response of a winch to the travel that is asked of it, as
+/// of [`DampingMargins`].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct WinchLag {
     /// `t_v`, s.
