@@ -347,13 +347,10 @@ fn light_and_undamped_fingers_move_and_no_sensor_of_theirs_is_accused() {
         bench.write("finger.urdf", finger_of_joints(mass, damping));
         let new = format!("machine new finger.urdf --pulleys {pulleys} --out finger.toml --force");
         bench.succeeds(&new);
-        for seed in 1..=2 {
-            let run = format!("track finger.toml --repeats 1 --seed {seed} --json");
-            let answer = json(&bench, &run);
-            let numbers = &answer["tracking"]["observer"];
-            assert_eq!(numbers["ended"], "as_planned", "{mass} kg, {damping} Nms/rad: {numbers}");
-            assert_eq!(numbers["incidents"].as_array().map(Vec::len), Some(0), "{numbers}");
-        }
+        let answer = json(&bench, "track finger.toml --repeats 1 --json");
+        let numbers = &answer["tracking"]["observer"];
+        assert_eq!(numbers["ended"], "as_planned", "{mass} kg, {damping} Nms/rad: {numbers}");
+        assert_eq!(numbers["incidents"].as_array().map(Vec::len), Some(0), "{numbers}");
     }
 }
 

@@ -13,7 +13,10 @@ fn tracked<B: Plant>(setup: &Setup, bus: B) -> (Errors, u64) {
     let cycle = setup.run(bus, |record| {
         assert!(
             matches!(record.command.arm.status, ArmStatus::Following | ArmStatus::Holding),
-            "{:?}",
+            "{} at {} s: {:?} at {:?}",
+            setup.machine.robot.parts().name,
+            setup.machine.period,
+            record.command.arm.status,
             record.moment
         );
         errors.record(&record.reference.q, record.plant.simulated().unwrap().truth().q);

@@ -7,12 +7,13 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 /// Coordinate, velocity and disturbance of every joint: one extended state observer per joint, integrated
-/// implicitly where cables and springs hold the joints, or dampers brake them.
+/// implicitly where cables and springs hold the joints, or where dampers stop them within a step.
 ///
 /// ```text
 /// e = q_m - q^,   w = w_o clip(|e|/e_0, 1, r)
 /// (M + h D + h^2 K) dv = h f + M h (d^ + 3 w^2 e)
-/// K = R^T diag(1/c_b) R + R_s^T diag(k) R_s + diag(k_j),   D = R_s^T diag(b) R_s + diag(b_j)
+/// K = R^T diag(1/c_b) R + R_s^T diag(k) R_s + diag(k_j),   D = diag(b_j)
+/// k_j = b_j = 0 where no joint has  h b_j + h^2 k_j > M_jj
 /// q'^ += dv,   q^ += h (q'^ + 3 w e),   d^ += h w^3 e
 /// ```
 ///
@@ -25,7 +26,7 @@ use alloc::vec::Vec;
 /// | e_0, r | threshold of the innovation above which the bandwidth grows, largest growth   | rad, 1  |
 /// | M, R   | mass matrix and moment arms                                                  | kg m^2, m |
 /// | c_b    | compliance of a cable whose far end sticks, its last cell                      | m/N     |
-/// | R_s, k, b | moment arms of tendons with springs, stiffness where not slack, damping          | m, N/m, N s/m |
+/// | R_s, k | moment arms and stiffnesses of the springs of tendons that are not slack        | m, N/m  |
 /// | k_j, b_j | stiffness and damping of the joints                                           | Nm/rad, Nm s/rad, or N/m, N s/m |
 ///
 /// The estimated tensions follow `q^`: a far end that sticks is a spring, whose mode an explicit step of `h`
@@ -134,17 +135,16 @@ impl JointObserver {
         let n = self.q.len();
         body.mass_matrix(&mut self.mass)?;
         self.augmented.copy_from_slice(&self.mass);
-        for (joint, stiffness, damping) in body.joint_springs() {
-            self.augmented[joint * n + joint] += h * damping + h * h * stiffness;
+        let resistances = || body.joint_springs().map(|(joint, k, b)| (joint * (n + 1), h * b + h * h * k));
+        // Otherwise an explicit step is as good. A link that is stopped makes those before it lighter.
+        if resistances().any(|(own, resistance)| resistance > self.mass[own]) {
+            resistances().for_each(|(own, resistance)| self.augmented[own] += resistance);
         }
-        let springs = body.springs().map(|spring| {
-            let stiffness = if spring.stretch == 0.0 { 0.0 } else { spring.stiffness };
-            (spring.cable, h * spring.damping + h * h * stiffness)
-        });
-        let cables = self.stiffness.iter().map(|stiffness| h * h * stiffness).enumerate();
-        for (cable, resistance) in cables.chain(springs) {
+        let stretched = body.springs().filter(|spring| spring.stretch != 0.0);
+        let springs = stretched.map(|spring| (spring.cable, spring.stiffness));
+        for (cable, stiffness) in self.stiffness.iter().copied().enumerate().chain(springs) {
             for (i, arm) in body.crossings(cable) {
-                let weighted = resistance * arm;
+                let weighted = h * h * stiffness * arm;
                 for (j, other) in body.crossings(cable).filter(|(j, _)| *j <= i) {
                     self.augmented[i * n + j] += weighted * other;
                 }
@@ -228,7 +228,8 @@ mod tests {
             let joint = &body.robot().parts().joints[i];
             H * joint.damping + H * H * joint.stiffness
         };
-        let own = |i: usize, j: usize| if i == j { of_joint(i) } else { 0.0 };
+        let stops = (0..n).any(|i| of_joint(i) > mass[i * n + i]);
+        let own = |i: usize, j: usize| if stops && i == j { of_joint(i) } else { 0.0 };
         let row = |i: usize| {
             (0..n).map(|j| mass[i * n + j] + H * H * stiffness(i, j) + own(i, j)).collect::<Vec<_>>()
         };
