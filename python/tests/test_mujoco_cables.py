@@ -332,7 +332,7 @@ def test_a_sheath_on_a_cable_is_refused_in_xml() -> None:
         config = f'<config key="{key}" value="{text}"/>'
         return f'<plugin plugin="sinew.{kind}"><instance name="{kind}">{config}</instance></plugin>'
 
-    cable = instance("cable", "cables", "cable: free=1 pulley=1 free=1 friction=0.1 compliance_per_n=1e-4")
+    cable = instance("cable", "cables", "cable: free=0.2 sheath=0.8/4 free=0.5 friction=0.1 compliance_per_n=1e-4")
     sheath = instance("sheath", "sheaths", "cable: mu=0.1 bend=1")
     motor = '<motor name="winch" tendon="cable" gear="-1"/>'
     winch = '<plugin tendon="cable" plugin="sinew.cable" instance="cable"/>'
