@@ -50,7 +50,7 @@ pub struct FaultSyntaxError(&'static str);
 
 /// A name that no part of the machine has, or none of that kind.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{fault}: expected the name of a {kind}: {}", known.join(", "))]
+#[error("{fault}: expected the name of a {kind}: {}", listed(known))]
 pub struct UnknownPart {
     /// The fault as it was written.
     pub fault: String,
@@ -58,6 +58,10 @@ pub struct UnknownPart {
     pub kind: &'static str,
     /// The names of that kind.
     pub known: Vec<String>,
+}
+
+fn listed(names: &[String]) -> String {
+    if names.is_empty() { "there is none".to_owned() } else { names.join(", ") }
 }
 
 impl WrittenFault {
@@ -246,6 +250,8 @@ mod tests {
         assert_eq!(fault.component, Component::Exchange(ExchangeFailure::Lost));
         let fault: WrittenFault = "push:elbow:-4@3+1".parse().unwrap();
         assert_eq!(fault.component, Component::Push(-4.0));
+        let none = UnknownPart { fault: "cable:a@1".to_owned(), kind: "muscle", known: Vec::new() };
+        assert_eq!(none.to_string(), "cable:a@1: expected the name of a muscle: there is none");
         for text in ["push:elbow@3", "friction:triceps:120@3", "cycles:gone@3", "cable:triceps:lost@3"] {
             assert!(text.parse::<WrittenFault>().is_err(), "{text}");
         }

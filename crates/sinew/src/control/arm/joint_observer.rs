@@ -32,8 +32,8 @@ use alloc::vec::Vec;
 /// The estimated tensions follow `q^`: a far end that sticks is a spring, whose mode an explicit step of `h`
 /// cannot integrate above `sqrt(3 w_o/h)`, 417 rad/s at a millisecond; nor can it a finger's link of a gram
 /// in a joint with friction, `b_j/M` above `2/h`. Without a measurement, `e = 0`: the joint moves on its
-/// model. The low bandwidth filters the encoder's quantisation; the high one follows a
-/// joint that breaks away from stiction.
+/// model. The low bandwidth filters the encoder's quantisation; the high one follows a joint that breaks
+/// away from stiction.
 ///
 /// # Departs
 /// The implicit step has no term `-h^2 K q'^` on the right: the winch moves along, so that it would only be a
