@@ -22,9 +22,11 @@ struct Outcome {
     seconds: f64,
 }
 
-fn track(seed: u64) -> Result<Outcome, String> {
+/// With a control cycle of `period` s.
+fn track(seed: u64, period: f64) -> Result<Outcome, String> {
     let text = |error: sinew_lab::Error| error.to_string();
     let Sampled { machine, what, trajectory, hold } = sampled(seed)?;
+    let machine = Machine { period, ..machine };
     let rules = match verify(&machine, &trajectory, 1).map_err(text)?.verified {
         Verified::Tracks(rules) | Verified::Inaccurate(rules, _) => rules,
         Verified::Fails(reason) => return Err(format!("{what}: {reason}")),
@@ -46,11 +48,11 @@ fn track(seed: u64) -> Result<Outcome, String> {
 }
 
 /// Runs the machines of these seeds, prints the table of docs/campaigns.md and returns those that ran.
-fn campaign(seeds: &[u64]) -> Vec<Outcome> {
+fn campaign(seeds: &[u64], period: f64) -> Vec<Outcome> {
     let results: Vec<Result<Outcome, String>> = seeds
         .par_iter()
         .map(|&seed| {
-            let found = track(seed);
+            let found = track(seed, period);
             match &found {
                 Err(reason) => eprintln!("{seed} refused: {reason}"),
                 Ok(run) if run.is_quiet() => eprintln!("{seed} {}: {:?}", run.what, run.ended),
@@ -85,21 +87,26 @@ impl Outcome {
 #[test]
 fn machines_without_a_fault_are_not_stopped_and_report_nothing() {
     // Fine encoders of light joints that stand for milliseconds, a bench's cable, no encoder.
-    let ran = campaign(&[107, 119, 114, 117]);
+    let ran = campaign(&[107, 119, 114, 117], 1e-3);
     assert!(ran.len() > 2 && ran.iter().all(Outcome::is_quiet), "{ran:?}");
 }
 
 #[test]
 fn long_campaign_of_healthy_machines() {
-    // `SINEW_HEALTHY=first seed,machines`; with `SINEW_LONG` a hundred.
+    // `SINEW_HEALTHY=first seed,machines,milliseconds`; with `SINEW_LONG` a hundred at one.
     let given = std::env::var("SINEW_HEALTHY").ok();
     if given.is_none() && std::env::var_os("SINEW_LONG").is_none() {
         eprintln!("skipped: neither SINEW_LONG nor SINEW_HEALTHY is set");
         return;
     }
     let given = given.unwrap_or_else(|| "1000,100".into());
-    let numbers: Vec<u64> = given.split(',').map(|number| number.parse().unwrap()).collect();
-    let [first, count] = numbers[..] else { panic!("{given}: expected two numbers") };
+    let (seeds, milliseconds) = match given.split(',').collect::<Vec<_>>()[..] {
+        [first, count] => ([first, count], "1"),
+        [first, count, milliseconds] => ([first, count], milliseconds),
+        _ => panic!("{given}: expected two or three numbers"),
+    };
+    let [first, count] = seeds.map(|number| number.parse::<u64>().unwrap());
     let seeds: Vec<u64> = (first..first + count).collect();
-    assert!(campaign(&seeds).iter().all(Outcome::is_quiet));
+    let period = 1e-3 * milliseconds.parse::<f64>().unwrap();
+    assert!(campaign(&seeds, period).iter().all(Outcome::is_quiet));
 }

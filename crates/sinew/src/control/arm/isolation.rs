@@ -2,6 +2,7 @@ use super::correction_history::CorrectionHistory;
 use super::gains::{ArmGains, MuscleGains};
 use super::open_loop::Copied;
 use super::status::{Fault, Symptom};
+use crate::machine::DEFAULT_PERIOD;
 use crate::muscle::MuscleDynamics;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -14,6 +15,7 @@ use alloc::vec::Vec;
 /// f_k = R_k.(tau_d - tau_d,0)/R_k.R_k  force that the anchor lacks                          cell - b e^-theta
 /// lambda = -f_k/(T_o^ - F_o)           1: the far tension without the cell is right; 0: that with it
 /// step of a cell    |dT| > 8 s + 0.3 F + K 0.1 mm  and  |T - T^| > h_f
+/// noise of a cell   mean |d2T| > 9.8 s max(h/1 ms, 1) + 0.02 F  and  > 1.3 mean |dT|
 /// alarm             |y| > h_s for 20 ms  or  |r| > 2.4 h_f for 50 ms;   k has the largest |y|/h_s
 /// joint encoder j   the column K R_j explains three quarters of sum (y/h_s)^2, and more than k alone, for 0.1 s
 /// load cell k       |T_o^ - F_o| > h_t      after  80 ms   and  lambda > 0.5
@@ -218,7 +220,8 @@ const ROUGHNESS_FILTER: f64 = 0.05;
 const ROUGHNESS_READINGS: f64 = 16.0;
 /// Mean magnitude of the second difference of white noise of unit deviation: `sqrt(6) sqrt(2/pi)`.
 const SECOND_DIFFERENCE: f64 = 1.954_41;
-/// Growth of the noise that is a fault.
+/// Growth of the noise that is a fault at a millisecond. In longer cycles winches pull further for a count of
+/// an encoder, and light joints vibrate at half their rate.
 const NOISE_GROWTH: f64 = 5.0;
 /// Ratio of the second to the first difference above which it is white noise, 1.73 for such noise alone,
 /// rather than a cable that vibrates.
@@ -634,7 +637,8 @@ impl Watched {
         let [last, before] = self.readings;
         self.readings = [measured, last];
         let second = (measured - 2.0 * last + before).abs();
-        let limit = SECOND_DIFFERENCE * NOISE_GROWTH * self.noise + ROUGH_FRACTION * self.near;
+        let growth = NOISE_GROWTH * (h / DEFAULT_PERIOD).max(1.0);
+        let limit = SECOND_DIFFERENCE * growth * self.noise + ROUGH_FRACTION * self.near;
         // A single step is not noise.
         if second.is_finite() {
             let first = (measured - last).abs();

@@ -28,7 +28,7 @@ pub const RULE_SOURCES: [(&str, &str); 4] = [
 /// ```text
 /// F_min = T_0 + max(14 sigma, 1.5 T_l e^A),    F_max = T_h e^-A + T_0
 /// w = 9.5 rad/s,   w_d = 1.3 w,   zeta = 0.53,   w_o = 58 rad/s
-/// kappa = 0.94,   lambda = 5.5 f_k^2,   lambda_i = 4.4 1/s,   c = 60 rad/s
+/// kappa = 0.94,   lambda = l_k <= 5.5,   lambda_i = 4.4 1/s,   c = 60 rad/s
 /// observer  the load cell corrects by K_k 1/s at most, by a tenth of its model's gain at least
 /// t_d,k = min(0.15 s, c/Om_k^2),   lowered until  sum_j B_kj t_d,j <= 2 c   (`shared_damping`)
 /// v_max = 0.93 v_d,   a_max = a_d,   a = 0.35 a_d,   a_s = 0.4 a_d,   t_v = 5.6 ms,   x_t = 3.8 mrad r_k,   e_0 = 10 D
@@ -51,7 +51,7 @@ pub const RULE_SOURCES: [(&str, &str); 4] = [
 /// | D, r_k   | resolution of the joints' encoders; largest moment arm of the muscle           | rad, m    |
 /// | x_j .. r_v,max, dT | thresholds of fault detection, [`JointGains`] and [`MuscleGains`]          |           |
 /// | a, a_r   | tolerance of the moment arms, [`Machine::moment_arm_tolerance`]               | m, 1      |
-/// | f_k, K_k | what the damping of the joints allows; `f_k` is 1 but for lightly damped ones  | 1, 1/s    |
+/// | l_k, K_k | what the damping of the joints and the period allow; `l_k` is 5.5 for most machines | 1, 1/s   |
 /// | Om_k, B, G_k, theta_G, tau, I | [`Characteristics`]                                                 | rad/s, 1/s^2, rad |
 ///
 /// The numbers are [`ControlRules`] where a user may want to change them.
@@ -79,7 +79,7 @@ pub fn synthesize(
     let joints = machine.encoders.iter().zip(&found.joints);
     let rate_gains = rate_gains(rules, &found);
     let winch = WinchLag { time_constant: pace.stretch_time_constant, dead_time: machine.dead_time() };
-    let allowed = allowed_feedback(&found, &winch);
+    let allowed = allowed_feedback(&found, &winch, rules, pace.period);
     let gains = ArmGains {
         damping: 0.53,
         observer_bandwidth: rules.observer_bandwidth,
@@ -101,7 +101,7 @@ pub fn synthesize(
                 MuscleGains {
                     rate_gain: rate_gains[k],
                     missing_tension: gains.missing_tension.max(MODEL_ERROR * most),
-                    backlash_gain: allowed.fraction * allowed.fraction * gains.backlash_gain,
+                    backlash_gain: allowed.backlash_gain,
                     correction_fraction: correction.clamp(LEAST_CORRECTION, 1.0),
                     ..gains
                 }

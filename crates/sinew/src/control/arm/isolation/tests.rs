@@ -139,17 +139,22 @@ fn a_reading_that_steps_further_than_a_winch_can_pull_is_not_used_until_it_agree
 
 #[test]
 fn a_cell_whose_noise_has_grown_five_times_is_noisy_one_with_its_own_noise_and_a_ramp_are_not() {
-    let noisy = |factor: f64, slope: f64| {
+    let found = |h: f64, factor: f64, slope: f64| {
         let mut rig = Rig::new();
         let mut random = crate::random::Random::new(7);
-        (0..3000).any(|k| {
-            let tension = NEAR + slope * H * f64::from(k) + factor * 0.4 * random.normal();
-            !rig.isolation.check(0, H, tension, NEAR + slope * H * f64::from(k), &[0.2])
-                && rig.isolation.bridged(0) == Some((Fault::TensionSensor(0), Symptom::Noisy))
+        (0..3000).find_map(|k| {
+            let estimated = NEAR + slope * h * f64::from(k);
+            let tension = estimated + factor * 0.4 * random.normal();
+            rig.isolation.check(0, h, tension, estimated, &[0.2]);
+            rig.isolation.bridged(0).map(|(_, symptom)| symptom)
         })
     };
+    let noisy = |factor, slope| found(H, factor, slope) == Some(Symptom::Noisy);
     assert!(noisy(10.0, 0.0) && noisy(20.0, 100.0));
     assert!(!noisy(1.0, 0.0) && !noisy(2.5, 0.0) && !noisy(1.0, 2e3));
+    // Four times as much in four milliseconds.
+    assert_eq!(found(4.0 * H, 10.0, 0.0), None);
+    assert!(found(4.0 * H, 40.0, 0.0).is_some());
 }
 
 #[test]
