@@ -1,8 +1,9 @@
-//! A progress bar on terminals, for runs of more than two seconds.
+//! Progress of runs of more than two seconds: a bar on terminals, a line now and then elsewhere.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::{IsTerminal, Write, stderr};
 use std::sync::OnceLock;
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
 /// Time since the first bar after which one appears: what takes long in parts is seen as well.
@@ -13,6 +14,9 @@ const LATER: Duration = Duration::from_millis(300);
 static BEGUN: OnceLock<Instant> = OnceLock::new();
 /// Interval at which its clock is drawn, also while a stage reports nothing.
 const TICK: Duration = Duration::from_millis(250);
+
+/// Interval between two lines where no bar can be drawn: in a file or a pipe.
+const LINES: Duration = Duration::from_secs(10);
 
 /// A bar, and what is shown where it is unknown how far a run is.
 const MEASURED: &str = "{bar:30} {percent:>3} % {elapsed:>4} {msg}";
@@ -33,9 +37,14 @@ impl Progress {
         let shown = bar.clone();
         let left = DELAY.saturating_sub(BEGUN.get_or_init(Instant::now).elapsed()).max(LATER);
         std::thread::spawn(move || {
-            if waiting.recv_timeout(left) == Err(RecvTimeoutError::Timeout) {
+            if waiting.recv_timeout(left) != Err(RecvTimeoutError::Timeout) {
+                return;
+            }
+            if stderr().is_terminal() {
                 shown.set_draw_target(ProgressDrawTarget::stderr());
                 shown.enable_steady_tick(TICK);
+            } else {
+                write_lines(&shown, &waiting);
             }
         });
         Self { bar, _ended: ended }
@@ -62,6 +71,17 @@ impl Progress {
     /// Nothing more is shown.
     pub(crate) fn end(&self) {
         self.bar.finish_and_clear();
+    }
+}
+
+/// Writes what a bar would show, until its run has ended or nobody reads any more.
+fn write_lines(bar: &ProgressBar, ended: &Receiver<()>) {
+    while ended.recv_timeout(LINES) == Err(RecvTimeoutError::Timeout) {
+        let (elapsed, stage, percent) = (bar.elapsed().as_secs(), bar.message(), bar.position());
+        let done = if percent > 0 { format!(": {percent} %") } else { String::new() };
+        if stderr().write_all(format!("[{elapsed:>4} s] {stage}{done}\n").as_bytes()).is_err() {
+            return;
+        }
     }
 }
 
