@@ -33,6 +33,18 @@ fn a_machine_at_two_and_four_milliseconds_tracks_and_its_errors_stay_near_those_
 }
 
 #[test]
+fn healthy_load_cells_of_light_machines_are_not_reported_in_long_cycles() {
+    let bench = Bench::new();
+    for (name, period) in [("spring_finger", "0.004"), ("finger", "0.004"), ("surgical_wrist", "0.01")] {
+        machine(&bench, name, period);
+        let run = bench.succeeds("track machine.toml --unverified --duration 25 --repeats 1 --seed 1 --json");
+        let tracking = &json(&run.stdout)["tracking"]["observer"];
+        assert_eq!(tracking["ended"], "as_planned", "{name}");
+        assert_eq!(tracking["incidents"].as_array().map(Vec::len), Some(0), "{name}: {tracking}");
+    }
+}
+
+#[test]
 fn a_period_outside_of_its_range_is_refused_with_file_line_key_and_value() {
     let bench = Bench::new();
     for wrong in ["0.0004", "0.021", "0.0", "-0.001", "\"1 ms\"", "nan"] {
