@@ -220,8 +220,8 @@ const ROUGHNESS_FILTER: f64 = 0.05;
 const ROUGHNESS_READINGS: f64 = 16.0;
 /// Mean magnitude of the second difference of white noise of unit deviation: `sqrt(6) sqrt(2/pi)`.
 const SECOND_DIFFERENCE: f64 = 1.954_41;
-/// Growth of the noise that is a fault at a millisecond. In longer cycles winches pull further for a count of
-/// an encoder, and light joints vibrate at half their rate.
+/// Growth of the noise that is a fault at a millisecond. In longer cycles winches move further for one count
+/// of an encoder, and light joints vibrate at half the sampling frequency.
 const NOISE_GROWTH: f64 = 5.0;
 /// Ratio of the second to the first difference above which it is white noise, 1.73 for such noise alone,
 /// rather than a cable that vibrates.

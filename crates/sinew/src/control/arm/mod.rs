@@ -3,6 +3,7 @@
 
 mod acceleration_law;
 mod actuation;
+mod allowed_feedback;
 mod anchor_motion;
 mod cable_states;
 mod controller;
@@ -16,7 +17,6 @@ mod joint_limits;
 mod joint_monitor;
 mod joint_observer;
 mod joint_stiffness;
-mod light_damping;
 mod locked_winches;
 mod margins;
 mod open_loop;

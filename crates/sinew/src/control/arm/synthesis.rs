@@ -1,6 +1,6 @@
+use super::allowed_feedback::allowed_feedback;
 use super::gains::{ArmGains, EndPointGains, JointGains, MuscleGains};
 use super::joint_monitor::JUMP_COUNTS;
-use super::light_damping::allowed_feedback;
 use super::margins::WinchLag;
 use super::pace::Pace;
 use crate::Error;
@@ -17,7 +17,7 @@ use alloc::vec::Vec;
 /// them, so that they are written down once.
 pub const RULE_SOURCES: [(&str, &str); 4] = [
     ("Rules", include_str!("synthesis.rs")),
-    ("Lightly damped joints", include_str!("light_damping.rs")),
+    ("Feedback that damping and period allow", include_str!("allowed_feedback.rs")),
     ("What they follow from", include_str!("../../machine/characteristics.rs")),
     ("What limits a joint", include_str!("joint_limits.rs")),
 ];

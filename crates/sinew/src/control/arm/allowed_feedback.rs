@@ -22,9 +22,9 @@ use alloc::vec::Vec;
 /// A winch that answers a displacement of its anchor with the lag `phi` does work on the motion: the
 /// compensation of the dead band, which is up to `lambda/2` beyond the position gain, and the correction by
 /// the load cell, where the model's compliance is off. What is lost in the joints has to exceed it. A cable
-/// that sticks dissipates more, one that slides does not. An anchor that follows its winch within a cycle
-/// closes another loop: per cycle, it takes back `g = (kappa + lambda/2) T/t_v` of a displacement, and from
-/// one on anchor and winch swing at half the rate of the cycle.
+/// that sticks dissipates more, one that slides does not. Where an anchor follows its winch within a cycle,
+/// feedback corrects `g = (kappa + lambda/2) T/t_v` of a displacement per cycle, and near `g = 1` anchor and
+/// winch oscillate at half the sampling frequency. `rho_k` tells how far the anchor follows there.
 ///
 /// # Source
 /// Our own: hands drawn at random with and without friction in their joints, on pulleys of 5 to 12 mm, and
