@@ -16,6 +16,8 @@ const PLATFORM: &str = "manylinux_2_17";
 const TARGET: &str = "x86_64-unknown-linux-gnu";
 const GLIBC: &str = "2.17";
 const FOLDER: &str = "target/dist";
+/// The wheel as maturin leaves it, without the program.
+const BUILT: &str = "target/wheel/built";
 const MANIFEST: &str = "crates/sinew-cli/Cargo.toml";
 const FEATURES: &str = "parquet,mat73,ros,foxglove";
 /// Of the archive, beside the program and what it writes of itself: what its README leads to.
@@ -54,14 +56,13 @@ const FIRST_COMMANDS: &str = "
 /// Builds wheel and source distribution, has the wheel judged, and uses it in a clean environment.
 pub(crate) fn wheel(root: &Path) -> Result<(), String> {
     let (tools, path) = tools(root)?;
-    // So that the only wheel is the one that is built.
-    let folder = emptied(root, FOLDER)?;
+    // Emptied, so that the only wheel is the one that is built.
+    let folder = emptied(root, BUILT)?;
     let build = ["-m", "maturin", "build", "--release", "--locked", "--zig", "--compatibility", PLATFORM];
     let mut build = python(root, &tools, &build);
-    build.args(["--target", TARGET, "--out", FOLDER, "--"]).args(system_unwinder()?);
+    build.args(["--target", TARGET, "--out", BUILT, "--"]).args(system_unwinder()?);
     succeed(build.env("PATH", &path))?;
-    let wheel = only_entry(&folder)?.display().to_string();
-    add_program(root, &tools, &wheel, &program(root, &tools, &path)?)?;
+    let wheel = add_program(root, &tools, &only_entry(&folder)?, &program(root, &tools, &path)?)?;
     succeed(&mut python(root, &tools, &["-m", "auditwheel", "show", &wheel]))?;
     succeed(&mut python(root, &tools, &["-m", "maturin", "sdist", "--out", FOLDER]))?;
     let clean = emptied(root, "target/wheel/clean")?;
@@ -144,21 +145,24 @@ pub(crate) fn archive(root: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Adds the program to a wheel, so that who has it has the commands of the book: maturin takes either a
-/// package or a program.
-fn add_program(root: &Path, tools: &Path, wheel: &str, program: &Path) -> Result<(), String> {
+/// Packs a wheel anew with the program, so that who has it has the commands of the book: maturin takes either
+/// a package or a program.
+fn add_program(root: &Path, tools: &Path, wheel: &Path, program: &Path) -> Result<String, String> {
     let unpacked = emptied(root, "target/wheel/unpacked")?;
     let run = |what: &str, of: &str, flag: &str, to: &str| {
         succeed(&mut python(root, tools, &["-m", "wheel", what, of, flag, to]))
     };
-    run("unpack", wheel, "--dest", &unpacked.display().to_string())?;
+    run("unpack", &wheel.display().to_string(), "--dest", &unpacked.display().to_string())?;
     let package = only_entry(&unpacked)?;
     let name = package.file_name().unwrap_or_default().display().to_string();
     let scripts = package.join(format!("{name}.data/scripts"));
     let written =
         std::fs::create_dir_all(&scripts).and_then(|()| std::fs::copy(program, scripts.join("sinew")));
     written.map_err(|e| format!("{}: {e}", scripts.display()))?;
-    run("pack", &package.display().to_string(), "--dest-dir", FOLDER)
+    let folder = root.join(FOLDER);
+    std::fs::create_dir_all(&folder).map_err(|e| format!("{FOLDER}: {e}"))?;
+    run("pack", &package.display().to_string(), "--dest-dir", FOLDER)?;
+    Ok(folder.join(wheel.file_name().unwrap_or_default()).display().to_string())
 }
 
 /// The one file or folder in a folder.
