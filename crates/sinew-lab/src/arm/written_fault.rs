@@ -75,6 +75,12 @@ fn listed(names: &[String]) -> String {
 }
 
 impl WrittenFault {
+    /// As it was written.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
     /// Refuses a fault that would begin when the run is over: nothing would come of it, without a word.
     ///
     /// # Errors
