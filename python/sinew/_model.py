@@ -48,6 +48,8 @@ class Scores:
     rmse_out_of_range: float | None
     #: Trials that were `judged`, those of an `other` specimen, and the one that deviates `most`.
     specimen: dict[str, Any] | None
+    #: Fraction of samples at which the hysteresis still depends on its unknown beginning.
+    state_unknown: float | None
 
 
 @dataclass(frozen=True, slots=True)

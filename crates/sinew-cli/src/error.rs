@@ -3,6 +3,7 @@
 use crate::table_error::TableError;
 use sinew::description::machine::Places;
 use sinew_identify::{ColumnRole, Error as IdentifyError};
+use sinew_lab::arm::{LateFault, UnknownPart};
 use sinew_lab::machine_file::{MachineFileError, TextFileError};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -133,29 +134,12 @@ pub(crate) enum Error {
         /// What is wrong there.
         source: serde_json::Error,
     },
-    /// A name that no part of the robot has, or none of that kind.
-    #[error("{flag} {value}: expected the name of a {kind}: {}", listed(known))]
-    UnknownPart {
-        /// The flag.
-        flag: &'static str,
-        /// The value as given.
-        value: String,
-        /// Muscle or joint.
-        kind: &'static str,
-        /// The names of that kind.
-        known: Vec<String>,
-    },
-    /// A fault of a part that the robot does not have.
-    #[error("--fault {0}")]
-    UnknownFault(#[from] sinew_lab::arm::UnknownPart),
+    /// A name that no part of the robot has, or none of that kind; with the flag that has it.
+    #[error("{0} {1}")]
+    UnknownPart(&'static str, UnknownPart),
     /// A fault that begins when the run is over.
-    #[error("--fault {value}: expected a start before the end of the run, which is at {end_s:.3} s")]
-    LateFault {
-        /// The value as given.
-        value: String,
-        /// End of the run with its rests, s.
-        end_s: f64,
-    },
+    #[error("--fault {0}")]
+    LateFault(#[from] LateFault),
     /// A row of a table that cannot be used.
     #[error("{}: {source}", file.display())]
     Table {
@@ -334,11 +318,6 @@ fn names_part(error: sinew::Error) -> bool {
     matches!(error, sinew::Error::Part { .. } | sinew::Error::PartOutOfDomain { .. })
 }
 
-/// Names, or that there is none.
-fn listed(names: &[String]) -> String {
-    if names.is_empty() { "there is none".to_owned() } else { names.join(", ") }
-}
-
 /// By how much longer a motion that is too fast would have to last.
 fn longer(infeasibility: &sinew::trajectory::Infeasibility) -> String {
     use sinew::trajectory::Violation;
@@ -424,6 +403,11 @@ impl Error {
     pub(crate) fn recording(file: &Path) -> impl Fn(sinew_record::Error) -> Self {
         let file = file.to_owned();
         move |source| Self::Recording { file: file.clone(), source: Box::new(source) }
+    }
+
+    /// A name in the value of a flag that is none of those that are known.
+    pub(crate) fn unknown(flag: &'static str, given: &str, kind: &'static str, known: Vec<String>) -> Self {
+        Self::UnknownPart(flag, UnknownPart { given: given.to_owned(), kind, known })
     }
 
     /// Wraps an error of a file's table.

@@ -74,19 +74,38 @@ impl Progress {
     }
 }
 
-/// Writes what a bar would show, until its run has ended or nobody reads any more.
+/// Writes lines of progress, until its run has ended or nobody reads any more.
 fn write_lines(bar: &ProgressBar, ended: &Receiver<()>) {
     while ended.recv_timeout(LINES) == Err(RecvTimeoutError::Timeout) {
-        let (elapsed, stage, percent) = (bar.elapsed().as_secs(), bar.message(), bar.position());
-        let done = if percent > 0 { format!(": {percent} %") } else { String::new() };
-        if stderr().write_all(format!("[{elapsed:>4} s] {stage}{done}\n").as_bytes()).is_err() {
+        if stderr().write_all(line(bar).as_bytes()).is_err() {
             return;
         }
     }
 }
 
+/// What a bar would show, as a line.
+fn line(bar: &ProgressBar) -> String {
+    let (elapsed, stage, percent) = (bar.elapsed().as_secs(), bar.message(), bar.position());
+    let done = if percent > 0 { format!(": {percent} %") } else { String::new() };
+    format!("[{elapsed:>4} s] {stage}{done}\n")
+}
+
 impl Drop for Progress {
     fn drop(&mut self) {
         self.end();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_has_the_stage_and_what_is_known_of_its_end() {
+        let progress = Progress::new();
+        progress.show("fitting the cable", 0.0);
+        assert_eq!(line(&progress.bar), "[   0 s] fitting the cable\n");
+        progress.show("planning the motion", 0.347);
+        assert_eq!(line(&progress.bar), "[   0 s] planning the motion: 34 %\n");
     }
 }

@@ -4,7 +4,7 @@
 //!
 //! | name      | what it changes                                                                         |
 //! |-----------|-----------------------------------------------------------------------------------------|
-//! | old       | nothing                                                                                 |
+//! | unchanged | nothing                                                                                 |
 //! | scaled    | gain and offset of the old prediction                                                   |
 //! | corrected | gain and offset, then a regression on stops and loop coordinates of what is left        |
 //! | transfer  | gain and offset, then the networks with their old weights as prior mean (the default)   |
@@ -60,7 +60,7 @@ pub fn adapt(
     let strength = correction_strength(old, &logs, &folds);
     let correct = |training: &[&Run]| corrected(old, training, strength?);
     let variants: [(&str, &str, &Variant<'_>); 5] = [
-        ("old", "the old model as it was", &|training| Some(remeasured(prior.clone(), training))),
+        ("unchanged", "the old model as it was", &|training| Some(remeasured(prior.clone(), training))),
         ("scaled", "the old model with a new gain and offset", &|training| scaled(prior, training)),
         ("corrected", "the old model plus a regression on stops and loops of the near side", &correct),
         (

@@ -175,6 +175,23 @@ pub enum Error {
         /// The columns of the log.
         columns: Vec<String>,
     },
+    /// Time that is written with too few digits for its samples.
+    #[error(
+        "{file}: expected one sample at a time, {simultaneous} of {rows} samples have the time of the one before \
+            them and other values: the times have too few digits, or the file has several rows for one moment; \
+            count the samples in place of that column if they are evenly spaced (--rate {rate_hz:.4}; in Python \
+            rate_hz=)"
+    )]
+    CoarseTime {
+        /// The log.
+        file: String,
+        /// Samples with the time of the one before them.
+        simultaneous: usize,
+        /// All samples.
+        rows: usize,
+        /// Their mean rate, Hz.
+        rate_hz: f64,
+    },
     /// Time whose unit is not stated and cannot be told.
     #[error(
         "{file}, column `{column}`: expected a unit of time, none is stated and {interval} from sample to \

@@ -34,6 +34,9 @@ pub struct Scores {
     pub rmse_out_of_range: Option<f64>,
     /// Whether its trials are of the specimen in training; none where no trial shows it.
     pub specimen: Option<SpecimenScore>,
+    /// Fraction of samples at which the hysteresis still depends on its unknown beginning: there the band is
+    /// as wide as friction allows.
+    pub state_unknown: Option<f64>,
 }
 
 /// Trials held against the specimen in training.
@@ -66,18 +69,21 @@ impl SpecimenScore {
 struct Compared {
     inside: Comparison,
     outside: Comparison,
+    /// Samples whose state is unknown.
+    unknown: u64,
 }
 
 impl Compared {
     fn merge(&mut self, other: &Self) {
         self.inside.merge(&other.inside);
         self.outside.merge(&other.outside);
+        self.unknown += other.unknown;
     }
 
     fn scores(&self) -> Scores {
         let mut all = self.inside;
         all.merge(&self.outside);
-        let fraction = self.outside.count() as f64 / all.count() as f64;
+        let fraction = |of: u64| Some(of as f64 / all.count() as f64).filter(|fraction| fraction.is_finite());
         Scores {
             n: all.count(),
             mse: all.mse(),
@@ -85,11 +91,12 @@ impl Compared {
             pearson: all.pearson(),
             percent_of_range: all.percent_of_range(None),
             coverage95: all.coverage(),
-            out_of_range: fraction.is_finite().then_some(fraction),
+            out_of_range: fraction(self.outside.count()),
             expected: None,
             rmse_in_range: self.inside.rmse(),
             rmse_out_of_range: self.outside.rmse(),
             specimen: None,
+            state_unknown: fraction(self.unknown),
         }
     }
 }
@@ -225,6 +232,7 @@ pub fn evaluate(model: &Model, data: &Dataset, reading_s: Option<f64>) -> Result
         for (row, prediction) in predictions.iter().enumerate() {
             if sequence.scored[row] {
                 let log = &mut logs[sequence.log];
+                log.unknown += u64::from(prediction.flags.state_unknown);
                 let side = if prediction.flags.out_of_range { &mut log.outside } else { &mut log.inside };
                 side.push_with_band(sequence.far[row], prediction.mean, prediction.half_width())?;
             }

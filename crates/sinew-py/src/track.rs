@@ -289,8 +289,7 @@ pub(crate) fn track<'py>(
     Ok((numbers, columns(py, &trace)?, warning))
 }
 
-/// The faults of the machine, all of which begin before the run is over: nothing would come of a later one,
-/// without a word.
+/// The faults of the machine, all of which begin before the run is over.
 fn injected(
     conditions: &Conditions,
     machine: &sinew::machine::Machine,
@@ -303,11 +302,7 @@ fn injected(
     let fault = |text: &String| {
         let written: WrittenFault =
             text.parse().map_err(|error| Failure::refused(format!("faults: {text:?}: {error}")))?;
-        if written.start_s() >= end_s {
-            return Err(Failure::refused(format!(
-                "faults: {text:?}: expected a start before the end of the run, which is at {end_s:.3} s"
-            )));
-        }
+        written.begins_before(end_s).map_err(|error| Failure::refused(format!("faults: {error}")))?;
         written.of(machine).map_err(|error| Failure::refused(format!("faults: {error}")))
     };
     conditions.faults.iter().map(fault).collect()

@@ -126,7 +126,8 @@ fn bracketed(column: &str) -> Option<(&str, &str)> {
 /// A unit as reports write it; empty for one that they do not know.
 pub(super) fn unit(suffix: &str) -> &'static str {
     match suffix {
-        "kN" => "kN",
+        "kN" | "kn" => "kN",
+        "mN" | "mn" => "mN",
         "lbf" | "lb" => "lbf",
         "kg" => "kg",
         "kgf" => "kgf",
@@ -138,7 +139,7 @@ pub(super) fn unit(suffix: &str) -> &'static str {
         "n" | "N" => "N",
         "nm" | "Nm" | "NM" => "N·m",
         "nmm" | "Nmm" => "N·mm",
-        "deg" => "°",
+        "deg" | "°" | "degree" | "degrees" => "°",
         "rad" => "rad",
         "mm" => "mm",
         "m" => "m",
@@ -163,11 +164,8 @@ pub(super) fn bare(column: &str) -> &str {
 }
 
 /// The label of an axis: name and unit.
-pub(super) fn axis_label(column: &str) -> String {
-    match unit_of(column) {
-        "" => column.to_owned(),
-        unit => format!("{} ({unit})", bare(column)),
-    }
+pub(super) fn axis_label(column: &str, unit: &str) -> String {
+    if unit.is_empty() { column.to_owned() } else { format!("{} ({unit})", bare(column)) }
 }
 
 fn minus(text: &str) -> String {
@@ -207,7 +205,7 @@ mod tests {
             ("", "", ""),
         ] {
             assert_eq!(unit_of(column), unit, "{column}");
-            assert_eq!(axis_label(column), label, "{column}");
+            assert_eq!(axis_label(column, unit_of(column)), label, "{column}");
         }
     }
 }

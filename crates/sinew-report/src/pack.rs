@@ -1,7 +1,7 @@
 //! Traces for the page's script: decimated, quantised to 16 bits, base64 within JSON.
 
 use super::error::Error;
-use super::format::{axis_label, percent};
+use super::format::percent;
 use super::record::{Record, Signals};
 use super::scale::{padded, robust_range};
 use super::svg_path::decimate;
@@ -109,9 +109,9 @@ pub(super) fn pack(
         }
     });
     let packed = Packed {
-        far: axis_label(&signals.far),
+        far: signals.far_label(),
         far_unit: signals.far_unit,
-        inputs: [&signals.near].into_iter().chain(&signals.others).map(|name| axis_label(name)).collect(),
+        inputs: core::iter::once(signals.near_label()).chain(signals.other_labels()).collect(),
         far_range,
         input_ranges: input_ranges.clone(),
         half_range,

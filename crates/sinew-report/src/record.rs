@@ -216,6 +216,7 @@ pub(super) struct Signals {
     pub(super) near_unit: &'static str,
     /// Names of the other inputs.
     pub(super) others: Vec<String>,
+    other_units: Vec<&'static str>,
 }
 
 impl Signals {
@@ -226,28 +227,37 @@ impl Signals {
         };
         let others =
             report.traces.first().map(|t| t.others.iter().map(|other| other.column.clone()).collect());
+        let others: Vec<String> = others.unwrap_or_default();
         // Of a name without one the logs may state it.
         let stated =
             |column: &str, said: &str| Some(unit_of(column)).filter(|u| !u.is_empty()).unwrap_or(unit(said));
-        let used = report.columns.iter().find(|used| used.column == near);
-        let unit_of_near = used.map_or("", |used| used.unit.as_str());
+        let unit_of_input = |column: &str| {
+            let used = report.columns.iter().find(|used| used.column == column);
+            stated(column, used.map_or("", |used| used.unit.as_str()))
+        };
         Self {
             far: report.far.clone(),
             far_unit: stated(&report.far, &report.far_unit),
-            near_unit: stated(&near, unit_of_near),
+            near_unit: unit_of_input(&near),
             near,
-            others: others.unwrap_or_default(),
+            other_units: others.iter().map(|column| unit_of_input(column)).collect(),
+            others,
         }
     }
 
     /// `measured (N)` for the far side, so that axis and legend agree.
     pub(super) fn far_label(&self) -> String {
-        axis_label(&self.far)
+        axis_label(&self.far, self.far_unit)
     }
 
     /// Name and unit of the near-side signal.
     pub(super) fn near_label(&self) -> String {
-        axis_label(&self.near)
+        axis_label(&self.near, self.near_unit)
+    }
+
+    /// Names and units of the other inputs.
+    pub(super) fn other_labels(&self) -> impl Iterator<Item = String> {
+        self.others.iter().zip(&self.other_units).map(|(name, unit)| axis_label(name, unit))
     }
 
     /// Name and unit of the near-side signal's rate.

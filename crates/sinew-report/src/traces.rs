@@ -2,7 +2,7 @@
 //! packed samples for the interactive plot.
 
 use super::error::Error;
-use super::format::{axis_label, percent, percent_of_range};
+use super::format::{percent, percent_of_range};
 use super::pack::{SAMPLES, pack};
 use super::plot::Plot;
 use super::record::{Record, Signals};
@@ -165,11 +165,11 @@ fn still(record: &Record, signals: &Signals) -> Vec<Plot> {
     let mut plots = vec![far.linked("record"), error.linked("record").without_legend()];
     let columns =
         [(&signals.near, &record.near)].into_iter().chain(signals.others.iter().zip(&record.others));
+    let labels = core::iter::once(signals.near_label()).chain(signals.other_labels());
     let count = columns.clone().count();
-    for (k, (name, values)) in columns.enumerate() {
+    for (k, ((name, values), label)) in columns.zip(labels).enumerate() {
         let scaling = record.scaling();
         let y = Axis::new(padded(robust_range(scaling.iter().map(|&i| values[i])), 0.05), 3);
-        let label = axis_label(name);
         let x_label = if k + 1 == count { "time (s)" } else { "" };
         let title = format!("{label} over time");
         let mut plot = Plot::new("trace low", title, (&x, x_label.to_owned()), (&y, label));

@@ -51,6 +51,22 @@ fn range_note(model: &Model, scores: &Scores) -> String {
     )
 }
 
+/// What the band says where the hysteresis is not known; nothing where that is the beginning of a log alone.
+fn unknown_note(scores: &Scores) -> String {
+    if !scores.state_unknown.is_some_and(|fraction| fraction > MOSTLY) {
+        return String::new();
+    }
+    format!(
+        "\nNote: at {} of the samples the state of the hysteresis is unknown, and the 95 % band is as wide as \
+            friction allows: the far end has not slid for long enough, or noise of the displacements hides it; \
+            a mean over more samples at a lower rate has less of it.\n",
+        percent(scores.state_unknown)
+    )
+}
+
+/// Fraction of samples with an unknown state from which a note is due.
+const MOSTLY: f64 = 0.5;
+
 /// What the expected error and the band say outside the ranges; completes a sentence.
 pub(super) fn outside_note(model: &Model) -> String {
     match &model.outside {
@@ -106,7 +122,10 @@ pub(crate) fn scores_table(model: &Model, evaluation: &Evaluation) -> String {
         );
     }
     let specimen = specimen_note(model, evaluation.overall.specimen.as_ref());
-    text + &failed_note(model, evaluation) + &range_note(model, &evaluation.overall) + &specimen
+    text + &failed_note(model, evaluation)
+        + &range_note(model, &evaluation.overall)
+        + &unknown_note(&evaluation.overall)
+        + &specimen
 }
 
 /// Trials that are not of the specimen in training; nothing where all are, or none was judged.

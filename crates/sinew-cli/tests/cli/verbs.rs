@@ -4,7 +4,7 @@ use crate::bench::{Bench, ROWS, log, samples};
 use serde_json::Value;
 use sinew::predictor::{Model, Predictor, Sample};
 
-const SCORES: [&str; 11] = [
+const SCORES: [&str; 12] = [
     "n",
     "mse",
     "rmse",
@@ -16,6 +16,7 @@ const SCORES: [&str; 11] = [
     "rmse_in_range",
     "rmse_out_of_range",
     "specimen",
+    "state_unknown",
 ];
 
 #[test]

@@ -6,6 +6,10 @@ use super::times::{Times, separating};
 use super::types::{ReadOptions, Sequence};
 use crate::Error;
 
+/// Fraction of the samples that may be dropped because the one before them has the same time: beyond it the
+/// clock is at fault, not single samples.
+const MAX_SIMULTANEOUS: f64 = 0.1;
+
 /// What was cut from one log.
 pub(super) struct CutLog {
     /// The sequences, `log` and `condition_values` still to be set.
@@ -31,6 +35,11 @@ pub(super) fn cut(
     let mut cutter = Cutter::new(table, layout, options.skip_s, times.gap_s);
     for row in 0..table.lines.len() {
         cutter.row(row, times.at(row));
+    }
+    let (rows, simultaneous) = (table.lines.len(), cutter.simultaneous.count);
+    if simultaneous as f64 > MAX_SIMULTANEOUS * rows as f64 {
+        let rate_hz = rows as f64 / ((rows - simultaneous) as f64 * times.interval_s);
+        return Err(Error::CoarseTime { file: file.to_owned(), simultaneous, rows, rate_hz });
     }
     let mut findings = times.findings();
     cutter.findings(&mut findings);

@@ -80,12 +80,22 @@ fn known(word: &str) -> Option<(Kind, f64)> {
     UNITS.iter().find(|(name, ..)| *name == word).map(|&(_, kind, size)| (kind, size))
 }
 
+/// The letters of a sign that stands for some.
+fn letters(sign: char) -> Option<&'static str> {
+    Some(match sign {
+        'µ' | 'μ' => "u",
+        '°' | 'º' => "deg",
+        '%' => "percent",
+        _ => return None,
+    })
+}
+
 /// Lower case, with one underscore for whatever is neither letter nor digit: `T in (N)` is `t_in_n`.
 pub(super) fn plain(column: &str) -> String {
     let mut plain = String::with_capacity(column.len());
     for c in column.trim().chars() {
-        if c == 'µ' || c == 'μ' {
-            plain.push('u');
+        if let Some(letters) = letters(c) {
+            plain.push_str(letters);
         } else if c.is_alphanumeric() {
             plain.extend(c.to_lowercase());
         } else if !plain.ends_with('_') {
@@ -95,9 +105,18 @@ pub(super) fn plain(column: &str) -> String {
     plain.trim_matches('_').to_owned()
 }
 
-/// The unit as a word of [`UNITS`]: `[Nm]`, `N m` and `N·m` are `nm`.
+/// The unit as a word of [`UNITS`]: `[Nm]`, `N m` and `N·m` are `nm`. Other signs stay: `m/s` is no
+/// millisecond, and what an encoding has made of a sign is no unit.
 fn word(unit: &str) -> String {
-    plain(unit).replace('_', "")
+    let unsaid = |c: char| c.is_whitespace() || "[](){}_-.·⋅*".contains(c);
+    let mut word = String::with_capacity(unit.len());
+    for c in unit.chars().filter(|c| !unsaid(*c)) {
+        match letters(c) {
+            Some(letters) => word.push_str(letters),
+            None => word.extend(c.to_lowercase()),
+        }
+    }
+    word
 }
 
 /// A plain name as its base and its unit.
@@ -196,6 +215,11 @@ mod tests {
             ("counts", "rad", None),
             ("bogus", "N", None),
             ("ms", "s", Some(1e-3)),
+            ("m/s", "s", None),
+            ("N/m", "Nm", None),
+            ("\u{fffd}m", "m", None),
+            ("[µm]", "mm", Some(1e-3)),
+            ("°", "deg", Some(1.0)),
         ] {
             assert_eq!(factor(from, to), expected, "{from} to {to}");
         }
@@ -227,6 +251,8 @@ mod tests {
             ("T_in", ""),
             ("t_s", "s"),
             ("n", ""),
+            ("Winkel [°]", "deg"),
+            ("speed [m/s]", ""),
         ] {
             assert_eq!(unit_of(name), unit, "{name}");
         }

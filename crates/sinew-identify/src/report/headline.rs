@@ -1,7 +1,7 @@
 //! The parameters of one classical law: one number for one quantity.
 
 use super::evidence::Evidence;
-use super::parameters::jackknife;
+use super::parameters::{NOT_FITTED, jackknife};
 use crate::fit::classical::{ClassicalFit, FRICTION_ANGLE, PRETENSION, Parameter, STIFFNESS};
 use crate::select::candidates::CONSTANT;
 use crate::select::cross_validation::{CrossValidation, ScoredCandidate};
@@ -56,7 +56,10 @@ pub(super) fn headline(
                 100.0 * origin.rmse_unseen / origin.far_range
             ),
             parameters: of_chosen.to_vec(),
-            withdrawn: None,
+            withdrawn: of_chosen
+                .iter()
+                .all(|parameter| parameter.remark == NOT_FITTED)
+                .then(|| "the model was kept as it was: none of them was fitted to these logs".to_owned()),
         });
     }
     let has_angle = |fit: &ClassicalFit| fit.parameters.iter().any(|p| p.name == FRICTION_ANGLE);
@@ -142,7 +145,8 @@ pub(super) fn withdraw_others(headline: &Headline, evidence: &Evidence<'_>, fits
         for parameter in fit.parameters.iter_mut().filter(|p| ratio > AS_GOOD && p.name == FRICTION_ANGLE) {
             parameter.identified = false;
             parameter.remark = if ratio.is_finite() {
-                format!("the law errs {ratio:.1} times as much as {}, whose angle counts", headline.law)
+                let times = if ratio < 100.0 { format!("{ratio:.1}") } else { "more than 100".to_owned() };
+                format!("the law errs {times} times as much as {}, whose angle counts", headline.law)
             } else {
                 format!("the angle of {} counts", headline.law)
             };
@@ -176,9 +180,10 @@ impl Headline {
     }
 }
 
-/// A number with the digits that its interval supports.
+/// A number with the digits that its interval supports; without one with three.
 fn significant(value: f64, interval: f64) -> String {
-    let digits = if interval > 0.0 { (2.0 - interval.log10()).floor().clamp(0.0, 9.0) as usize } else { 3 };
+    let size = if interval > 0.0 { interval } else { value.abs() };
+    let digits = if size > 0.0 { (2.0 - size.log10()).floor().clamp(0.0, 9.0) as usize } else { 0 };
     format!("{value:.digits$}")
 }
 

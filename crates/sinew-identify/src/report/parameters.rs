@@ -48,7 +48,7 @@ fn cable_parameters(model: &CableModel, folds: &[&CableModel]) -> Vec<Parameter>
         // None of these numbers can be negative.
         let low = if low.is_finite() { low.max(0.0) } else { low };
         let remark = match (low.is_finite(), identified) {
-            (false, _) => "too few folds for an interval",
+            (false, _) => no_interval(others.len()),
             (true, false) => "these logs do not determine it",
             (true, true) => "",
         };
@@ -107,7 +107,7 @@ fn axis_parameters(axis: &Axis, folds: &[&Axis], law: &MemoryLaw, model: &Model)
         let (low, high) = jackknife(value, &others);
         let identified = low.is_finite() && low * high > 0.0;
         let remark = match (low.is_finite(), identified) {
-            (false, _) => "too few folds for an interval",
+            (false, _) => no_interval(others.len()),
             (true, false) => "these logs do not determine it",
             (true, true) => "",
         };
@@ -144,7 +144,7 @@ fn cell_parameters(model: &Model, law: &MemoryLaw, cell: &ClampCell, folds: &[&C
             high,
             identified: known && !crosses,
             remark: if !known {
-                "too few folds for an interval".to_owned()
+                no_interval(others.len()).to_owned()
             } else if crosses {
                 "the folds do not agree on its sign: these logs do not determine it".to_owned()
             } else {
@@ -218,10 +218,23 @@ impl Units {
     }
 }
 
-/// 95 % interval from delete-one-fold values; not a number with fewer than three.
+/// Of a number that no fold changes.
+pub(super) const NOT_FITTED: &str = "not fitted to these logs";
+
+/// Fewest folds with an interval.
+const FEWEST_FOLDS: usize = 3;
+
+/// Why a number of so many folds has no interval.
+fn no_interval(folds: usize) -> &'static str {
+    if folds < FEWEST_FOLDS { "too few folds for an interval" } else { NOT_FITTED }
+}
+
+/// 95 % interval from delete-one-fold values; not a number with fewer than three, or where no fold changes
+/// the value, because it was not fitted.
 pub(super) fn jackknife(value: f64, folds: &[f64]) -> (f64, f64) {
     let n = folds.len() as f64;
-    if folds.len() < 3 {
+    let is_fitted = folds.iter().any(|fold| fold.to_bits() != value.to_bits());
+    if folds.len() < FEWEST_FOLDS || !is_fitted {
         return (f64::NAN, f64::NAN);
     }
     let mean = folds.iter().sum::<f64>() / n;
@@ -270,6 +283,6 @@ mod tests {
         let (low, high) = jackknife(3.0, &folds);
         let half = 2.776 * 0.5_f64.sqrt();
         assert!((high - 3.0 - half).abs() < 0.03 * half && (3.0 - low - half).abs() < 0.03 * half);
-        assert!(jackknife(1.0, &[1.0, 2.0]).0.is_nan());
+        assert!(jackknife(1.0, &[1.0, 2.0]).0.is_nan() && jackknife(1.0, &[1.0; 5]).0.is_nan());
     }
 }

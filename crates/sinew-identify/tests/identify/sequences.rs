@@ -73,6 +73,14 @@ fn of_two_rows_at_one_time_the_first_is_kept_and_that_is_told() {
 }
 
 #[test]
+fn stamps_with_too_few_digits_are_refused_with_the_rate() {
+    let mut logged = samples(400, 0.0);
+    logged.iter_mut().for_each(|sample| sample[0] = (sample[0] * 10.0 + 1e-9).floor() / 10.0);
+    let error = read(&csv(&logged), &plain()).unwrap_err().to_string();
+    assert!(error.contains("360 of 400 samples") && error.contains("--rate 100"), "{error}");
+}
+
+#[test]
 fn missing_cells_are_nan_counted_and_not_scored_on_the_far_side() {
     let text = csv(&samples(100, 0.0));
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();

@@ -144,6 +144,40 @@ fn time_is_in_seconds_whatever_its_suffix_says() {
 }
 
 #[test]
+fn units_in_latin1_are_those_of_utf8() {
+    let samples = samples(60, 0.3);
+    let utf8 = table("Zeit (s);x (µm);tension_out_n\n", &samples, ";", "\n");
+    let latin1: Vec<u8> = utf8.chars().map(|c| u8::try_from(u32::from(c)).unwrap()).collect();
+    let flags = RequestedRoles { motion: vec!["x (µm)".into()], ..plain() };
+    for bytes in [utf8.into_bytes(), latin1] {
+        let dataset = read_bytes(&[("day.csv", &bytes)], &flags, &options()).unwrap();
+        assert_eq!(dataset.unit("x (µm)"), "um");
+    }
+}
+
+#[test]
+fn a_second_line_of_names_is_no_row_of_units() {
+    let samples = samples(60, 0.3);
+    let text = table("near,near,far\nt_s,tension_in_n,tension_out_n\n", &samples, ",", "\n");
+    let dataset = reads_as(&text, &samples);
+    assert_eq!(dataset.logs[0].findings, ["skipped 1 line above the header"]);
+}
+
+#[test]
+fn the_two_headers_of_labview_stand_above_the_table() {
+    let samples = samples(60, 0.3);
+    let header = "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tOne\nDate\t2026/03/01\n***End_of_Header***\t\n\t\n\
+        Channels\t2\t\t\nSamples\t60\t60\t\nY_Unit_Label\tN\tN\t\nX0\t0.0E+0\t0.0E+0\t\n***End_of_Header***\t\t\t\n\
+        X_Value\tLC_prox\tLC_dist\tComment\n";
+    let flags = RequestedRoles { far: Some("LC_dist".into()), effort: vec!["LC_prox".into()], ..plain() };
+    for end in ["\n", "\t\n"] {
+        let dataset = read(&table(header, &samples, "\t", end), &flags).unwrap();
+        same_samples(&dataset, &samples);
+        assert_eq!(dataset.unit("LC_prox"), "N");
+    }
+}
+
+#[test]
 fn quoted_names_and_cells_are_plain() {
     let samples = samples(60, 0.3);
     let text = table("\"t_s\",\"tension, in (N)\",\"Tension out (N)\"\n", &samples, ",", "\n");

@@ -39,4 +39,4 @@ pub use tracking::{
     track_arm,
 };
 pub use verification::{Verified, VerifiedMotion, VerifiedTour, verify, verify_poses, verify_tour};
-pub use written_fault::{FaultSyntaxError, UnknownPart, WrittenFault};
+pub use written_fault::{FaultSyntaxError, LateFault, UnknownPart, WrittenFault};

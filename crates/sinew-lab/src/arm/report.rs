@@ -4,6 +4,7 @@ use super::stop_reason::{fault_name, stop_reason};
 use crate::experiment::{FaultInterval, ModeChange, Statistics, TrackSummary};
 use serde::{Deserialize, Deserializer, Serialize};
 use sinew::body::{JointKind, Robot};
+use sinew::control::arm::Fault;
 use sinew::control::supervisor::{CableHealth, FaultKind};
 use sinew::machine::Machine;
 
@@ -94,7 +95,8 @@ pub struct TrackIncident {
     pub kind: String,
     /// The fault, with the name of its muscle or joint.
     pub what: String,
-    /// Reaction of the controller: `bridged` or `stopped`.
+    /// Reaction of the controller: `bridged`, `held` where the motion ended and the machine held its pose, or
+    /// `stopped`.
     pub answer: String,
 }
 
@@ -105,7 +107,12 @@ impl TrackIncident {
             until_s: to_milliseconds(interval.until),
             kind: interval.kind.name().to_owned(),
             what: fault_name(interval.fault, robot),
-            answer: if interval.stopped { "stopped" } else { "bridged" }.to_owned(),
+            answer: match interval.fault {
+                _ if interval.stopped => "stopped",
+                Fault::StaleCommand => "held",
+                _ => "bridged",
+            }
+            .to_owned(),
         }
     }
 }

@@ -50,14 +50,24 @@ pub struct FaultSyntaxError(&'static str);
 
 /// A name that no part of the machine has, or none of that kind.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{fault}: expected the name of a {kind}: {}", listed(known))]
+#[error("{given}: expected the name of a {kind}: {}", listed(known))]
 pub struct UnknownPart {
-    /// The fault as it was written.
-    pub fault: String,
+    /// The name, or what holds it, as it was written.
+    pub given: String,
     /// Muscle or joint.
     pub kind: &'static str,
     /// The names of that kind.
     pub known: Vec<String>,
+}
+
+/// A fault that begins when the run is over.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{fault}: expected a start before the end of the run, which is at {end_s:.3} s")]
+pub struct LateFault {
+    /// The fault as it was written.
+    pub fault: String,
+    /// End of the run with its rests, s.
+    pub end_s: f64,
 }
 
 fn listed(names: &[String]) -> String {
@@ -71,10 +81,12 @@ impl WrittenFault {
         &self.text
     }
 
-    /// Start, s from the start of the run.
-    #[must_use]
-    pub const fn start_s(&self) -> f64 {
-        self.start_s
+    /// Refuses a fault that would begin when the run is over: nothing would come of it, without a word.
+    ///
+    /// # Errors
+    /// For a start at `end_s` or later, s from the start of the run.
+    pub fn begins_before(&self, end_s: f64) -> Result<(), LateFault> {
+        if self.start_s < end_s { Ok(()) } else { Err(LateFault { fault: self.text.clone(), end_s }) }
     }
 
     /// The fault of the machine's muscle or joint of that name; it lasts indefinitely where no duration is
@@ -122,7 +134,7 @@ impl WrittenFault {
     ) -> Result<usize, UnknownPart> {
         let place = names.iter().position(|name| *name == self.name).filter(|k| fits(*k));
         place.ok_or_else(|| UnknownPart {
-            fault: self.text.clone(),
+            given: self.text.clone(),
             kind,
             known: names.into_iter().enumerate().filter(|(k, _)| fits(*k)).map(|(_, name)| name).collect(),
         })
@@ -250,7 +262,7 @@ mod tests {
         assert_eq!(fault.component, Component::Exchange(ExchangeFailure::Lost));
         let fault: WrittenFault = "push:elbow:-4@3+1".parse().unwrap();
         assert_eq!(fault.component, Component::Push(-4.0));
-        let none = UnknownPart { fault: "cable:a@1".to_owned(), kind: "muscle", known: Vec::new() };
+        let none = UnknownPart { given: "cable:a@1".to_owned(), kind: "muscle", known: Vec::new() };
         assert_eq!(none.to_string(), "cable:a@1: expected the name of a muscle: there is none");
         for text in ["push:elbow@3", "friction:triceps:120@3", "cycles:gone@3", "cable:triceps:lost@3"] {
             assert!(text.parse::<WrittenFault>().is_err(), "{text}");

@@ -229,7 +229,13 @@ impl TrackSummary {
                 self.stopped = self.stopped.or(Some((time, fault)));
                 (fault, true)
             }
-            ArmStatus::Following | ArmStatus::Holding => return,
+            ArmStatus::Following | ArmStatus::Holding => match row.fault {
+                // Its motion has ended for want of a command.
+                Some(NamedFault { fault: Fault::StaleCommand, .. }) if row.mode == Mode::Hold => {
+                    (Fault::StaleCommand, false)
+                }
+                _ => return,
+            },
         };
         let named = row.fault.filter(|named| named.fault == fault);
         let kind = named.unwrap_or(NamedFault { fault, symptom: Symptom::Unknown }).kind();

@@ -188,6 +188,7 @@ pub(super) fn gear(gear: &Gear) -> [String; 3] {
 pub fn response(incident: &TrackIncident) -> &'static str {
     match incident.answer.as_str() {
         "stopped" => "arm stopped",
+        "held" => "motion ended, pose held",
         _ => "run continued",
     }
 }

@@ -125,11 +125,9 @@ fn failure(text: &str, machine: &Machine) -> Result<(Failure, f64), String> {
 
 impl Bench {
     fn prepared(&mut self, conditions: &Conditions) -> Result<SimulationParts, Error> {
-        let variant: CompensationVariant = conditions.variant.parse().map_err(|_| Error::UnknownPart {
-            flag: "the compensation",
-            value: conditions.variant.clone(),
-            kind: "compensation",
-            known: VARIANTS.map(|variant| variant.name().to_owned()).to_vec(),
+        let variant: CompensationVariant = conditions.variant.parse().map_err(|_| {
+            let known = VARIANTS.map(|variant| variant.name().to_owned()).to_vec();
+            Error::unknown("the compensation", &conditions.variant, "compensation", known)
         })?;
         let path = match conditions.path.as_str() {
             TOUR => PathArgument::Tour,

@@ -62,12 +62,8 @@ impl<'a> Rows<'a> {
     ) -> Result<Self, Error> {
         let head = &recording.head;
         let muscle = head.muscles.iter().position(|muscle| muscle == name);
-        let muscle = muscle.ok_or_else(|| Error::UnknownPart {
-            flag: "--muscle",
-            value: name.to_owned(),
-            kind: "muscle",
-            known: head.muscles.clone(),
-        })?;
+        let unknown = || Error::unknown("--muscle", name, "muscle", head.muscles.clone());
+        let muscle = muscle.ok_or_else(unknown)?;
         let mut columns = vec![time()];
         for what in ["tension_in_n", "position_in_m"] {
             columns.extend(

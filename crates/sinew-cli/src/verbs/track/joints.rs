@@ -17,8 +17,7 @@ pub(super) fn pose(machine: &Machine, joints: &[(String, f64)]) -> Result<Vec<f6
     let mut pose = machine.start.clone();
     for (name, value) in joints {
         let Some(place) = names.iter().position(|known| known == name) else {
-            let value = format!("to-joints:{name}={value}");
-            return Err(Error::UnknownPart { flag: "--path", value, kind: "joint", known: names });
+            return Err(Error::unknown("--path", &format!("to-joints:{name}={value}"), "joint", names));
         };
         pose[place] = *value;
     }

@@ -51,12 +51,7 @@ fn desired(machine: &Machine, path: &PathArgument) -> Result<Option<DesiredMotio
             let named = machine.paths.iter().find(|named| named.name == *name);
             let known =
                 || machine.paths.iter().map(|named| named.name.clone()).chain([PATH_FORMS.to_owned()]);
-            let unknown = || Error::UnknownPart {
-                flag: "--path",
-                value: name.clone(),
-                kind: "path",
-                known: known().collect(),
-            };
+            let unknown = || Error::unknown("--path", name, "path", known().collect());
             DesiredMotion::ClosedPath(named.ok_or_else(unknown)?.path.clone())
         }
         PathArgument::Point(position) => DesiredMotion::ToPoint(*position),

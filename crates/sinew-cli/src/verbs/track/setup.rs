@@ -77,11 +77,9 @@ impl Setup {
         }
     }
 
-    /// Refuses a fault that would begin when the run is over: nothing would come of it, without a word.
     fn check_faults(&self, faults: &[WrittenFault]) -> Result<(), Error> {
         let end_s = self.run_s();
-        let late = faults.iter().find(|fault| fault.start_s() >= end_s);
-        late.map_or(Ok(()), |fault| Err(Error::LateFault { value: fault.text().to_owned(), end_s }))
+        faults.iter().try_for_each(|fault| Ok(fault.begins_before(end_s)?))
     }
 
     /// The same with another path where none is given.
@@ -106,7 +104,9 @@ impl Setup {
             (Some(file), Some(text)) => calibrated(&machine, &source.hash(), text, file)?,
             _ => machine,
         };
-        let faults = arguments.fault.iter().map(|fault| fault.of(&machine)).collect::<Result<_, _>>()?;
+        let fault =
+            |fault: &WrittenFault| fault.of(&machine).map_err(|part| Error::UnknownPart("--fault", part));
+        let faults = arguments.fault.iter().map(fault).collect::<Result<_, _>>()?;
         let path = arguments.path.clone().unwrap_or_else(|| default_path(&machine));
         let trajectory = motion::trajectory(&machine, &path, arguments.duration);
         let trajectory = trajectory.map_err(|error| error.of_part(&places))?;

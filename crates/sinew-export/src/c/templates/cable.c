@@ -327,7 +327,7 @@ static void @_follow(@_state *s, double interval, double motor, double anchor)
     for (k = 0; k < count; k++) {
         @_move(s, part, motor / n, anchor / n);
         if (!s->converged) {
-            s->sliding_time = @_slides(s) ? s->sliding_time + part : 0.0;
+            s->sliding_time += @_slides(s) ? part : 0.0;
             s->converged = s->sliding_time > 0.1;
         }
     }

@@ -35,6 +35,10 @@ pub(super) fn fixed(samples: &Samples, signals: &Signals) -> Law {
     }
 }
 
+/// Largest friction angle at a speed, rad: 2 % of the tension arrives. Where the speeds of a fold do not
+/// determine the curve it would grow without limit.
+const LARGEST_ANGLE: f64 = 4.0;
+
 /// The same with a coefficient that depends on speed, and a drag that does not depend on tension: (5).
 pub(super) fn speed_dependent(samples: &Samples, signals: &Signals) -> Law {
     let towards = orientation(samples);
@@ -67,7 +71,7 @@ pub(super) fn speed_dependent(samples: &Samples, signals: &Signals) -> Law {
                 // Its exponentials are not continued beyond the speeds that nearly all samples have.
                 let seen = speed.clamp(speeds[0], speeds[2]);
                 let ratio = seen / p[2];
-                let angle = p[0] + p[1] * (-ratio * ratio).exp() + p[3] * seen;
+                let angle = (p[0] + p[1] * (-ratio * ratio).exp() + p[3] * seen).min(LARGEST_ANGLE);
                 *y = samples.effort[row] * (-s * angle).exp() - s * p[4] * speed + p[5];
             }
             out.iter().all(|y| y.is_finite())

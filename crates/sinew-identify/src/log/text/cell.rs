@@ -1,5 +1,6 @@
 //! Fields of a line, and what a cell holds.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// What stands between two fields.
@@ -152,14 +153,14 @@ pub(super) fn parse(bytes: &[u8], decimal_comma: bool) -> Cell {
 /// A number with a decimal comma or with thousands separators.
 fn marked(bytes: &[u8], decimal_comma: bool) -> Cell {
     let (decimal, other) = if decimal_comma { (b',', b'.') } else { (b'.', b',') };
-    let Ok(text) = std::str::from_utf8(bytes) else { return Cell::Text };
+    let text = decoded(bytes);
     // No number worth reading is longer than this.
     if text.len() > 64 || !text.bytes().any(|b| b.is_ascii_digit()) {
         return Cell::Text;
     }
     let (whole, rest) = match text.split_once(char::from(decimal)) {
         Some((whole, rest)) => (whole, Some(rest)),
-        None => (text, None),
+        None => (text.as_ref(), None),
     };
     let separator = whole.chars().find(|c| *c == char::from(other) || BLANK_SEPARATORS.contains(c));
     let joined = match separator {
@@ -210,8 +211,15 @@ pub(super) fn missing(bytes: &[u8]) -> bool {
 
 /// The text of a field, with doubled quotes made single.
 pub(super) fn text(bytes: &[u8]) -> String {
-    let text = String::from_utf8_lossy(bytes);
-    text.trim().replace("\"\"", "\"")
+    decoded(bytes).trim().replace("\"\"", "\"")
+}
+
+/// UTF-8; where it is none, Latin-1, which Excel and LabVIEW write in Europe: `µm` must not become metres.
+pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => Cow::Borrowed(text),
+        Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect(),
+    }
 }
 
 #[cfg(test)]
@@ -233,6 +241,13 @@ mod tests {
     #[test]
     fn blanks_in_a_row_are_one_delimiter() {
         assert_eq!(fields("  1.5 \t -2   x ", Delimiter::Whitespace), ["1.5", "-2", "x"]);
+    }
+
+    #[test]
+    fn what_is_no_utf8_is_latin1() {
+        assert_eq!(text(b"Kraft (\xb5m)"), "Kraft (µm)");
+        assert_eq!(text("Kraft (µm)".as_bytes()), "Kraft (µm)");
+        assert_eq!(parse(b"1\xa0234,5", true), Cell::Number(1234.5));
     }
 
     #[test]

@@ -2,19 +2,26 @@
 
 use super::cell::{Cell, Delimiter, parse, split};
 use super::dialect::{DELIMITERS, Dialect, HeadLine, drop_trailing_empty, is_comment, malformed};
-use super::header::find_header;
+use super::header::{find_header, names};
 use crate::Error;
+use crate::log::units::is_known;
 use std::ops::Range;
 
 /// Lines that the detection reads: in a table of three decimals the mark is told by a column that comes near
 /// zero, which may take a stroke.
 const HEAD_LINES: usize = 3000;
+/// Begins LabVIEW's row of units, in the place of the column of time.
+const LABVIEW_UNITS: &str = "Y_Unit_Label";
+/// Ends each of the headers that LabVIEW writes above a table.
+const LABVIEW_HEADER_END: &[u8] = b"***End_of_Header***";
 /// The dialect of the table that starts with `head`; `whole` where `head` is all of it.
 pub(super) fn detect(file: &str, head: &[u8], whole: bool) -> Result<Dialect, Error> {
     let skip_bytes = refuse_other_encodings(file, head)?;
     let body = &head[skip_bytes..];
     let terminator = if !body.contains(&b'\n') && body.contains(&b'\r') { b'\r' } else { b'\n' };
-    let (content, comments) = sort_lines(body, terminator, whole);
+    let (mut content, comments) = sort_lines(body, terminator, whole);
+    let labview = content.iter().rposition(|line| line.bytes.starts_with(LABVIEW_HEADER_END));
+    let above: Vec<_> = labview.map_or_else(Vec::new, |end| content.drain(..=end).collect());
     if content.is_empty() {
         return Err(malformed(file, None, "a table with at least one row", "no line of data"));
     }
@@ -32,6 +39,7 @@ pub(super) fn detect(file: &str, head: &[u8], whole: bool) -> Result<Dialect, Er
         bytes_per_row: 0.0,
     };
     find_header(file, &mut dialect, &content, &comments, width)?;
+    labview_units(&mut dialect, &above);
     let above = comments.iter().filter(|comment| comment.number < dialect.data_line);
     if above.into_iter().any(|comment| says_simulated(comment.bytes)) {
         dialect.findings.push("its header says that the data are simulated".to_owned());
@@ -53,6 +61,20 @@ fn refuse_other_encodings(file: &str, head: &[u8]) -> Result<usize, Error> {
         return Err(malformed(file, None, expected, "a binary file of an unknown kind"));
     }
     Ok(if head.starts_with(&[0xEF, 0xBB, 0xBF]) { 3 } else { 0 })
+}
+
+/// Takes the units that are known from the header that LabVIEW writes, where it has one for every column.
+fn labview_units(dialect: &mut Dialect, above: &[HeadLine<'_>]) {
+    let rows = above.iter().map(|line| names(line.bytes, dialect.delimiter));
+    let Some(mut row) = rows.into_iter().find(|row| row.first().is_some_and(|cell| cell == LABVIEW_UNITS))
+    else {
+        return;
+    };
+    row.truncate(dialect.columns.len());
+    if row.len() == dialect.columns.len() && dialect.units.is_empty() {
+        dialect.units =
+            row.into_iter().map(|cell| if is_known(&cell) { cell } else { String::new() }).collect();
+    }
 }
 
 /// Whether a comment begins with the word that marks what the twin writes.

@@ -8,7 +8,7 @@ use crate::log::units::is_unit_cell;
 use std::ops::Range;
 
 /// Fields of a line as text.
-fn names(line: &[u8], delimiter: Delimiter) -> Vec<String> {
+pub(super) fn names(line: &[u8], delimiter: Delimiter) -> Vec<String> {
     let mut fields = Vec::new();
     split(line, delimiter, &mut fields);
     fields.into_iter().map(|r| text(&line[r])).collect()
@@ -75,7 +75,9 @@ fn titled(dialect: &Dialect, line: &HeadLine<'_>, width: usize) -> bool {
 /// The names in a header line, checked against the width of the data.
 fn header(file: &str, dialect: &Dialect, line: &HeadLine<'_>, width: usize) -> Result<Vec<String>, Error> {
     let mut found = names(line.bytes, dialect.delimiter);
-    if found.len() == width + 1 && found.last().is_some_and(String::is_empty) {
+    // LabVIEW's last column is there in rows with a comment alone.
+    let unsaid = |name: &String| name.is_empty() || name == "Comment";
+    if found.len() == width + 1 && found.last().is_some_and(unsaid) {
         found.pop();
     }
     if found.len() == width {
@@ -102,7 +104,8 @@ fn header_and_units(
     let fits = |line: &HeadLine<'_>| header(file, dialect, line, width).ok();
     let last = above.len() - 1;
     let (header_at, units) = match (fits(&above[last - 1]), fits(&above[last])) {
-        (Some(_), Some(units)) => (last - 1, Some(units)),
+        // A second line of names, or a title above each of them, holds hardly any unit.
+        (Some(_), Some(units)) if mostly_units(&units) => (last - 1, Some(units)),
         _ => (last, None),
     };
     dialect.columns = header(file, dialect, &above[header_at], width)?;
@@ -114,6 +117,12 @@ fn header_and_units(
         dialect.findings.push(format!("skipped {} above the header", counted(header_at, "line")));
     }
     Ok(())
+}
+
+/// Whether at least half of what is written in a line are units.
+fn mostly_units(cells: &[String]) -> bool {
+    let written = cells.iter().filter(|cell| !cell.is_empty()).count();
+    2 * cells.iter().filter(|cell| !cell.is_empty() && is_unit_cell(cell)).count() >= written
 }
 
 /// No header among the lines: perhaps a comment names the columns, else they are numbered.

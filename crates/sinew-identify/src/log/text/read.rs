@@ -1,6 +1,6 @@
 //! A text table, streamed: only the requested columns are stored.
 
-use super::cell::{Cell, missing, parse, split};
+use super::cell::{Cell, decoded, missing, parse, split};
 use super::detect::detect;
 use super::dialect::{Dialect, drop_trailing_empty, is_comment};
 use super::lines::{Line, Lines, MAX_LINE_BYTES};
@@ -117,7 +117,7 @@ impl Row<'_> {
                 file: self.file.to_owned(),
                 line: self.line,
                 column: self.dialect.columns[column].clone(),
-                value: String::from_utf8_lossy(cell).chars().take(60).collect(),
+                value: decoded(cell).chars().take(60).collect(),
             });
         };
         Ok(elapsed as f64 / 1e9)
@@ -126,8 +126,7 @@ impl Row<'_> {
     fn number(&self, column: usize) -> Result<f64, Error> {
         let cell = self.cell(column);
         let place = || {
-            let text = String::from_utf8_lossy(cell);
-            let short: String = text.chars().take(60).collect();
+            let short: String = decoded(cell).chars().take(60).collect();
             (self.file.to_owned(), self.line, self.dialect.columns[column].clone(), short)
         };
         match parse(cell, self.dialect.decimal_comma) {

@@ -17,6 +17,9 @@ const MONTHS: [&str; 12] =
 pub(super) struct Stopwatch {
     first: Option<Stamp>,
     order: Option<usize>,
+    before: i64,
+    /// Days that clocks without a date have begun since.
+    midnights: i64,
 }
 
 impl Stopwatch {
@@ -29,7 +32,14 @@ impl Stopwatch {
             let least = |order: &usize| elapsed(*order).map_or(u64::MAX, i64::unsigned_abs);
             self.order = [DAY_FIRST, MONTH_FIRST].into_iter().min_by_key(least);
         }
-        elapsed(self.order.unwrap_or(DAY_FIRST))
+        let mut elapsed = elapsed(self.order.unwrap_or(DAY_FIRST))?.saturating_add(self.midnights * DAY);
+        let is_of_day = now.iter().all(|now| now.is_some_and(|now| (0..DAY).contains(&now)));
+        if is_of_day && elapsed < self.before - DAY / 2 {
+            self.midnights += 1;
+            elapsed += DAY;
+        }
+        self.before = elapsed;
+        Some(elapsed)
     }
 }
 
@@ -231,6 +241,13 @@ mod tests {
             assert_eq!(elapsed(&cells.each_ref().map(String::as_str)), expected, "{evening} {night}");
         }
         assert_eq!(elapsed(&["31/12/2026 00:00:00", "12/31/2026 00:00:01"]), [Some(0), None]);
+    }
+
+    #[test]
+    fn a_clock_without_a_date_runs_on_over_midnight() {
+        let cells = ["23:59:59.995", "00:00:00.005", "00:00:01.005", "12:00:00", "23:00:00", "01:00:00"];
+        let seconds = [0.0, 0.01, 1.01, 43_200.005, 82_800.005, 90_000.005];
+        assert_eq!(elapsed(&cells), seconds.map(|s: f64| Some((s * 1e9).round() as i64)));
     }
 
     #[test]

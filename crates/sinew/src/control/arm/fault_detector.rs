@@ -3,6 +3,7 @@ use super::isolation::{Finding, Isolation, Seen};
 use super::joint_monitor::{EncoderCheck, JointMonitor, JointPrediction};
 use super::sensor_monitor::{SensorLimits, SensorMonitor};
 use super::signals::ArmMeasurement;
+use super::silence::Silence;
 use super::status::{ArmStatus, Fault, Symptom};
 use super::unmeasured_joints::UnmeasuredJoints;
 use crate::trajectory::Reference;
@@ -103,6 +104,7 @@ const BROKEN_FRACTION: [f64; 2] = [0.12, 0.3];
 /// `chow1984`; thresholds from fault-free runs of the twin.
 #[derive(Debug, Clone)]
 pub(super) struct FaultDetector {
+    silence: Silence,
     motors: Vec<SensorMonitor>,
     load_cells: Vec<SensorMonitor>,
     encoders: Vec<JointMonitor>,
@@ -157,6 +159,7 @@ impl FaultDetector {
         let load_cell =
             |gains: &MuscleGains| monitor(gains.max_tension_rate, gains.max_equal_tensions, f64::INFINITY);
         Self {
+            silence: Silence::NONE,
             motors: gains.muscles.iter().map(motor).collect(),
             load_cells: gains.muscles.iter().map(load_cell).collect(),
             joint_gains: gains.joints.clone(),
@@ -195,6 +198,7 @@ impl FaultDetector {
         self.unchanged_travel.fill([0.0; 2]);
         self.missing_for.fill(0.0);
         self.checks.fill(EncoderCheck::Rejected);
+        self.silence = Silence::NONE;
         (self.status, self.symptom, self.started) = (ArmStatus::Following, Symptom::Unknown, false);
     }
 
@@ -203,6 +207,7 @@ impl FaultDetector {
         if !self.is_stopped() {
             (self.status, self.symptom) = (ArmStatus::Following, Symptom::Unknown);
         }
+        self.silence.follow(h, measurement);
         self.check_joints(h, measurement.joint, prediction);
         self.check_motors(h, measurement, prediction);
         self.check_tensions(h, measurement.tension, prediction);
@@ -249,7 +254,7 @@ impl FaultDetector {
             let usable = matches!(check, EncoderCheck::Accepted | EncoderCheck::Returned);
             self.joint[k] = if usable { measured } else { f64::NAN };
             self.checks[k] = check;
-            if check != EncoderCheck::Accepted {
+            if check != EncoderCheck::Accepted && !self.silence.explains(h, self.encoders[k].rejected_for) {
                 let symptom = self.encoders[k].symptom();
                 self.report(Fault::JointSensor(k), symptom);
                 if self.encoders[k].rejected_for > JOINT_PERSISTENCE_TIME {

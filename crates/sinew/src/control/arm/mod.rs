@@ -25,6 +25,7 @@ mod period_cost;
 mod resting_tensions;
 mod sensor_monitor;
 mod signals;
+mod silence;
 mod status;
 mod synthesis;
 mod tension_following;

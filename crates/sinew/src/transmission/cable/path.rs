@@ -148,10 +148,10 @@ impl CablePath {
     /// [`Error::OutOfDomain`] where there are too few cells for the segments, or more than 1024.
     pub(super) fn layout(&self, cells: usize) -> Result<Layout, Error> {
         let least = self.fewest_cells();
-        let expected = "a number between CablePath::fewest_cells() and 1024";
+        let expected = "at least one for every free length and sheath of the path, and at most 1024";
         within("cells", expected, cells as f64, (least..=MAX_CELLS).contains(&cells))?;
         let sheaths: Vec<f64> = self.sheaths().map(|(length, bend)| bend.max(1e-6 * length)).collect();
-        let exact = "CablePath::fewest_cells(), because the path has no sheath";
+        let exact = "as many as the free lengths of the path, which has no sheath that more would divide";
         within("cells", exact, cells as f64, cells == least || !sheaths.is_empty())?;
         let mut counts = vec![1; sheaths.len()];
         for _ in least..cells {
