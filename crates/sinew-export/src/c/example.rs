@@ -23,9 +23,16 @@ pub(super) fn file(model: &Model, name: &Name, content: Content) -> ExportedFile
     };
     let columns = model.inputs.iter().map(|input| input.column.as_str());
     let columns = columns.chain([time, model.trial.as_deref().unwrap_or_default(), &model.far]);
-    let list: Vec<String> = columns.map(|column| format!("    {}", literal::string(column))).collect();
-    let table = format!("static const char *const columns[COLUMNS] = {{\n{}\n}};\n", list.join(",\n"));
-    filling.set("columns", table);
+    let units = columns.clone().map(|column| match column {
+        _ if column == time && scale == "1.0" => "s",
+        _ => model.units.get(column).map_or("", String::as_str),
+    });
+    let table = |name: &str, texts: &mut dyn Iterator<Item = &str>| {
+        let list: Vec<String> = texts.map(|text| format!("    {}", literal::string(text))).collect();
+        format!("static const char *const {name}[COLUMNS] = {{\n{}\n}};\n", list.join(",\n"))
+    };
+    let tables = table("columns", &mut columns.clone()) + &table("units", &mut units.into_iter());
+    filling.set("columns", tables);
     filling.set("time_scale", scale);
     if let Content::Compensator(settings) = content {
         // Of a cable the near tension may be missing beside the command.

@@ -4,7 +4,8 @@
 //%end
  *
  * The log is a table of numbers between commas, semicolons or tabs, with the names of its columns, as the
- * model has them, in the first line; where they are not separated by commas, decimals may be.
+ * model has them, in the first line, with or without their units in brackets, in which they have to be;
+ * where they are not separated by commas, decimals may be.
  * `./a.out LOG.csv HZ` counts the time of a log without a time column.
  */
 #include "@.h"
@@ -22,6 +23,8 @@
 
 static char line[1 << 16];
 static char separator = ',';
+/* A cell that is neither a number nor missing. */
+static char wrong[CELL];
 
 /* The next cell of a line, without blanks and quotes; returns what follows it, or a null pointer at the
  * end. */
@@ -66,7 +69,13 @@ static double number(const char *cell)
         *comma = '.';
     }
     value = strtod(text, &end);
-    return end == text || *end != '\0' ? NAN : value;
+    if (end != text && *end == '\0') {
+        return value;
+    }
+    if (text[0] != '\0' && strcmp(text, "NA") != 0 && strcmp(text, "N/A") != 0 && strcmp(text, "null") != 0) {
+        strcpy(wrong, cell);
+    }
+    return NAN;
 }
 
 /* The shortest decimal number that gives the same bits, the upper one of two that are as near, without an
@@ -125,6 +134,20 @@ static void print_flags(unsigned flags, const char *const *names, unsigned count
     }
 }
 
+/* Whether a name is that of a column, alone or with its unit in brackets. */
+static int is_column(const char *cell, int column)
+{
+    const size_t length = strlen(columns[column]), unit = strlen(units[column]);
+    if (length == 0 || strncmp(cell, columns[column], length) != 0) {
+        return 0;
+    }
+    cell += length;
+    cell += strspn(cell, " ");
+    return *cell == '\0'
+           || ((*cell == '(' || *cell == '[') && unit > 0 && strncmp(cell + 1, units[column], unit) == 0
+               && (cell[unit + 1] == ')' || cell[unit + 1] == ']'));
+}
+
 /* Places of the columns in the header; returns whether the required ones are there. */
 static int find_columns(int *places, const int *required)
 {
@@ -146,14 +169,16 @@ static int find_columns(int *places, const int *required)
     for (; rest != NULL; place++) {
         rest = next_cell(rest, cell);
         for (column = 0; column < COLUMNS; column++) {
-            if (columns[column][0] != '\0' && strcmp(cell, columns[column]) == 0) {
+            if (is_column(cell, column)) {
                 places[column] = place;
             }
         }
     }
     for (column = 0; column < COLUMNS; column++) {
         if (required[column] && places[column] < 0) {
-            fprintf(stderr, "no column `%s` in the log\n", columns[column]);
+            fprintf(stderr, units[column][0] == '\0' ? "no column `%s` in the log\n"
+                                                    : "no column `%s` in the log, or not in %s\n",
+                    columns[column], units[column]);
             return 0;
         }
     }
@@ -330,6 +355,12 @@ int main(int count, char **arguments)
     name = strrchr(path, '/');
     name = name == NULL ? path : name + 1;
     for (index = 0; next_row(log, places, &row); index++) {
+        if (wrong[0] != '\0') {
+            fprintf(stderr, "%s, row %ld: expected a number in the model's unit, found `%s`\n", path, index + 1,
+                    wrong);
+            fclose(log);
+            return 2;
+        }
         if (rate != NULL) {
             row.time_s = (double)index * (1.0 / rate_hz);
         }
