@@ -193,12 +193,14 @@ pub(crate) enum Error {
         expected: &'static str,
     },
     /// A path that a robot cannot track.
-    #[error("--path {path}: {infeasibility}{}", longer(infeasibility))]
+    #[error("--path {path}: {infeasibility}{}", needed(*long_enough))]
     Infeasible {
         /// The path as given.
         path: String,
         /// When and why.
         infeasibility: Box<sinew::trajectory::Infeasibility>,
+        /// A duration with which it could, s.
+        long_enough: Option<f64>,
     },
     /// A payload with which a robot cannot track its path.
     #[error("--payload {payload} kg: {infeasibility}")]
@@ -318,20 +320,9 @@ fn names_part(error: sinew::Error) -> bool {
     matches!(error, sinew::Error::Part { .. } | sinew::Error::PartOutOfDomain { .. })
 }
 
-/// By how much longer a motion that is too fast would have to last.
-fn longer(infeasibility: &sinew::trajectory::Infeasibility) -> String {
-    use sinew::trajectory::Violation;
-    let ratio = match infeasibility.violation {
-        Violation::JointSpeed { speed, most, .. } | Violation::CableSpeed { speed, most, .. } => speed / most,
-        Violation::CableAcceleration { acceleration, most, .. } => (acceleration / most).sqrt(),
-        _ => return String::new(),
-    };
-    let times = (10.0 * ratio.abs()).ceil() / 10.0;
-    if times.is_finite() {
-        format!("; a --duration {times} times as long keeps this limit")
-    } else {
-        String::new()
-    }
+/// What a motion that is too fast would need.
+fn needed(duration: Option<f64>) -> String {
+    duration.map_or_else(String::new, |duration| format!("; --duration {duration} is long enough"))
 }
 
 impl Error {

@@ -1,7 +1,7 @@
 use super::motion::Trajectory;
 use super::reference::Reference;
 use super::violation::{Infeasibility, Violation};
-use crate::body::{JointKind, Robot};
+use crate::body::{Joint, JointKind, Robot};
 use crate::error::{Error, check_length, positive};
 use crate::muscle::MuscleDynamics;
 use alloc::string::{String, ToString};
@@ -82,8 +82,15 @@ pub fn first_infeasibility(
     let (mut now, mut torque) = (Reference::new(joints), vec![0.0; joints]);
     // At most a million instants: a trajectory of hours is checked more coarsely.
     let instants = libm::ceil(trajectory.duration() / limits.interval).min(1e6) as usize;
-    for k in 0..=instants {
-        let time = trajectory.duration() * k as f64 / instants.max(1) as f64;
+    let time_of = |k: usize| trajectory.duration() * k as f64 / instants.max(1) as f64;
+    // First: on the way to a position that a joint does not have it is too fast as well.
+    for time in (0..=instants).map(time_of) {
+        trajectory.sample(time, &mut now)?;
+        if let Some(violation) = range_violation(robot, &now.q) {
+            return Ok(Some(Infeasibility { time, violation }));
+        }
+    }
+    for time in (0..=instants).map(time_of) {
         let infeasible = |violation| Ok(Some(Infeasibility { time, violation }));
         trajectory.sample(time, &mut now)?;
         if let Some(violation) = winches.violation(&mut model, &now)? {
@@ -172,21 +179,28 @@ fn muscle_name(robot: &Robot, muscle: usize) -> String {
 /// Tolerance of a joint range, rad or m.
 const RANGE_TOLERANCE: f64 = 1e-9;
 
+/// Of the position of a joint, where it is outside of its range.
+fn out_of_range(joint: &Joint, position: f64) -> Option<Violation> {
+    let range = joint.range?;
+    let inside = (range[0] - RANGE_TOLERANCE..=range[1] + RANGE_TOLERANCE).contains(&position);
+    let (name, unit) = (joint.name.clone(), joint.kind.unit());
+    (!inside).then_some(Violation::JointRange { joint: name, position, range, unit })
+}
+
+/// Of the positions of the independent joints.
+fn range_violation(robot: &Robot, q: &[f64]) -> Option<Violation> {
+    let mut joints = robot.independent_joints().into_iter().zip(q);
+    joints.find_map(|(joint, position)| out_of_range(&robot.parts().joints[joint], *position))
+}
+
 /// Of coordinates and velocities of all joints, the coupled ones included.
 fn joint_violation(model: &MuscleDynamics, limits: &Limits) -> Option<Violation> {
     let (robot, q, v) = (model.robot(), model.coordinates(), model.velocities());
     for (index, joint) in robot.parts().joints.iter().enumerate() {
         let coordinates = robot.coordinates_of(index);
-        if let (Some(range), 1) = (joint.range, coordinates.len()) {
-            let position = q[coordinates.start];
-            if position < range[0] - RANGE_TOLERANCE || position > range[1] + RANGE_TOLERANCE {
-                return Some(Violation::JointRange {
-                    joint: joint.name.clone(),
-                    position,
-                    range,
-                    unit: joint.kind.unit(),
-                });
-            }
+        let violation = (coordinates.len() == 1).then(|| out_of_range(joint, q[coordinates.start])).flatten();
+        if violation.is_some() {
+            return violation;
         }
     }
     let fast = v.iter().position(|v| v.abs() > limits.joint_speed)?;

@@ -42,7 +42,7 @@ pub(super) fn source(arguments: &LiveArguments) -> Result<Box<dyn Source>, Error
                 .map_or(PathArgument::Tour, |path| PathArgument::Named(path.name.clone()));
             let trajectory = motion::unchecked(&machine, &path, arguments.duration)?;
             let notice = format!("Shown without forces, because the machine cannot make its motion: {error}");
-            eprintln!("warning: {notice}");
+            tell!("warning: {notice}");
             let limits = tension_limits(&machine);
             let shown = Kinematic::new(machine, trajectory, (path.to_string(), notice), limits);
             Ok(Box::new(shown.map_err(sinew_lab::Error::from)?))
@@ -138,7 +138,7 @@ impl Bench {
         let trajectory = motion::trajectory(&machine, &path, duration)?;
         if let Some(infeasible) = infeasible_motion(&machine, &trajectory, 1)? {
             let infeasibility = Box::new(infeasible.infeasibility);
-            return Err(Error::Infeasible { path: path.to_string(), infeasibility });
+            return Err(Error::Infeasible { path: path.to_string(), infeasibility, long_enough: None });
         }
         let mut arm = self.arm.loaded(conditions.payload)?;
         let (trajectory, verified) = match (variant, &path) {

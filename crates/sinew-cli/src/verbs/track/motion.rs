@@ -4,8 +4,8 @@ use super::{joints, waypoints};
 use crate::arguments::{PATH_FORMS, PathArgument};
 use crate::error::Error;
 use sinew::machine::Machine;
-use sinew::trajectory::Trajectory;
-use sinew_lab::arm::{DesiredMotion, first_infeasibility, plan, plan_tour};
+use sinew::trajectory::{Infeasibility, Trajectory, Violation};
+use sinew_lab::arm::{DesiredMotion, first_infeasibility, infeasible_motion, plan, plan_tour};
 
 /// The path of a machine where none is given: its first one by name, else a tour.
 pub(super) fn default_path(machine: &Machine) -> PathArgument {
@@ -34,6 +34,43 @@ pub(crate) fn trajectory(
     }
     Ok(plan(machine, &motion, duration)?)
 }
+
+/// A duration, s, with which a motion is feasible that is too fast as `planned` for so many repeats; none
+/// where more time does not help, or it has times of its own.
+pub(super) fn long_enough(
+    machine: &Machine,
+    path: &PathArgument,
+    (planned, repeats): (&Trajectory, u32),
+    infeasibility: &Infeasibility,
+) -> Result<Option<f64>, Error> {
+    if desired(machine, path)?.is_some_and(|motion| motion.has_times()) {
+        return Ok(None);
+    }
+    let (mut duration, mut violation) = (planned.duration(), infeasibility.violation.clone());
+    for _ in 0..ATTEMPTS {
+        let slower = match violation {
+            Violation::JointSpeed { speed, most, .. } | Violation::CableSpeed { speed, most, .. } => {
+                speed / most
+            }
+            Violation::CableAcceleration { acceleration, most, .. } => (acceleration / most).sqrt(),
+            _ => return Ok(None),
+        };
+        duration = (10.0 * duration * slower.max(LEAST_STEP)).ceil() / 10.0;
+        if duration.is_nan() || duration > LONGEST_S {
+            return Ok(None);
+        }
+        match infeasible_motion(machine, &unchecked(machine, path, duration)?, repeats)? {
+            None => return Ok(Some(duration)),
+            Some(found) => violation = found.infeasibility.violation,
+        }
+    }
+    Ok(None)
+}
+
+/// Durations that are tried, the least ratio between two of them, and the longest, s.
+const ATTEMPTS: usize = 12;
+const LEAST_STEP: f64 = 1.05;
+const LONGEST_S: f64 = 3600.0;
 
 /// The same without a look at what the muscles can do; tours take the duration.
 pub(crate) fn unchecked(machine: &Machine, path: &PathArgument, duration: f64) -> Result<Trajectory, Error> {

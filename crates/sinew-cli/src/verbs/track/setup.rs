@@ -73,6 +73,7 @@ impl Setup {
             Some(InfeasibleMotion { infeasibility, .. }) => Err(Error::Infeasible {
                 path: format!("{}, on the way from the pose `start` to its beginning", self.path),
                 infeasibility: Box::new(infeasibility),
+                long_enough: None,
             }),
         }
     }
@@ -151,7 +152,10 @@ impl Setup {
                 Err(if payload > 0.0 {
                     Error::Overloaded { payload, infeasibility }
                 } else {
-                    Error::Infeasible { path: self.path.to_string(), infeasibility }
+                    let planned = (&self.trajectory, self.repeats);
+                    let long_enough =
+                        motion::long_enough(&self.machine, &self.path, planned, &infeasibility)?;
+                    Error::Infeasible { path: self.path.to_string(), infeasibility, long_enough }
                 })
             }
         }
