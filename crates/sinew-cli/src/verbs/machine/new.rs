@@ -35,6 +35,9 @@ pub(super) fn run(arguments: &MachineNewArguments, general: &General) -> Result<
     let source = source_of(body, arguments.files.muscles.as_deref(), arguments.files.root.dir.as_deref())?;
     let mut machine = of_body(body, &source, arguments)?;
     machine.task = movable(&machine)?;
+    if source == Source::Machine {
+        keep_task(&mut machine, body, arguments)?;
+    }
     let motion = SizingMotion { period: arguments.period, fraction: arguments.fraction };
     progress.show("choosing cables and drives", 0.1);
     let choice = choice::drives(&machine, &motion, arguments.tip_force, arguments.drives.as_deref())?;
@@ -77,6 +80,24 @@ fn of_body(body: &Path, source: &Source, arguments: &MachineNewArguments) -> Res
     };
     print_warnings(&described.warnings);
     Ok(described.machine)
+}
+
+/// Task and pose at the start of the machine file whose body is copied.
+fn keep_task(machine: &mut Machine, file: &Path, arguments: &MachineNewArguments) -> Result<(), Error> {
+    let (given, _) = load_machine(file, None, arguments.files.root.dir.as_deref())?;
+    let given = given.machine;
+    machine.start = given.start;
+    let place = |site: usize| {
+        let name = &given.robot.parts().sites[site].name;
+        machine.robot.parts().sites.iter().position(|site| site.name == *name)
+    };
+    machine.task = match given.task {
+        Task::EndPoint { site, axes } => {
+            place(site).map_or(machine.task, |site| Task::EndPoint { site, axes })
+        }
+        Task::Joints => Task::Joints,
+    };
+    Ok(())
 }
 
 /// The task restricted to the coordinates that the end point can change; the joints, where these are more
@@ -180,12 +201,40 @@ fn report(choice: &Choice, out: &Path, json: bool, written: Vec<Written>) -> Res
             answer.springs.iter().map(|name| format!("`{}`", one_line(name))).collect();
         text += &format!("\nSprings, which have no drive: {}.\n", springs.join(", "));
     }
+    text += &too_weak(choice);
     if let Some(missing) = &demands.missing {
         text += &unreachable_text(choice, unreachable_fraction, missing);
     }
     text.push('\n');
     Ok(Answer { outcome, content: Content::Text(text), written })
 }
+
+/// The muscles for which the catalogue has no drive, and what helps; nothing where there are none.
+fn too_weak(choice: &Choice) -> String {
+    let parts = choice.machine.robot.parts();
+    let used = || parts.tendons.iter().zip(&choice.used).filter(|(_, used)| **used > 1.0);
+    if used().next().is_none() {
+        return String::new();
+    }
+    let names: Vec<String> = used().map(|(tendon, _)| format!("`{}`", one_line(&tendon.name))).collect();
+    let mut text = format!(
+        "\nToo weak: no motor of the catalogue is strong enough for {}; the strongest is written. A slower or \
+            smaller motion (--period, --fraction) or larger moment arms need less; docs/robot.md has a motor of your \
+            own.\n",
+        names.join(", ")
+    );
+    if used().any(|(_, used)| *used > ABSURD) {
+        let mass: f64 = parts.bodies.iter().map(|body| body.mass).sum();
+        text += &format!(
+            "The bodies weigh {} kg together: are their masses in kg and their lengths in m?\n",
+            number(Some(mass))
+        );
+    }
+    text
+}
+
+/// Fraction of a drive beyond which a unit is likely to be wrong.
+const ABSURD: f64 = 5.0;
 
 /// Why tensions do not give the torque, and what helps.
 fn unreachable_text(choice: &Choice, fraction: f64, missing: &MissingTorque) -> String {
