@@ -133,6 +133,37 @@ fn spelt(tree: &Tree, warnings: &mut Vec<Warning>) -> Result<(), DescriptionErro
     Ok(())
 }
 
+/// Range of a hinge from which its limits are likely to be in degrees, rad.
+const WIDEST_RANGE: f64 = 15.0;
+
+/// What a file is likely not to mean: a link that a joint moves and that has no mass, a range in degrees.
+fn doubtful(tree: &Tree, joint: usize, links: &BTreeMap<&str, usize>) -> Option<Warning> {
+    let (kind, name) = (tree.elements[joint].attribute("type"), tree.elements[joint].attribute("name"));
+    let name = shortened(name.unwrap_or_default());
+    let at = |element: usize, what: String| Warning {
+        file: tree.files[tree.elements[element].file].clone(),
+        line: tree.elements[element].line,
+        what,
+        changes_forces: false,
+    };
+    let end = |limit: &Attributes<'_>, key| limit.text(key).and_then(|text| text.trim().parse::<f64>().ok());
+    if let Some(limit) = child(tree, joint, "limit").filter(|_| kind == Some("revolute"))
+        && let (Some(low), Some(high)) = (end(&limit, "lower"), end(&limit, "upper"))
+        && high - low > WIDEST_RANGE
+    {
+        let range = high - low;
+        return Some(at(
+            joint,
+            format!("joint `{name}` has a range of {range} rad: limits are not in degrees"),
+        ));
+    }
+    let link = child(tree, joint, "child")?.text("link")?;
+    let is_massless = child(tree, links.get(link).copied()?, "inertial").is_none();
+    let moves = kind.is_some_and(|kind| kind != "fixed");
+    let what = || format!("link `{}` moves and has no <inertial>: it has no mass", shortened(link));
+    (moves && is_massless).then(|| at(links[link], what()))
+}
+
 impl<'a> Graph<'a> {
     fn read(tree: &'a Tree) -> Result<Graph<'a>, DescriptionError> {
         let (mut links, mut leaving) = (BTreeMap::new(), BTreeMap::<&str, Vec<usize>>::new());
@@ -180,6 +211,7 @@ impl<'a> Graph<'a> {
                 });
             }
         }
+        warnings.extend(of("joint").filter_map(|joint| doubtful(tree, joint, &links)));
         let mut roots = links.keys().copied().filter(|name| !children.contains(name));
         let root = roots
             .next()
