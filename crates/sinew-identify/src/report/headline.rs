@@ -56,10 +56,7 @@ pub(super) fn headline(
                 100.0 * origin.rmse_unseen / origin.far_range
             ),
             parameters: of_chosen.to_vec(),
-            withdrawn: of_chosen
-                .iter()
-                .all(|parameter| parameter.remark == NOT_FITTED)
-                .then(|| "the model was kept as it was: none of them was fitted to these logs".to_owned()),
+            withdrawn: kept(of_chosen).or_else(|| better(evidence)),
         });
     }
     let has_angle = |fit: &ClassicalFit| fit.parameters.iter().any(|p| p.name == FRICTION_ANGLE);
@@ -90,6 +87,31 @@ pub(super) fn headline(
     Some(Headline { law: fit.law.clone(), reason, parameters, withdrawn })
 }
 
+/// That no parameter was fitted.
+fn kept(parameters: &[Parameter]) -> Option<String> {
+    let kept = parameters.iter().all(|parameter| parameter.remark == NOT_FITTED);
+    kept.then(|| "the model was kept as it was: none of them was fitted to these logs".to_owned())
+}
+
+/// That another candidate contradicts the chosen one, as a regression does where the anchor is a copy of the
+/// far side.
+fn better(evidence: &Evidence<'_>) -> Option<String> {
+    let range = evidence.model.provenance.far_range;
+    let of = |scored: &ScoredCandidate| scored.validation().map_or(f64::INFINITY, error);
+    let chosen = of(&evidence.scored[evidence.chosen]);
+    let best = evidence.scored.iter().min_by(|a, b| of(a).total_cmp(&of(b)))?;
+    let contradicted = chosen > CONTRADICTED * of(best) && chosen > NEGLIGIBLE * range;
+    contradicted.then(|| contradicted_by(chosen, &best.name, of(best), range))
+}
+
+fn contradicted_by(found: f64, name: &str, best: f64, range: f64) -> String {
+    format!(
+        "the log contradicts the law: on unseen data it errs by {:.1} % of the range, {name} by {:.1} %",
+        100.0 * found / range,
+        100.0 * best / range
+    )
+}
+
 /// A parameter whose interval also covers the spread over the folds.
 fn widened(parameter: &Parameter, law: &ScoredLaw) -> Parameter {
     let of_fold = |fit: &ClassicalFit| Some(fit.parameters.iter().find(|p| p.name == parameter.name)?.value);
@@ -111,12 +133,7 @@ fn contradiction(
     let best = chosen.validation().and_then(|v| Comparison::rmse(&v.comparison)).unwrap_or(f64::NAN);
     let found = error(validation);
     if found > CONTRADICTED * best && found > NEGLIGIBLE * range {
-        return Some(format!(
-            "the log contradicts the law: on unseen data it errs by {:.1} % of the range, {} by {:.1} %",
-            100.0 * found / range,
-            chosen.name,
-            100.0 * best / range
-        ));
+        return Some(contradicted_by(found, &chosen.name, best, range));
     }
     let constant = evidence.scored.iter().find(|scored| scored.name == CONSTANT);
     let constant = constant.and_then(ScoredCandidate::validation).map_or(f64::INFINITY, error);
