@@ -1,5 +1,8 @@
 //! The `sinew` program: identifies, simulates and controls cable transmissions.
 
+#[macro_use]
+mod tell;
+
 mod answer;
 mod arguments;
 mod csv_text;
@@ -40,7 +43,7 @@ fn main() -> ExitCode {
                 // Where standard output fails, the line below is what is left.
                 let _ = answer::print_error(&verb, code, &message);
             }
-            eprintln!("{}: {message}", output::red("error"));
+            tell!("{}: {message}", output::red("error"));
             ExitCode::from(code)
         }
     }
@@ -130,7 +133,7 @@ fn refuse_arguments(error: &clap::Error) -> ExitCode {
         if json {
             let _ = answer::print_error(new, Error::BAD_INPUT, &message);
         }
-        eprintln!("{}: {message}", output::red("error"));
+        tell!("{}: {message}", output::red("error"));
         return ExitCode::from(Error::BAD_INPUT);
     }
     let asked = matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);

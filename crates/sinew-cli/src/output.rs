@@ -21,7 +21,7 @@ pub(crate) fn install_interrupt_handler() -> Result<(), Error> {
         }
         let mut created = lock();
         remove_empty_folders(&mut created);
-        eprintln!("\ninterrupted: no output was left incomplete");
+        tell!("\ninterrupted: no output was left incomplete");
         std::process::exit(130);
     })?;
     Ok(())

@@ -77,7 +77,7 @@ impl Progress {
 /// Writes lines of progress, until its run has ended or nobody reads any more.
 fn write_lines(bar: &ProgressBar, ended: &Receiver<()>) {
     while ended.recv_timeout(LINES) == Err(RecvTimeoutError::Timeout) {
-        if stderr().write_all(line(bar).as_bytes()).is_err() {
+        if bar.is_finished() || stderr().write_all(line(bar).as_bytes()).is_err() {
             return;
         }
     }

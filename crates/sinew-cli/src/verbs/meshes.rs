@@ -10,10 +10,10 @@ pub(crate) fn read_meshes(robot: &mut Robot, path: &Path, root: Option<&Path>) {
     let problems = sinew_view::read_meshes(robot, &mut |file| mesh_bytes(path, file, root));
     let more = problems.len().saturating_sub(MOST);
     for problem in problems.iter().take(MOST) {
-        eprintln!("warning: {problem}");
+        tell!("warning: {problem}");
     }
     if more > 0 {
-        eprintln!("warning: {more} more meshes cannot be drawn");
+        tell!("warning: {more} more meshes cannot be drawn");
     }
 }
 

@@ -56,7 +56,7 @@ impl RunPage {
         let server = Server::start(ServerSettings { address, source: Box::new(run), foxglove })?;
         let url = server.url();
         let machine = if shown.simulated { "SIMULATED machine" } else { "machine" };
-        eprintln!("{machine} on {url} while the run goes on");
+        tell!("{machine} on {url} while the run goes on");
         tell_foxglove(&server);
         if arguments.open {
             open(&url);
@@ -87,7 +87,7 @@ pub(crate) fn tension_limits(machine: &Machine) -> Vec<[f64; 2]> {
 /// Says where Foxglove finds what is shown, if its protocol is served.
 pub(crate) fn tell_foxglove(server: &Server) {
     if let Some(address) = server.foxglove() {
-        eprintln!("Foxglove: open a connection to ws://{address}");
+        tell!("Foxglove: open a connection to ws://{address}");
     }
 }
 
@@ -101,7 +101,7 @@ pub(crate) fn open(url: &str) {
         .stderr(Stdio::null())
         .spawn();
     let warn = move |reason: String| {
-        eprintln!("warning: no browser was opened ({program}: {reason}); open the address above in one");
+        tell!("warning: no browser was opened ({program}: {reason}); open the address above in one");
     };
     match started {
         // It ends when the browser does, or soon where it finds none.

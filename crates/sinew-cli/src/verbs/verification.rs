@@ -5,7 +5,7 @@ use sinew_lab::arm::{Verified, VerifiedTour};
 /// Says that a tour was slowed from `given` s, and why.
 pub(super) fn tell_slowed(tour: &VerifiedTour, given: f64) {
     if let Some(reason) = &tour.slowed {
-        eprintln!(
+        tell!(
             "The tour takes {:.0} s instead of {given:.0} s, in which simulated machines of this design do \
                 not track it: {reason}",
             tour.trajectory.duration(),
@@ -17,12 +17,12 @@ pub(super) fn tell_slowed(tour: &VerifiedTour, given: f64) {
 pub(super) fn warn(verified: &Verified) {
     match verified {
         Verified::Tracks(_) => (),
-        Verified::Inaccurate(_, reason) => eprintln!(
+        Verified::Inaccurate(_, reason) => tell!(
             "warning: simulated machines of this design come to the end of this motion, but not well: \
                 {reason}; `sinew machine tune` names what limits each joint"
         ),
         Verified::Fails(reason) => {
-            eprintln!("warning: simulated machines of this design do not track this motion: {reason}");
+            tell!("warning: simulated machines of this design do not track this motion: {reason}");
         }
     }
 }

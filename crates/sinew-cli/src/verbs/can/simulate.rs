@@ -34,7 +34,7 @@ pub(super) fn run(arguments: &CanSimulateArguments, general: &General) -> Result
     };
     if general.json {
         // Standard output is the one document at the end.
-        eprintln!("{path}");
+        tell!("{path}");
     } else {
         let name = &machine.robot.parts().name;
         print(&format!("{path}\nSIMULATED {name}: {} nodes answer; Ctrl-C ends\n", nodes.len()))?;

@@ -35,7 +35,7 @@ pub(crate) fn run(arguments: &LiveArguments, general: &General) -> Result<Answer
         (true, true) => "recording of a SIMULATED machine",
         (true, false) => "recording",
     };
-    eprintln!("{shown} on {url} (Ctrl-C ends it)");
+    tell!("{shown} on {url} (Ctrl-C ends it)");
     tell_foxglove(&server);
     if arguments.open {
         open(&url);

@@ -43,7 +43,7 @@ pub(super) fn playback(arguments: &LiveArguments) -> Result<(Playback, bool), Er
         other => other.into(),
     })?;
     if let Some(notice) = playback.notice() {
-        eprintln!("warning: {}: {notice}", file.display());
+        tell!("warning: {}: {notice}", file.display());
     }
     Ok((playback, simulated))
 }

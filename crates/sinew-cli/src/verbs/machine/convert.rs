@@ -36,12 +36,12 @@ pub(crate) fn run(arguments: &MachineConvertArguments, general: &General) -> Res
     let parts = robot.parts();
     match parts.meshes.len() {
         0 => {}
-        1 => eprintln!("warning: a shape of a body in a mesh file is left out"),
-        many => eprintln!("warning: {many} shapes of bodies in mesh files are left out"),
+        1 => tell!("warning: a shape of a body in a mesh file is left out"),
+        many => tell!("warning: {many} shapes of bodies in mesh files are left out"),
     }
     let bypassed = parts.sites.iter().filter(|site| site.active.is_some()).count();
     if kind == Format::Mjcf && bypassed > 0 {
-        eprintln!(
+        tell!(
             "warning: paths always pass through sites in MJCF: {bypassed} have an active range here, which is left out"
         );
     }
@@ -50,7 +50,7 @@ pub(crate) fn run(arguments: &MachineConvertArguments, general: &General) -> Res
     {
         let JointPart { name, kind, .. } = &parts.joints[follower];
         let unit = kind.unit();
-        eprintln!(
+        tell!(
             "warning: MJCF knows polynomials of degree four alone: they stand for curves, the largest error is \
              {error:.2e} {unit}, of `{name}`"
         );

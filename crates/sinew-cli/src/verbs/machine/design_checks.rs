@@ -92,7 +92,7 @@ impl DesignChecks {
     /// On standard error, one per line.
     pub(super) fn print_warnings(&self) {
         for warning in &self.warnings {
-            eprintln!("warning: {}", one_line(warning));
+            tell!("warning: {}", one_line(warning));
         }
     }
 

@@ -6,7 +6,7 @@ use sinew::description::Warning;
 /// Prints warnings on standard error, one per line.
 pub(super) fn print_warnings(warnings: &[Warning]) {
     for warning in warnings {
-        eprintln!("warning: {}", one_line(&warning.to_string()));
+        tell!("warning: {}", one_line(&warning.to_string()));
     }
 }
 

@@ -172,7 +172,7 @@ fn tuned(
 fn print_unheld(machine: &Machine, cost: &PeriodCost) {
     let joints = machine.robot.independent_joints();
     for (joint, slowest) in cost.unheld(machine.period) {
-        eprintln!(
+        tell!(
             "warning: `{}` is not held at a period of {} ms: {}",
             one_line(&machine.robot.parts().joints[joints[joint]].name),
             number(Some(1e3 * machine.period)),

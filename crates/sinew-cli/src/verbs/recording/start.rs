@@ -168,5 +168,5 @@ impl<'a> Request<'a> {
 /// Tells once that a recording has ended early; the run goes on.
 fn warn_of(path: &Path) -> impl FnOnce(&sinew_record::Error) + Send + use<> {
     let file = path.display().to_string();
-    move |error| eprintln!("warning: {}", one_line(&format!("{file}: {error}; the run goes on without it")))
+    move |error| tell!("warning: {}", one_line(&format!("{file}: {error}; the run goes on without it")))
 }

@@ -162,7 +162,7 @@ impl<'a> Door<'a> {
         let repeats = if setup.repeats > 1 { format!(", {} times", setup.repeats) } else { String::new() };
         let name = &setup.machine.robot.parts().name;
         let (all, once) = (setup.run_s(), setup.trajectory.duration());
-        eprintln!(
+        tell!(
             "{name} along {}: {all:.0} s in real time; {once:.1} s of motion{repeats}, and rests",
             setup.path
         );
@@ -179,7 +179,7 @@ impl<'a> Door<'a> {
             .map(|((joint, _), start)| format!("{} at {start:.3} {}", joint.name, joint.kind.unit()))
             .collect();
         if !unmeasured.is_empty() {
-            eprintln!(
+            tell!(
                 "joints without an encoder are taken to stand in the machine's pose `start`: {}",
                 unmeasured.join(", ")
             );

@@ -49,7 +49,7 @@ impl Ended {
     /// Writes the files and says how the run went.
     pub(super) fn answer(self, door: &Door<'_>, setup: &Setup, json: bool) -> Result<Answer, Error> {
         for shortcoming in &self.real_time.shortcomings {
-            eprintln!("warning: {shortcoming}");
+            tell!("warning: {shortcoming}");
         }
         let files = match &self.tracking {
             Some(numbers) => files(door, setup, (numbers, &self.trace), &self.gears)?,

@@ -64,7 +64,7 @@ pub(super) fn start(
     let key = read_key(door.arguments.link.key.as_deref())?;
     let name = &setup.machine.robot.parts().name;
     let (server, port) = Server::start(ServerSettings { address, key, domain, sessions })?;
-    eprintln!("link: {name} listens on {}", server.address());
+    tell!("link: {name} listens on {}", server.address());
     Ok((server, port))
 }
 

@@ -45,9 +45,9 @@ impl RunNode {
         let (node, tap, port) = Node::start(settings)?;
         let name = &machine.robot.parts().name;
         let kind = if simulated { "SIMULATED machine" } else { "machine" };
-        eprintln!("ROS 2: {kind} {name} on {address}, domain {domain_id}");
+        tell!("ROS 2: {kind} {name} on {address}, domain {domain_id}");
         if commanded && !address.is_loopback() {
-            eprintln!("warning: ROS 2 does not ask who commands: everyone who reaches {address} may");
+            tell!("warning: ROS 2 does not ask who commands: everyone who reaches {address} may");
         }
         if let Some(seconds) = arguments.ros_wait {
             node.wait_for_reader(Duration::from_secs_f64(seconds))?;

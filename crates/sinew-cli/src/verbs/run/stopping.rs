@@ -133,14 +133,14 @@ fn tell(shown: &Shown) {
         let now = shown.mode.load(Ordering::Relaxed);
         if now != last {
             if last == NOT_STOPPING {
-                eprintln!("\nstopping; Ctrl-C again ends at once, with the brakes on");
+                tell!("\nstopping; Ctrl-C again ends at once, with the brakes on");
             }
             last = now;
-            eprintln!("{}", Mode::from_number(now).map_or("", words));
+            tell!("{}", Mode::from_number(now).map_or("", words));
         }
         if ended {
             if interrupt::is_requested_at_once() {
-                eprintln!("ended at once, by a second Ctrl-C; the brakes are on");
+                tell!("ended at once, by a second Ctrl-C; the brakes are on");
             }
             return;
         }

@@ -31,7 +31,7 @@ pub(super) fn run(arguments: &ServosSimulateArguments, general: &General) -> Res
     let paths: String = terminals.iter().map(|terminal| format!("{}\n", terminal.path())).collect();
     if general.json {
         // Standard output is the one document at the end.
-        eprint!("{paths}");
+        tell!("{}", paths.trim_end());
     } else {
         let name = &machine.robot.parts().name;
         print(&format!("{paths}SIMULATED {name}: {} servos answer; Ctrl-C ends\n", servos.len()))?;

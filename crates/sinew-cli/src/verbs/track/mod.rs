@@ -197,5 +197,9 @@ pub(crate) fn tracking_table(tracking: &BTreeMap<CompensationVariant, TrackingNu
         let [mean, max] = [offsets.mean, offsets.max].map(milli);
         text += &format!("Mean error by the encoders' zero offsets alone: {mean} mm (max {max})\n");
     }
+    if !has_end_point && joints[..2].iter().any(|(_, range)| has(*range)) {
+        text += "Joint errors are without the zero offsets of the joints' encoders, which only a calibration \
+            finds; `sinew log plot` of a recording shows them.\n";
+    }
     text
 }

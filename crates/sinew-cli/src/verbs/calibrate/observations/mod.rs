@@ -89,7 +89,7 @@ pub(super) fn read(
     }
     let ignored: Vec<&str> = seen.iter().map(String::as_str).filter(|name| wanted(name).is_none()).collect();
     if !ignored.is_empty() {
-        eprintln!(
+        tell!(
             "warning: markers that neither --marker nor --base-tag names are ignored: {}",
             ignored.join(", ")
         );
