@@ -11,7 +11,7 @@ use super::urdf_geoms;
 use crate::body::{Body, Coupling, Joint, JointKind, Parts};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
-use alloc::string::ToString;
+use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 /// Reads a robot from URDF and, if given, its muscles from a TOML (name of that file and its text).

@@ -25,8 +25,8 @@ pub struct CableEstimate {
     pub correction: f64,
     /// Elongation of the cable from zero tension, m.
     pub stretch: f64,
-    /// Whether the whole cable has slid for 0.1 s in all since the last reset, every part of it at once in one
-    /// direction, so that its profile no longer depends on the initial one.
+    /// Whether the whole cable has slid for 0.1 s in all since the last reset, all of it in one direction at
+    /// once, so that its profile no longer depends on the initial one.
     pub known: bool,
     /// Whether a position was missing or jumped and was held.
     pub held: bool,
