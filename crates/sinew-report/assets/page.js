@@ -50,6 +50,19 @@
     }
   });
 
+  // Long names of code may break after an underscore, not within a word.
+  document.querySelectorAll("main, .contents").forEach((part) => {
+    const walker = document.createTreeWalker(part, NodeFilter.SHOW_TEXT), named = [];
+    while (walker.nextNode()) {
+      const text = walker.currentNode;
+      if (/[\p{L}\d]_[\p{L}\d]/u.test(text.data) && !text.parentElement.closest("option, pre, script, style, svg")) named.push(text);
+    }
+    for (const text of named) {
+      const parts = text.data.split(/(?<=[\p{L}\d]_)(?=[\p{L}\d])/u).flatMap((piece) => [document.createElement("wbr"), piece]);
+      text.replaceWith(...parts.slice(1));
+    }
+  });
+
   // Contents: mark the section being read.
   const links = new Map([...document.querySelectorAll(".contents a")].map((a) => [a.hash.slice(1), a]));
   const seen = new IntersectionObserver((entries) => {

@@ -121,7 +121,7 @@
       width: live.clientWidth, height: last ? height + 34 : height, padding: [6, 12, last ? 0 : 6, 0], legend: { show: false },
       cursor: { sync: { key: "sinew" }, y: false, points: { size: 6 }, drag: { x: true, y: false } },
       scales: { x: { time: false }, y: { range: fit(range, fixed) } },
-      axes: [axis({ size: last ? 26 : 4, values: last ? undefined : () => [], label: last ? "time (s)" : undefined, labelSize: 16, labelGap: 0 }), axis({ size: 56, values: (u, splits) => splits.map((v) => number(v, 6)) })],
+      axes: [axis({ size: last ? 26 : 4, values: last ? undefined : () => [], label: last ? "time (s)" : undefined, labelSize: 16, labelGap: 0 }), axis({ size: 56, splits: (u, _, low, high) => figures.ticks(low, high, Math.max(2, Math.round(u.bbox.height / devicePixelRatio / 45))).map(([v]) => v), values: (u, splits) => splits.map((v) => number(v, 6)) })],
       series: [{}, ...series], bands,
       hooks: { setScale: [(u, key) => key === "x" && followers(u)], drawClear: [shade], setCursor: [(u) => u === panes[0] && describe(u)] },
     }, columns, live);
@@ -226,9 +226,9 @@
   };
   for (const kind of ["svg", "pdf"]) byId(`save-${kind}`).addEventListener("click", () => figures.onPaper(() => figures.save(`${data.far} ${data.records[current].label}`, panels(), kind)));
   byId("save-csv").addEventListener("click", () => {
-    const r = data.records[current], columns = [r.time, r.far, r.predicted, r.low, r.high, r.error, ...r.inputs];
+    const { label } = data.records[current], r = unpack(data.records[current]), columns = [r.time, r.far, r.predicted, r.low, r.high, r.error, ...r.inputs];
     const labels = [...live.querySelectorAll(".pane-label")].map((e) => e.textContent);
-    figures.table(`${data.far} ${r.label}`, [["time (s)", labels[0], "predicted", "95 % band, low", "95 % band, high", ...labels.slice(1, 2 + r.inputs.length)], ...r.time.map((_, i) => columns.map((c) => c[i]))]);
+    figures.table(`${data.far} ${label}`, [["time (s)", labels[0], "predicted", "95 % band, low", "95 % band, high", ...labels.slice(1, 2 + r.inputs.length)], ...r.time.map((_, i) => columns.map((c) => c[i]))]);
   });
   document.querySelectorAll("[data-zoom]").forEach((b) => b.addEventListener("click", () => step(b.dataset.zoom)));
   live.addEventListener("dblclick", () => step("all"));

@@ -171,10 +171,18 @@ impl Svg<'_> {
             }
         }
         let Colours { soft, line, far, toward, away, .. } = self.colours;
-        for (k, data) in shades.iter().enumerate().filter(|(_, data)| !data.is_empty()) {
+        let mut scale = String::new();
+        for (k, data) in shades.iter().enumerate() {
             #[expect(clippy::cast_precision_loss, reason = "a dozen")]
-            let opacity = 0.04 + 0.8 * (k as f64 + 0.5) / SHADES as f64;
-            let _ = write!(self.text, "<path d=\"{data}\" fill=\"{far}\" fill-opacity=\"{opacity:.2}\"/>");
+            let place = k as f64;
+            #[expect(clippy::cast_precision_loss, reason = "a dozen")]
+            let opacity = 0.04 + 0.8 * (place + 0.5) / SHADES as f64;
+            let fill = format!("fill=\"{far}\" fill-opacity=\"{opacity:.2}\"");
+            if !data.is_empty() {
+                let _ = write!(self.text, "<path d=\"{data}\" {fill}/>");
+            }
+            let (x, y) = (left + width - 176.0 + 9.0 * place, top - 26.0);
+            let _ = write!(scale, "<path d=\"M{x:.0} {y:.0}h9v12h-9z\" {fill}/>");
         }
         for (data, colour) in marks.iter().zip([toward, away]) {
             let _ = write!(self.text, "<path d=\"{data}\" fill=\"{colour}\"/>");
@@ -191,8 +199,17 @@ impl Svg<'_> {
             top + 12.0,
             left - 8.0,
         );
+        // The scale of the shades, above the picture.
+        let (right, y) = (left + width, top - 15.0);
+        let _ = write!(
+            self.text,
+            "<text x=\"{:.0}\" y=\"{y:.0}\" text-anchor=\"end\">tension along the cable, 0</text><text \
+                x=\"{:.0}\" y=\"{y:.0}\">{most:.0} N</text>",
+            right - 184.0,
+            right - 60.0,
+        );
         self.across(time, "time (s)", [left, bottom, width]);
-        self.text.push_str("</g>");
+        let _ = write!(self.text, "</g>{scale}");
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::capability_plots::{Outlines, map, outlines};
 use super::error::Error;
-use super::format::significant;
+use super::format::physical;
 use super::payload::Payload;
 use super::plot::Plot;
 use super::scene::{SceneData, SceneFigure, machine_figure, scene_script};
@@ -90,10 +90,19 @@ fn quantity(view: &MapView<'_>, name: String, unit: &'static str, values: &[Extr
         name,
         unit,
         count: values.len(),
-        spread: [sorted[0], sorted[sorted.len() / 2], sorted[sorted.len() - 1]],
+        spread: [sorted[0], sorted[sorted.len() / 2], sorted[sorted.len() - 1]].map(nonzero),
         limited_by: most.map(|(muscle, count)| (view.muscles[muscle].clone(), count)),
     }
 }
+
+/// A number in SI units; a sum of cancelling terms below a billionth of them is zero, as where one cable
+/// cannot load joints independently.
+fn nonzero(value: f64) -> f64 {
+    if value.abs() < NOTHING { 0.0 } else { value }
+}
+
+/// Magnitude of rounding, in SI units.
+const NOTHING: f64 = 1e-9;
 
 #[derive(Template)]
 #[template(path = "capability.html")]
@@ -109,6 +118,8 @@ struct Page<'a> {
     forces: Vec<Plot>,
     held: Vec<[String; 6]>,
     raised: Vec<[String; 4]>,
+    /// Whether a change gives any payload.
+    is_raised: bool,
 }
 
 struct Row {
@@ -126,7 +137,7 @@ struct Map {
 /// A page of its own.
 pub fn page(view: &MapView<'_>, scene: &SceneData) -> Result<String, Error> {
     let rows = quantities(view).into_iter().map(|quantity| {
-        let [least, median, most] = quantity.spread.map(|value| significant(value, 3));
+        let [least, median, most] = quantity.spread.map(|value| physical(value, 3));
         Row {
             cells: vec![
                 ("unit", quantity.unit.to_owned()),
@@ -151,10 +162,16 @@ pub fn page(view: &MapView<'_>, scene: &SceneData) -> Result<String, Error> {
         maps: maps(view),
         held: view.payload.held_rows(),
         raised: view.payload.raised_rows(),
+        is_raised: view.payload.is_raised(),
         torques: view.torques.iter().map(|one| outlines("Joint torques", one)).collect(),
         forces: view.forces.iter().map(|one| outlines("Forces of the end point", one)).collect(),
     };
     Ok(page.render()?)
+}
+
+/// Whether a place of a map has a number, other than zero.
+fn is_something(point: &([f64; 3], Option<f64>)) -> bool {
+    point.1.is_some_and(|value| value.abs() > NOTHING)
 }
 
 type Value = fn(&PoseCapability) -> Option<f64>;
@@ -181,7 +198,7 @@ fn maps(view: &MapView<'_>) -> Vec<Map> {
             .iter()
             .filter_map(|pose| Some((pose.end_point.as_ref()?.position, value(pose))))
             .collect();
-        if points.iter().any(|point| point.1.is_some()) {
+        if points.iter().any(is_something) {
             let plots = map(heading, &points);
             maps.push(Map { heading: heading.to_owned(), plots });
         }
@@ -190,7 +207,7 @@ fn maps(view: &MapView<'_>) -> Vec<Map> {
         let places = view.poses.iter().zip(&held.each);
         let points: Vec<([f64; 3], Option<f64>)> =
             places.filter_map(|(pose, mass)| Some((pose.end_point.as_ref()?.position, *mass))).collect();
-        if points.iter().any(|point| point.1.is_some()) {
+        if points.iter().any(is_something) {
             let heading = "Continuous payload (kg)";
             let plots = map(heading, &points);
             maps.insert(0, Map { heading: heading.to_owned(), plots });

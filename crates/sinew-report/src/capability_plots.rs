@@ -1,6 +1,6 @@
 //! Maps of the workspace as coloured points, and outlines of sets.
 
-use super::format::significant;
+use super::format::physical;
 use super::plot::Plot;
 use super::scale::{Axis, padded, quantile};
 use super::svg_path::{Pen, line};
@@ -35,7 +35,7 @@ pub(super) fn map(heading: &str, points: &[([f64; 3], Option<f64>)]) -> Vec<Plot
         Some(value) => QUARTERS[edges[1..4].iter().filter(|edge| value > **edge).count()],
     };
     let classes: Vec<&str> = points.iter().map(|point| class(point.1)).collect();
-    let between = |k: usize| format!("{} to {}", significant(edges[k], 3), significant(edges[k + 1], 3));
+    let between = |k: usize| format!("{} to {}", physical(edges[k], 3), physical(edges[k + 1], 3));
     let mut legend: Vec<(&str, String)> = (0..4).map(|k| (QUARTERS[k], between(k))).collect();
     if classes.contains(&WITHOUT) {
         legend.push((WITHOUT, "the machine itself is not held".to_owned()));

@@ -22,6 +22,12 @@ pub(super) fn significant(value: f64, digits: usize) -> String {
     }
 }
 
+/// A quantity of a machine in the units of physics; what is below a billionth is the rounding of a sum that
+/// is zero.
+pub(super) fn physical(value: f64, digits: usize) -> String {
+    significant(if value.abs() < 1e-9 { 0.0 } else { value }, digits)
+}
+
 /// `value` with a fixed number of decimals; `–` where it is not finite.
 pub(super) fn fixed(value: f64, decimals: usize) -> String {
     if !value.is_finite() {
@@ -152,6 +158,15 @@ pub(super) fn unit(suffix: &str) -> &'static str {
     }
 }
 
+/// A unit of a signal as reports write it.
+pub(super) fn shown_unit(unit: &str) -> &str {
+    match unit {
+        "degC" => "°C",
+        "us" => "µs",
+        other => other,
+    }
+}
+
 /// A column's name without its unit.
 pub(super) fn bare(column: &str) -> &str {
     if let Some((name, _)) = bracketed(column) {
@@ -184,6 +199,7 @@ mod tests {
         assert_eq!(significant(-2.0e-7, 2), "\u{2212}2.0e\u{2212}7");
         assert_eq!(significant(f64::NAN, 3), NONE);
         assert_eq!(significant(0.0, 3), "0");
+        assert_eq!((physical(6.5e-13, 3), physical(0.02, 3)), ("0".to_owned(), "0.0200".to_owned()));
         assert_eq!(fixed(-0.001, 2), "0.00");
         assert_eq!(percent(0.9612), "96.1\u{202f}%");
         assert_eq!(percent_of_range(f64::INFINITY), NONE);

@@ -14,6 +14,7 @@ pub mod capability;
 pub mod capability_plots;
 mod checks;
 pub mod colours;
+mod envelope;
 pub mod error;
 mod format;
 mod glossary;

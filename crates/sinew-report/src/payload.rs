@@ -1,7 +1,10 @@
 //! Payload by the time for which it is held, and what would raise it: as data, and as rows of a page.
 
-use super::format::significant;
+use super::format::physical;
 use serde::Serialize;
+
+/// Payload that is the rounding of none, kg.
+const NOTHING_KG: f64 = 1e-9;
 
 /// Payload that a machine holds for a time, over all poses.
 #[derive(Debug, Serialize)]
@@ -83,7 +86,7 @@ impl Payload {
         let row = |held: &HeldFor| {
             let Spread { min_kg, median_kg, max_kg } = held.spread;
             let limit = held.limited_by.as_ref();
-            let [least, median, most] = [min_kg, median_kg, max_kg].map(|mass| significant(mass, 3));
+            let [least, median, most] = [min_kg, median_kg, max_kg].map(|mass| physical(mass, 3));
             let limit = limit
                 .map_or_else(String::new, |one| format!("{}: {} ({})", one.muscle, one.limit, one.poses));
             [held.words.to_owned(), held.poses.to_string(), least, median, most, limit]
@@ -91,10 +94,16 @@ impl Payload {
         self.held.iter().map(row).collect()
     }
 
+    /// Whether a change of the design gives any payload; none where a single cable would have to load joints
+    /// independently.
+    pub(super) fn is_raised(&self) -> bool {
+        self.raised.iter().any(|one| one.short_kg.max(one.continuous_kg) > NOTHING_KG)
+    }
+
     /// Cells of the table of changes: change, amount, for the shortest time, continuous.
     pub(super) fn raised_rows(&self) -> Vec<[String; 4]> {
         let row = |one: &Raised| {
-            let [short, ever] = [one.short_kg, one.continuous_kg].map(|mass| significant(mass, 3));
+            let [short, ever] = [one.short_kg, one.continuous_kg].map(|mass| physical(mass, 3));
             [one.change.to_owned(), one.amount.to_owned(), short, ever]
         };
         self.raised.iter().map(row).collect()

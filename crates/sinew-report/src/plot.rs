@@ -9,6 +9,9 @@ use askama::Template;
 /// Classes of marks on a time axis.
 const MARKS: [&str; 3] = ["reversal", "repeat", "fault"];
 
+/// Class and name of the bars where signals leave the picture.
+pub(super) const BEYOND: (&str, &str) = ("beyond", "beyond the axis");
+
 /// A plot with axes.
 #[derive(Debug, Template)]
 #[template(path = "plot.html")]
@@ -27,6 +30,8 @@ pub(super) struct Plot {
     /// Plots of one name show the same horizontal range.
     link: &'static str,
     legend: bool,
+    /// Whether bars at the edges have a legend of their own.
+    names_beyond: bool,
     shapes: Vec<Shape>,
 }
 
@@ -82,6 +87,7 @@ impl Plot {
             named: false,
             link: "",
             legend: true,
+            names_beyond: false,
         }
     }
 
@@ -106,6 +112,12 @@ impl Plot {
         self
     }
 
+    /// Without a legend but of what leaves the axis, where nothing stands beside the plot that would name it.
+    pub(super) fn without_names(mut self) -> Self {
+        (self.legend, self.names_beyond) = (false, true);
+        self
+    }
+
     /// Draws a path on top of the others, with its name in the legend.
     pub(super) fn draw(&mut self, class: &'static str, name: &str, data: String) {
         if !data.is_empty() {
@@ -122,6 +134,11 @@ impl Plot {
         beyond(&signals.map(|shape| shape.data.as_str()).collect::<Vec<_>>())
     }
 
+    /// Whether a signal leaves the picture.
+    pub(super) fn leaves_its_axis(&self) -> bool {
+        !self.beyond().is_empty()
+    }
+
     /// Whether a path of this class was drawn.
     pub(super) fn has(&self, class: &str) -> bool {
         self.shapes.iter().any(|shape| shape.class == class)
@@ -135,8 +152,8 @@ impl Plot {
                 entries.push((shape.class, &shape.name));
             }
         }
-        if self.legend && !self.beyond().is_empty() {
-            entries.push(("beyond", "beyond the axis"));
+        if (self.legend || self.names_beyond) && !self.beyond().is_empty() {
+            entries.push(BEYOND);
         }
         // Marks stand behind the signals.
         entries.sort_by_key(|(class, _)| MARKS.contains(class));

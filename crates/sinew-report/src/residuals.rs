@@ -168,7 +168,7 @@ fn draw(bins: &[Bin], y: &Axis, abscissa: Abscissa, signals: &Signals) -> Plot {
         (&x, abscissa.label(signals)),
         (y, signals.in_far_unit("predicted − measured")),
     )
-    .without_legend();
+    .without_names();
     plot.draw("wide", "90 % of the samples", ribbon(bins.iter().map(|b| (b.x, b.low, b.high)), &x, y));
     plot.draw(
         "quartiles",

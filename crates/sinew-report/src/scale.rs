@@ -21,7 +21,7 @@ impl Axis {
             (low, high)
         } else {
             // A constant is centred on an axis of its own magnitude.
-            let half = (0.5 * low.abs()).max(1e-6);
+            let half = if low.abs() < f64::MIN_POSITIVE { 1.0 } else { 0.5 * low.abs() };
             (low - half, low + half)
         };
         // Two labels at least: one alone does not determine a scale.
@@ -61,16 +61,44 @@ pub(super) fn round_step(step: f64) -> f64 {
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|s| *s >= 0.7 * step).unwrap_or(step)
 }
 
-/// The range of the finite values, limited to the inner 99.8 % where outliers exceed it by far.
+/// The range of the finite values, limited to the inner 99.8 % where outliers would make it much longer.
 pub(super) fn robust_range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let mut sorted: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     let (Some(&least), Some(&most)) = (sorted.first(), sorted.last()) else { return (f64::NAN, f64::NAN) };
-    let (low, high) = (quantile(&sorted, 0.001), quantile(&sorted, 0.999));
-    let slack = 0.3 * (high - low);
-    let low = if least < low - slack && slack > 0.0 { low } else { least };
-    let high = if most > high + slack && slack > 0.0 { high } else { most };
-    (low, high)
+    let inner = (quantile(&sorted, 0.001), quantile(&sorted, 0.999));
+    extended(inner, (least, most))
+}
+
+/// Length of an axis that takes in all values, in multiples of one of the usual ones.
+const ROOM: f64 = 1.6;
+
+/// The inner range, at each end that of the outer one where it does not become much longer by that: 1.6 times
+/// as long in all.
+pub(super) fn extended((low, high): (f64, f64), outer: (f64, f64)) -> (f64, f64) {
+    let (least, most) = (outer.0.min(low), outer.1.max(high));
+    let fits = |low: f64, high: f64, inner: f64| high - low <= ROOM * inner;
+    let inner = high - low;
+    // Nothing to compare with, or all that is there.
+    if !(inner > 0.0 && inner.is_finite()) || fits(least, most, inner) {
+        (least, most)
+    } else if fits(low, most, inner) {
+        (low, most)
+    } else if fits(least, high, inner) {
+        (least, high)
+    } else {
+        (low, high)
+    }
+}
+
+/// A range, a constant in place of one that is only rounding.
+pub(super) fn settled((low, high): (f64, f64)) -> (f64, f64) {
+    const ROUNDING: f64 = 1e-9;
+    match high - low > ROUNDING {
+        true => (low, high),
+        false if low.abs().max(high.abs()) <= ROUNDING => (0.0, 0.0),
+        false => (0.5 * (low + high), 0.5 * (low + high)),
+    }
 }
 
 /// Half range of an axis around zero: the largest magnitude, at most twice the 99 % quantile.
@@ -128,6 +156,16 @@ mod tests {
                 assert!(ticks.windows(2).all(|pair| pair[0].1 != pair[1].1), "{ticks:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_range_takes_in_all_values_that_make_it_little_longer() {
+        assert_eq!(extended((25.01, 25.6), (25.0, 25.6)), (25.0, 25.6));
+        assert_eq!(extended((0.0, 1.0), (-5.0, 1.2)), (0.0, 1.2));
+        assert_eq!(extended((0.0, 1.0), (-5.0, 9.0)), (0.0, 1.0));
+        assert_eq!(extended((3.0, 3.0), (1.0, 4.0)), (1.0, 4.0));
+        assert_eq!(settled((-1e-17, 2e-16)), (0.0, 0.0));
+        assert_eq!(settled((1.0, 2.0)), (1.0, 2.0));
     }
 
     #[test]

@@ -162,7 +162,7 @@ fn still(record: &Record, signals: &Signals) -> Vec<Plot> {
     let mut error = Plot::new("trace low", "Error over time".to_owned(), (&x, String::new()), (&y, label));
     error.draw("zero", "", line([(x.low, 0.0), (x.high, 0.0)].into_iter(), &x, &y));
     error.draw("median", "error", line(errors(), &x, &y));
-    let mut plots = vec![far.linked("record"), error.linked("record").without_legend()];
+    let mut plots = vec![far.linked("record"), error.linked("record").without_names()];
     let columns =
         [(&signals.near, &record.near)].into_iter().chain(signals.others.iter().zip(&record.others));
     let labels = core::iter::once(signals.near_label()).chain(signals.other_labels());
@@ -174,7 +174,7 @@ fn still(record: &Record, signals: &Signals) -> Vec<Plot> {
         let title = format!("{label} over time");
         let mut plot = Plot::new("trace low", title, (&x, x_label.to_owned()), (&y, label));
         plot.draw("near", name, line(kept.iter().map(|&i| (record.time_s[i], values[i])), &x, &y));
-        plots.push(plot.linked("record").without_legend());
+        plots.push(plot.linked("record").without_names());
     }
     plots
 }

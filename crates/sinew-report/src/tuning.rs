@@ -165,7 +165,7 @@ struct Row {
 /// A joint as designed and after every change.
 struct Change {
     joint: String,
-    sentence: String,
+    sentences: Vec<String>,
     rows: Vec<(String, bool, [String; 4])>,
 }
 
@@ -183,12 +183,21 @@ struct Track {
     text: String,
 }
 
-/// Gains by name over joints or muscles.
+/// Gains of joints or muscles, in tables that a page is wide enough for.
 struct Matrix {
     heading: &'static str,
-    columns: Vec<String>,
+    of: &'static str,
+    parts: Vec<Gains>,
+}
+
+/// Some gains of all joints or muscles.
+struct Gains {
+    gains: Vec<String>,
     rows: Vec<(String, Vec<String>)>,
 }
+
+/// Gains that stand beside one another.
+const ABREAST: usize = 6;
 
 /// Where usual margins begin: phase in degrees, gain.
 const USUAL: [Option<f64>; 3] = [Some(30.0), Some(2.0), None];
@@ -281,8 +290,23 @@ fn change(joint: &TunedJoint) -> Change {
     let changed = joint.changes.iter().map(|one| (one.change.to_owned(), one.helps, cells(&one.figures)));
     Change {
         joint: joint.name.clone(),
-        sentence: format!("{}; control cycle {}", joint.limited_by, joint.period_limited_by),
+        sentences: joint
+            .limited_by
+            .split("; ")
+            .chain([format!("control cycle {}", joint.period_limited_by).as_str()])
+            .map(sentence)
+            .collect(),
         rows: own.chain(changed).collect(),
+    }
+}
+
+/// A clause as a sentence of its own; a name at its beginning stays as it is.
+pub(crate) fn sentence(clause: &str) -> String {
+    let name = clause.split(' ').next().is_some_and(|word| word.contains('_'));
+    let mut letters = clause.chars();
+    match letters.next() {
+        Some(first) if !name => format!("{}{}.", first.to_uppercase(), letters.as_str()),
+        _ => format!("{clause}."),
     }
 }
 
@@ -320,19 +344,26 @@ fn matrices(tuned: &Tuned) -> Result<[Matrix; 2], Error> {
     let joints: Vec<String> = tuned.joints.iter().map(|joint| joint.name.clone()).collect();
     let muscles: Vec<String> = tuned.muscles.iter().map(|muscle| muscle.name.clone()).collect();
     Ok([
-        matrix("Of every joint", joints, &value["joints"]),
-        matrix("Of every muscle", muscles, &value["muscles"]),
+        matrix("Of every joint", "Joint", &joints, &value["joints"]),
+        matrix("Of every muscle", "Muscle", &muscles, &value["muscles"]),
     ])
 }
 
-fn matrix(heading: &'static str, columns: Vec<String>, entries: &serde_json::Value) -> Matrix {
+fn matrix(heading: &'static str, of: &'static str, owners: &[String], entries: &serde_json::Value) -> Matrix {
     let entries: Vec<&serde_json::Value> = entries.as_array().into_iter().flatten().collect();
     let names = entries.first().and_then(|first| first.as_object());
-    let rows = names.into_iter().flat_map(|names| names.keys()).map(|name| {
-        let values = entries.iter().map(|entry| shown(&entry[name.as_str()]));
-        (name.clone(), values.collect())
-    });
-    Matrix { heading, columns, rows: rows.collect() }
+    let names: Vec<String> = names.into_iter().flat_map(|names| names.keys()).cloned().collect();
+    let part = |names: &[String]| Gains {
+        gains: names.to_vec(),
+        rows: owners
+            .iter()
+            .zip(&entries)
+            .map(|(owner, entry)| {
+                (owner.clone(), names.iter().map(|name| shown(&entry[name.as_str()])).collect())
+            })
+            .collect(),
+    };
+    Matrix { heading, of, parts: names.chunks(ABREAST).map(part).collect() }
 }
 
 fn shown(value: &serde_json::Value) -> String {
@@ -346,6 +377,19 @@ fn shown(value: &serde_json::Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn gains_stand_in_tables_of_a_few_columns_with_a_muscle_or_joint_per_row() {
+        let entry = |k: usize| {
+            let gains = (0..14).map(|gain| (format!("g{gain:02}"), serde_json::json!(k)));
+            serde_json::Value::Object(gains.collect())
+        };
+        let owners = ["a".to_owned(), "b".to_owned()];
+        let found = matrix("", "Muscle", &owners, &serde_json::json!([entry(1), entry(2)]));
+        assert!(found.parts.iter().all(|part| part.gains.len() <= ABREAST && part.rows.len() == 2));
+        assert_eq!(found.parts.iter().map(|part| part.gains.len()).sum::<usize>(), 14);
+        assert_eq!(found.parts[2].rows[1], ("b".to_owned(), vec!["2.00".to_owned(); 2]));
+    }
 
     #[test]
     fn the_equations_are_those_of_the_documentation() {

@@ -145,7 +145,7 @@ pub(crate) struct RoleArguments {
 #[derive(Debug, Args)]
 pub(crate) struct WriteArguments {
     /// Also write the hysteresis loop and a trace as one SVG picture
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", value_parser = super::values::svg)]
     pub(crate) picture: Option<PathBuf>,
     /// Seed of all random numbers: the same seed gives the same bytes
     #[arg(long, value_name = "N", default_value_t = 1)]

@@ -60,7 +60,7 @@ pub(crate) struct MachineShowArguments {
     #[command(flatten)]
     pub(crate) files: BodyFiles,
     /// Draw bodies, joints, cables and end point in the start pose
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", value_parser = super::values::svg)]
     pub(crate) picture: Option<PathBuf>,
 }
 

@@ -149,6 +149,6 @@ pub(crate) struct TwinCableArguments {
     #[arg(long, value_name = "LOG")]
     pub(crate) out: PathBuf,
     /// Also draw the tensions, their profile along the cable and the slip front
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", value_parser = super::values::svg)]
     pub(crate) picture: Option<PathBuf>,
 }

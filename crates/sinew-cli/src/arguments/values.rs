@@ -7,6 +7,7 @@ use sinew::machine::Workshop;
 use sinew::twin::cable::Specimen;
 use sinew_lab::CompensationVariant;
 use std::ffi::OsStr;
+use std::path::PathBuf;
 
 /// A number for which `holds`; `expected` completes the message "expected ...".
 pub(super) fn number(
@@ -95,4 +96,14 @@ pub(super) fn invalid_value(
     error.insert(ContextKind::InvalidValue, ContextValue::String(value.to_string_lossy().into_owned()));
     error.insert(ContextKind::ValidValue, ContextValue::Strings(valid));
     error
+}
+/// A file of a picture, which is SVG; a name without an ending is left as it is.
+pub(crate) fn svg(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension() {
+        Some(ending) if !ending.eq_ignore_ascii_case("svg") => {
+            Err("pictures are written as SVG only; expected a name that ends in .svg".to_owned())
+        }
+        _ => Ok(path),
+    }
 }

@@ -475,7 +475,7 @@ fn a_tuning_report_shows_picture_margins_limits_and_rules_and_leaves_the_json_as
     for words in [
         "in its start pose",
         "What limits each joint",
-        "a finer encoder (1.0",
+        "A finer encoder (1.0",
         "Margins of the damping",
         "t_d,k = min(0.15 s, c/Om_k^2)",
         "rest_tolerance_m",

@@ -89,6 +89,41 @@ impl WrittenFault {
         if self.start_s < end_s { Ok(()) } else { Err(LateFault { fault: self.text.clone(), end_s }) }
     }
 
+    /// What failed, as a clause in the past tense: `the cable of brachialis broke`; amounts are in the unit of
+    /// the sensor.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let name = &self.name;
+        let sensor = |what: &str, mode: SensorFailure| format!("the {what} of {name} {}", mode_words(mode));
+        let clause = match self.component {
+            Component::Cable => format!("the cable of {name} broke"),
+            Component::Drive => format!("the drive of {name} had no power"),
+            Component::Winch => format!("the winch of {name} jammed"),
+            Component::MotorEncoder(mode) => sensor("motor encoder", mode),
+            Component::LoadCell(mode) => sensor("load cell", mode),
+            Component::JointEncoder(mode) => sensor("encoder", mode),
+            Component::Push(torque) => format!("something pushed {name} with {torque} Nm or N"),
+            Component::Wear(what, fraction) => {
+                let what = match what {
+                    Worn::Friction => "the friction grew",
+                    Worn::Pretension => "the pretension fell",
+                    Worn::Stiffness => "the compliance grew",
+                };
+                format!("{what} in the cable of {name} by {:.0}\u{202f}%", 100.0 * fraction)
+            }
+            Component::Exchange(ExchangeFailure::Lost) => "readings and commands were lost".to_owned(),
+            Component::Exchange(ExchangeFailure::Late) => "control cycles began too late".to_owned(),
+            Component::Exchange(ExchangeFailure::Stale) => "no commands came".to_owned(),
+        };
+        if self.duration_s.is_finite() { format!("{clause} for {} s", self.duration_s) } else { clause }
+    }
+
+    /// Start, s from the start of the run.
+    #[must_use]
+    pub const fn start_s(&self) -> f64 {
+        self.start_s
+    }
+
     /// The fault of the machine's muscle or joint of that name; it lasts indefinitely where no duration is
     /// written.
     ///
@@ -200,6 +235,20 @@ impl Component {
     }
 }
 
+/// What a sensor did.
+fn mode_words(mode: SensorFailure) -> String {
+    match mode {
+        SensorFailure::Stuck => "stuck at its last reading".to_owned(),
+        SensorFailure::Lost => "lost its signal".to_owned(),
+        SensorFailure::NotANumber => "read no number".to_owned(),
+        SensorFailure::Offset(by) => format!("jumped by {by}"),
+        SensorFailure::Gain(factor) => format!("read {factor} times the true value"),
+        SensorFailure::Drift(rate) => format!("began to drift by {rate} per second"),
+        SensorFailure::Saturation(most) => format!("read {most} at most"),
+        SensorFailure::Noise(deviation) => format!("got noise of {deviation}"),
+    }
+}
+
 /// A finite number.
 fn amount(mode: Option<&str>, expected: &'static str) -> Result<f64, FaultSyntaxError> {
     let number = mode.and_then(|text| text.parse().ok()).filter(|number: &f64| number.is_finite());
@@ -262,6 +311,9 @@ mod tests {
         assert_eq!(fault.component, Component::Exchange(ExchangeFailure::Lost));
         let fault: WrittenFault = "push:elbow:-4@3+1".parse().unwrap();
         assert_eq!(fault.component, Component::Push(-4.0));
+        assert_eq!(fault.words(), "something pushed elbow with -4 Nm or N for 1 s");
+        let stuck: WrittenFault = "load-cell:triceps:stuck@6".parse().unwrap();
+        assert_eq!(stuck.words(), "the load cell of triceps stuck at its last reading");
         let none = UnknownPart { given: "cable:a@1".to_owned(), kind: "muscle", known: Vec::new() };
         assert_eq!(none.to_string(), "cable:a@1: expected the name of a muscle: there is none");
         for text in ["push:elbow@3", "friction:triceps:120@3", "cycles:gone@3", "cable:triceps:lost@3"] {

@@ -137,6 +137,7 @@ pub fn arm_view(part: &ArmPart) -> TrackView<'_> {
             if part.options.all { "with every other variant" } else { "without compensation" }
         ),
         tracking: &part.tracking,
+        injected: &[],
         trace: &part.trace,
         drawn: CompensationVariant::Observer,
         names: &part.muscles,

@@ -137,6 +137,7 @@ fn track_page(end_point: bool, name: &str) -> String {
         joints: &["knee".to_owned()],
         joint_units: &["rad".to_owned()],
         gears: &[gear(name)],
+        injected: &[],
         repeats: 1,
         paper: end_point,
         robot: None,

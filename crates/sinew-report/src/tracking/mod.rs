@@ -18,7 +18,7 @@ use plots::{Family, Plotter};
 use sinew::muscle::MuscleDynamics;
 use sinew_lab::signals::Signal;
 use table::Row;
-pub use view::{Gear, TrackView};
+pub use view::{Gear, Injected, TrackView};
 pub use words::response;
 
 /// Smallest and largest number of poses of the machine that the view plays.
@@ -56,6 +56,8 @@ struct Page<'a> {
     scene_script: String,
     title: &'a str,
     amount: &'a str,
+    /// What failed and what came of it, a sentence or two for every injected fault.
+    answers: Vec<String>,
     verdict: String,
     section: String,
     gears: bool,
@@ -145,6 +147,7 @@ pub fn page(view: &TrackView<'_>, title: &str, amount: &str) -> Result<String, E
         scene_script: scene_script(),
         title,
         amount,
+        answers: words::answers(view.injected, view.tracking.get(&view.drawn)),
         verdict: words::verdict(view.tracking.get(&view.drawn)),
         section: section(view)?,
         gears: !view.gears.is_empty(),

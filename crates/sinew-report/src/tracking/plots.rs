@@ -3,9 +3,10 @@
 
 use super::marks::{Marks, reversals};
 use super::view::TrackView;
-use crate::format::significant;
-use crate::plot::{Legend, Plot};
-use crate::scale::{Axis, padded};
+use crate::envelope::{self, ENVELOPE};
+use crate::format::{shown_unit, significant, with_unit};
+use crate::plot::{BEYOND, Legend, Plot};
+use crate::scale::{Axis, extended, padded, settled};
 use crate::svg_path::{line, ribbon};
 use sinew_lab::arm::TraceRow;
 use sinew_lab::signals::{Axis as Parts, Kind, Signal};
@@ -15,29 +16,12 @@ use sinew_lab::signals::{Axis as Parts, Kind, Signal};
 pub(super) struct Family {
     pub(super) plots: Vec<Plot>,
     pub(super) legend: Legend,
+    /// Signals that are constant, in a sentence each.
+    pub(super) constants: Vec<String>,
 }
 
-/// Pieces of time in which a signal that would fill its plot is drawn by its extremes, about two pixels wide.
-const PIECES: usize = 150;
-/// Fraction of the axis that a signal crosses in a piece on average, from which on that is so.
-const DENSE: f64 = 0.1;
-/// Class and name of the area between the extremes.
-const ENVELOPE: (&str, &str) = ("envelope", "from smallest to largest, the line is the mean");
-
-/// Time, mean, smallest and largest value of pieces of a signal that swings across its axis in most of them.
-fn dense(points: &[(f64, f64)], span: f64) -> Option<Vec<(f64, f64, f64, f64)>> {
-    let piece = |points: &[(f64, f64)]| {
-        let count = points.len() as f64;
-        let [time, mean] =
-            [|p: &(f64, f64)| p.0, |p: &(f64, f64)| p.1].map(|of| points.iter().map(of).sum::<f64>() / count);
-        let low = points.iter().fold(f64::INFINITY, |low, p| low.min(p.1));
-        let high = points.iter().fold(f64::NEG_INFINITY, |high, p| high.max(p.1));
-        (time, mean, low, high)
-    };
-    let pieces: Vec<_> = points.chunks(points.len().div_ceil(PIECES).max(4)).map(piece).collect();
-    let swings: Vec<f64> = pieces.iter().map(|p| p.3 - p.2).filter(|swing| swing.is_finite()).collect();
-    (swings.iter().sum::<f64>() > DENSE * span * swings.len() as f64).then_some(pieces)
-}
+/// Coordinate of the end point that is none, m.
+const NOTHING: f64 = 1e-9;
 
 type Line<'a> = (&'static str, &'static str, Box<dyn Fn(&TraceRow) -> f64 + 'a>);
 
@@ -51,7 +35,7 @@ pub(super) struct Plotter<'a> {
 
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let finite = values.filter(|v| v.is_finite());
-    padded(finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v))), 0.05)
+    finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
 }
 
 fn distance(row: &TraceRow) -> f64 {
@@ -78,15 +62,16 @@ impl<'a> Plotter<'a> {
         joints.flat_map(|k| reversals(&self.rows, move |row| row.at(Signal::JointReference, k))).collect()
     }
 
-    /// One plot of signals, in the order of drawing; the range is that of the motion.
+    /// One plot of signals, in the order of drawing; the range is that of the motion, and that of the whole run
+    /// where it is little larger.
     fn plot(&self, small: bool, title: &str, label: String, signals: &[Line<'_>], reversed: &[f64]) -> Plot {
         let moving = || self.rows.iter().filter(|row| row.repeat.is_some());
         let count = moving().count();
         let rows = self.rows.iter().filter(|row| count == 0 || row.repeat.is_some());
-        let y = Axis::new(
-            range(rows.flat_map(|row| signals.iter().map(|(_, _, of)| of(row)))),
-            if small { 3 } else { 5 },
-        );
+        let inner = range(rows.flat_map(|row| signals.iter().map(|(_, _, of)| of(row))));
+        let outer = range(self.rows.iter().flat_map(|row| signals.iter().map(|(_, _, of)| of(row))));
+        let ends = padded(settled(extended(inner, outer)), 0.05);
+        let y = Axis::new(ends, if small { 3 } else { 5 });
         let class = if small { "trace low" } else { "trace" };
         let mut plot = Plot::new(class, title.to_owned(), (&self.time, "time (s)".to_owned()), (&y, label))
             .linked("run");
@@ -96,12 +81,7 @@ impl<'a> Plotter<'a> {
         self.marks.draw(&mut plot, &self.time, reversed);
         for (class, name, of) in signals {
             let points: Vec<_> = self.rows.iter().map(|row| (row.time_s, of(row))).collect();
-            let Some(pieces) = dense(&points, y.high - y.low) else {
-                plot.draw(class, name, line(points.into_iter(), &self.time, &y));
-                continue;
-            };
-            plot.draw(ENVELOPE.0, ENVELOPE.1, ribbon(pieces.iter().map(|p| (p.0, p.2, p.3)), &self.time, &y));
-            plot.draw(class, name, line(pieces.iter().map(|p| (p.0, p.1)), &self.time, &y));
+            envelope::draw(&mut plot, (class, name), points, (&self.time, &y));
         }
         plot
     }
@@ -109,8 +89,10 @@ impl<'a> Plotter<'a> {
     fn family(&self, plots: Vec<Plot>, signals: &[(&'static str, &'static str)]) -> Family {
         let mut legend = signals.to_vec();
         legend.extend(plots.iter().any(|plot| plot.has(ENVELOPE.0)).then_some(ENVELOPE));
-        legend.extend(self.marks.legend());
-        Family { plots, legend: Legend::new(&legend) }
+        legend.extend(plots.iter().any(Plot::leaves_its_axis).then_some(BEYOND));
+        let marks = self.marks.legend();
+        legend.extend(marks.into_iter().filter(|(class, _)| plots.iter().any(|plot| plot.has(class))));
+        Family { plots, legend: Legend::new(&legend), constants: Vec::new() }
     }
 
     /// Coordinates of the end point with their references, components of the error, and its magnitude with
@@ -118,7 +100,13 @@ impl<'a> Plotter<'a> {
     pub(super) fn end_point(&self) -> Vec<Plot> {
         let reversed = self.joint_reversals();
         let axes = ["x", "y", "z"].into_iter().enumerate();
+        // A planar machine stays in its plane.
+        let moves = |k: usize| {
+            let of = |row: &TraceRow| row.end_point_reference_m[k].abs().max(row.end_point_m[k].abs());
+            self.rows.iter().any(|row| of(row) > NOTHING)
+        };
         let mut plots: Vec<Plot> = axes
+            .filter(|(k, _)| moves(*k))
             .map(|(k, name)| {
                 let signals: [Line<'_>; 2] = [
                     ("measured", "reference", Box::new(move |row| row.end_point_reference_m[k])),
@@ -247,18 +235,29 @@ impl<'a> Plotter<'a> {
             let row = signal.row();
             row.axis == Parts::Muscle && row.kind == Kind::Measured && !drawn.contains(signal)
         });
-        let plot = |(signal, (k, name)): (&Signal, (usize, &String))| {
+        let mut constants = Vec::new();
+        let mut plots = Vec::new();
+        for signal in others {
             let (signal, row) = (*signal, signal.row());
-            let known = self.rows.iter().any(|row| row.at(signal, k).is_finite());
-            let lines: [Line<'_>; 1] = [("near", row.label, Box::new(move |row| row.at(signal, k)))];
-            let (title, label) =
-                (format!("{} of {name}", row.label), format!("{name}, {} ({})", row.label, row.unit));
-            known.then(|| self.plot(true, &title, label, &lines, &[]))
-        };
-        let names = || self.view.names.iter().enumerate();
-        let plots =
-            others.flat_map(|signal| names().map(move |name| (signal, name))).filter_map(plot).collect();
-        self.family(plots, &[("near", "measured")])
+            let of = |k: usize| self.rows.iter().map(move |row| row.at(signal, k));
+            let known: Vec<usize> =
+                (0..self.view.names.len()).filter(|k| of(*k).any(f64::is_finite)).collect();
+            let unit = shown_unit(row.unit);
+            if let Some(sentence) =
+                constant(row.label, unit, &known.iter().map(|k| range(of(*k))).collect::<Vec<_>>())
+            {
+                constants.push(sentence);
+                continue;
+            }
+            for k in known {
+                let name = &self.view.names[k];
+                let lines: [Line<'_>; 1] = [("near", row.label, Box::new(move |row| row.at(signal, k)))];
+                let (title, label) =
+                    (format!("{} of {name}", row.label), format!("{name}, {} ({unit})", row.label));
+                plots.push(self.plot(true, &title, label, &lines, &[]));
+            }
+        }
+        Family { constants, ..self.family(plots, &[("near", "measured")]) }
     }
 
     /// Changes of the muscles' lengths since the start of the run.
@@ -355,21 +354,30 @@ impl<'a> Plotter<'a> {
     }
 }
 
+/// A signal that no drive changes during the run, in a sentence; its ranges are those of the drives.
+fn constant(label: &str, unit: &str, ranges: &[(f64, f64)]) -> Option<String> {
+    let same = |(low, high): &(f64, f64)| high - low <= 1e-9 * low.abs().max(high.abs());
+    if ranges.is_empty() || !ranges.iter().all(same) {
+        return None;
+    }
+    let (low, high) = range(ranges.iter().map(|range| range.0));
+    let value = |value: f64| significant(value, 3);
+    let values = if same(&(low, high)) { value(low) } else { format!("{} to {}", value(low), value(high)) };
+    let mut label = label.to_owned();
+    label[..1].make_ascii_uppercase();
+    Some(format!("{label}: {} at every drive, constant over the run.", with_unit(&values, unit)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn a_signal_that_swings_across_its_axis_is_drawn_by_its_extremes_and_a_slow_one_as_it_is() {
-        let signal = |of: fn(f64) -> f64| {
-            (0..6000).map(|k| f64::from(k) * 0.01).map(|t| (t, of(t))).collect::<Vec<_>>()
-        };
-        let pieces = dense(&signal(|t| (40.0 * t).sin()), 2.0).unwrap();
-        assert!(pieces.len() <= PIECES);
-        let whole =
-            pieces.iter().filter(|(_, mean, low, high)| low < &-0.9 && high > &0.9 && mean.abs() < 0.5);
-        assert_eq!(whole.count(), pieces.len());
-        assert!(dense(&signal(|t| (0.5 * t).sin()), 2.0).is_none());
-        assert!(dense(&[], 2.0).is_none() && dense(&signal(|_| f64::NAN), 2.0).is_none());
+    fn what_no_drive_changes_is_a_sentence() {
+        let told = constant("age of the set-point", "µs", &[(800.0, 800.0), (800.0, 800.0)]);
+        let expected = "Age of the set-point: 800\u{202f}µs at every drive, constant over the run.";
+        assert_eq!(told.as_deref(), Some(expected));
+        assert!(constant("motor current", "A", &[(1.0, 1.0), (1.0, 2.0)]).is_none());
+        assert!(constant("motor current", "A", &[]).is_none());
     }
 }

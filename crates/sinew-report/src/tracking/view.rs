@@ -17,6 +17,15 @@ pub struct Gear {
     pub losses: GearFit,
 }
 
+/// A fault that was injected into a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Injected {
+    /// Start, s since the start of the run.
+    pub start_s: f64,
+    /// A clause in the past tense: `the cable of brachialis broke`.
+    pub what: String,
+}
+
 /// Results of tracking, as they are shown.
 #[derive(Debug)]
 pub struct TrackView<'a> {
@@ -38,6 +47,8 @@ pub struct TrackView<'a> {
     pub joint_units: &'a [String],
     /// Gears that were calibrated.
     pub gears: &'a [Gear],
+    /// Faults that were injected into the plotted run, in the order of their starts.
+    pub injected: &'a [Injected],
     /// Repeats of the plotted run.
     pub repeats: u32,
     /// Whether the run is that of the paper, whose results are then a row of the table.

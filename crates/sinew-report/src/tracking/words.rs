@@ -1,7 +1,7 @@
 //! Results of a run in words, and where its largest errors come from.
 
 use super::marks::reversals;
-use super::view::{Gear, TrackView};
+use super::view::{Gear, Injected, TrackView};
 use crate::format::{fixed, percent, significant};
 use sinew_identify::gear::{GearFit, Interval};
 use sinew_lab::arm::{JointShare, LargestError, TraceRow, TrackIncident, TrackingNumbers};
@@ -9,6 +9,9 @@ use sinew_lab::signals::Signal;
 
 /// Time after a reversal that counts as its consequence, s.
 const AFTER_REVERSAL_S: f64 = 0.5;
+
+/// Ripple of tensions that is none, N.
+const SILENT_N: f64 = 1e-4;
 
 /// How the run ended, with its error.
 pub(super) fn verdict(numbers: Option<&TrackingNumbers>) -> String {
@@ -43,6 +46,29 @@ pub(super) fn verdict(numbers: Option<&TrackingNumbers>) -> String {
     }
 }
 
+/// What failed, when and after which delay it was reported, and what the machine did, of every injected fault.
+pub(super) fn answers(injected: &[Injected], numbers: Option<&TrackingNumbers>) -> Vec<String> {
+    let reports = numbers.map_or(&[][..], |numbers| &numbers.incidents);
+    let each = injected.iter().enumerate().map(|(k, fault)| {
+        let next = injected.get(k + 1).map_or(f64::INFINITY, |next| next.start_s);
+        let found =
+            reports.iter().find(|one| (fault.start_s..next.max(fault.start_s + 1e-3)).contains(&one.from_s));
+        let mut text = format!("At {} s {}.", fixed(fault.start_s, 2), fault.what);
+        text += &match found {
+            Some(one) => format!(
+                " The controller reported “{}” at {} s, {} s later: {}.",
+                one.what,
+                fixed(one.from_s, 3),
+                fixed(one.from_s - fault.start_s, 3),
+                response(one)
+            ),
+            None => " The controller reported no fault.".to_owned(),
+        };
+        text
+    });
+    each.collect()
+}
+
 /// Where the largest errors of the plotted run come from.
 pub(super) fn sources(view: &TrackView<'_>) -> Vec<String> {
     let Some(numbers) = view.tracking.get(&view.drawn) else { return Vec::new() };
@@ -74,7 +100,8 @@ fn source(one: &LargestError, numbers: &TrackingNumbers) -> String {
     }
     let during = numbers.incidents.iter().filter(|i| one.time_s >= i.from_s && one.time_s <= i.until_s + 1.0);
     for incident in during {
-        text += &format!(" The fault “{}” was reported at that time.", incident.what);
+        text +=
+            &format!(" The fault “{}” was reported from {} s on.", incident.what, fixed(incident.from_s, 2));
     }
     text
 }
@@ -157,8 +184,8 @@ pub(super) fn remarks(view: &TrackView<'_>, end_point: bool) -> Vec<String> {
                 "Mean error while holding: {mean} mm (max {max}), by the encoders’ zero offsets alone: {unseen} mm."
             ));
         }
-        remarks
-            .push(format!("Tension ripple while holding: {} N rms.", significant(hold.tension_ripple_n, 2)));
+        let ripple = if hold.tension_ripple_n < SILENT_N { 0.0 } else { hold.tension_ripple_n };
+        remarks.push(format!("Tension ripple while holding: {} N rms.", significant(ripple, 2)));
     }
     remarks
 }
@@ -190,5 +217,19 @@ pub fn response(incident: &TrackIncident) -> &'static str {
         "stopped" => "arm stopped",
         "held" => "motion ended, pose held",
         _ => "run continued",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_that_nobody_reported_is_told_as_such() {
+        let fault = |start_s, what: &str| Injected { start_s, what: what.to_owned() };
+        let told =
+            answers(&[fault(6.0, "the cable of a broke"), fault(7.0, "the winch of b jammed for 1 s")], None);
+        assert_eq!(told[0], "At 6.00 s the cable of a broke. The controller reported no fault.");
+        assert!(told[1].starts_with("At 7.00 s the winch of b jammed for 1 s. "));
     }
 }

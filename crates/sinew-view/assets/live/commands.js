@@ -51,7 +51,7 @@ export class Commands {
       parts.push(part("Path of the end point", [path.box]));
     }
     if (session.accepts("compare") && scene.variants.length > 1) {
-      const other = choice("Second machine", [["", "none"], ...scene.variants.map((/** @type {string} */ v) => /** @type {[string, string]} */ ([v, words(v)]))], (variant) => this.compare(variant || null), session.compared ?? "");
+      const other = choice("Second machine", [["", "no second machine"], ...scene.variants.map((/** @type {string} */ v) => /** @type {[string, string]} */ ([v, v === "none" ? "without compensation" : words(v)]))], (variant) => this.compare(variant || null), session.compared ?? "");
       parts.push(part("Compare compensations", [other.box, element("p", { class: "hint", text: "A second simulated machine runs the same path with another compensation of friction." })]));
     }
     if (session.accepts("speed") || session.accepts("step")) {

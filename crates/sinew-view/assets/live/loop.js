@@ -49,15 +49,16 @@ export class Loop {
       points.push(row);
       for (const v of row) if (v > highest) highest = v;
     }
-    const nice = (/** @type {number} */ x) => { const p = 10 ** Math.floor(Math.log10(x)); return p * (/** @type {number} */ ([1, 2, 2.5, 5, 10].find((m) => m * p >= x)) ?? 10); };
+    const nice = (/** @type {number} */ x) => { const p = 10 ** Math.floor(Math.log10(x)); return p * (/** @type {number} */ ([1, 2, 4, 8, 10].find((m) => m * p >= x)) ?? 10); };
     const limit = nice(Math.max(1, 1.08 * highest));
     const [left, right, top, bottom] = [42, 12, 8, 34];
     const X = (/** @type {number} */ v) => left + ((w - left - right) * v) / limit, Y = (/** @type {number} */ v) => h - bottom - ((h - top - bottom) * v) / limit;
     pen.font = "11.5px system-ui, sans-serif";
     pen.lineWidth = 1;
     pen.textBaseline = "middle";
-    for (let k = 0; k <= 4; k += 1) {
-      const v = (k * limit) / 4;
+    const steps = limit / 10 ** Math.floor(Math.log10(limit)) === 1 ? 5 : 4;
+    for (let k = 0; k <= steps; k += 1) {
+      const v = (k * limit) / steps;
       pen.strokeStyle = k ? c.grid : c.rule;
       pen.beginPath(); pen.moveTo(left, Y(v)); pen.lineTo(w - right, Y(v)); pen.moveTo(X(v), top); pen.lineTo(X(v), h - bottom); pen.stroke();
       pen.fillStyle = c.soft;

@@ -71,17 +71,38 @@ function showScene(/** @type {{same: boolean}} */ { same }) {
     location.reload();
     return;
   } else page.view.path(scene.path ?? null);
-  const limits = scene.muscles.map((muscle) => muscle.tension_limits_n?.[1] ?? 0).filter(Number.isFinite), highest = Math.max(0, ...limits) || 100;
-  page.view?.range(highest);
-  toolbar.legend(highest);
+  const limits = scene.muscles.map((muscle) => muscle.tension_limits_n?.[1] ?? 0).filter(Number.isFinite);
+  limit = Math.max(0, ...limits) || Infinity;
+  showRange(Math.min(limit, LOWEST_RANGE));
   toolbar.build();
   commands.build();
   traces.offer();
 }
 
+/** End of the colours of tension at first, N. */
+const LOWEST_RANGE = 20;
+/** End of the colours, and the largest tension that the machine allows, N. */
+let highest = 0, limit = Infinity;
+
+/** Colours up to a tension. @param {number} end N */
+function showRange(end) {
+  highest = end;
+  page.view?.range(highest);
+  toolbar.legend(highest);
+}
+
+/** The colours reach as far as the tensions have come: those of a light machine would all look the same below its limit. */
+function widenRange() {
+  const most = Math.max(0, ...Array.from(session.state?.tension_in_n ?? []).filter(Number.isFinite));
+  if (most <= highest || highest >= limit) return;
+  const power = 10 ** Math.floor(Math.log10(most)), round = [1, 2, 5, 10].map((m) => m * power).find((end) => end >= most) ?? most;
+  showRange(Math.min(limit, round));
+}
+
 function showState() {
   const { state } = session;
   if (!state) return;
+  widenRange();
   seen.state = state;
   seen.mode = session.mode;
   // A machine that is paused sends the same state again: it need not be drawn again.

@@ -64,7 +64,7 @@ export class Toolbar {
     if (!state || !scene) return;
     const at = (/** @type {string} */ field, /** @type {number} */ k) => state[field]?.[k] ?? NaN;
     let text = "";
-    if (selection?.kind === "muscle" && state.tension_in_n) text = `near ${figure(at("tension_in_n", selection.index))} N, far ${figure(at("tension_out_estimated_n", selection.index))} N`;
+    if (selection?.kind === "muscle" && Number.isFinite(at("tension_in_n", selection.index))) text = `near ${figure(at("tension_in_n", selection.index))} N${Number.isFinite(at("tension_out_estimated_n", selection.index)) ? `, far ${figure(at("tension_out_estimated_n", selection.index))} N` : ""}`;
     else if (selection?.kind === "joint") {
       const angle = scene.joints[selection.index]?.unit !== "m", value = ["joint_true", "joint_estimated", "joint_reference"].map((field) => at(field, selection.index)).find(Number.isFinite) ?? NaN;
       text = angle ? `${figure((value * 180) / Math.PI)} deg` : `${figure(1000 * value)} mm`;

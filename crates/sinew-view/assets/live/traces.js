@@ -10,6 +10,10 @@ import { FIRST, MOVED, pane, panes } from "./panes.js";
 const MOST = 700;
 /** Seconds that are shown. */
 const WINDOWS = [2, 5, 10, 30, 60];
+/** Of a chart with the label of its time, pixels. */
+const HEIGHT = 106;
+/** Steps of the axes: round ones. */
+const STEPS = Array.from({ length: 16 }, (_, k) => [1, 2, 5].map((m) => Number(`${m}e${k - 8}`))).flat();
 /** Between two drawings, ms. */
 const EVERY = 80;
 
@@ -119,12 +123,12 @@ export class Traces {
     const holder = element("div", { class: "pane-chart" }), box = element("div", { class: "pane" }, [head, holder]);
     const soft = ink("--soft"), grid = { stroke: ink("--grid"), width: 1 }, ticks = { show: false }, font = "11px system-ui, sans-serif";
     const chart = onCanvas(this.session.software, () => new /** @type {any} */ (globalThis).uPlot({
-      width: 300, height: 92, legend: { show: false }, padding: [6, 8, 0, 0],
+      width: 300, height: HEIGHT, legend: { show: false }, padding: [6, 8, 0, 0],
       cursor: { sync: { key: this.sync, setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { size: 5 } },
       scales: { x: { time: false, auto: false }, y: { range: (/** @type {any} */ _u, /** @type {number} */ low, /** @type {number} */ high) => spread(low, high) } },
       axes: [
-        { stroke: soft, grid, ticks, font, size: 20, gap: 3, values: (/** @type {any} */ _u, /** @type {number[]} */ at) => at.map((v) => figure(v, 4)) },
-        { stroke: soft, grid, ticks, font, size: 46, gap: 4, space: 26, values: (/** @type {any} */ _u, /** @type {number[]} */ at) => at.map((v) => figure(v, 4)) },
+        { stroke: soft, grid, ticks, font, incrs: STEPS, size: 34, gap: 3, label: "time, s", labelSize: 14, labelGap: 0, labelFont: font, values: (/** @type {any} */ _u, /** @type {number[]} */ at) => at.map((v) => figure(v, 4)) },
+        { stroke: soft, grid, ticks, font, incrs: STEPS, size: 46, gap: 4, space: 26, values: (/** @type {any} */ _u, /** @type {number[]} */ at) => at.map((v) => figure(v, 4)) },
       ],
       series: [{}, ...p.lines.map((line) => ({ label: line.name, stroke: ink(line.colour), width: line.width ?? 1.4, dash: line.dash, points: { show: false }, spanGaps: false }))],
       hooks: {
@@ -151,7 +155,7 @@ export class Traces {
   size() {
     const width = this.list.clientWidth;
     if (width < 60) return;
-    for (const { chart } of this.shown) if (chart.width !== width) chart.setSize({ width, height: 92 });
+    for (const { chart } of this.shown) if (chart.width !== width) chart.setSize({ width, height: HEIGHT });
   }
 
   /** Values under the cursor, or the newest. @param {any} chart */

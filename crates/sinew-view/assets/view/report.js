@@ -41,7 +41,7 @@ class Figure {
     const lines = this.counts.map((points, k) => ({ name: machine.muscles[this.muscleOf[k]].name, points, sheath_points: 0 }));
     const canvas = /** @type {HTMLCanvasElement} */ (figure.querySelector("canvas"));
     this.picked = figure.querySelector(".picked");
-    this.view = new View(canvas, { ...machine, muscles: lines, end_point: null }, { select: (found) => this.select(found), colours: this.muscleOf, reduced: true });
+    this.view = new View(canvas, { ...machine, muscles: lines, end_point: null }, { select: (found) => this.select(found), colours: this.muscleOf, reduced: true, printed: true });
     this.view.trail.seconds = 1e9;
     for (const path of data.paths) this.view.addPath(path.points, PATH_COLOURS[path.class] ?? "--accent", path.class === "measured" ? 3.2 : 2, path.class === "near" ? 0.01 : 0);
     this.choice = /** @type {HTMLSelectElement|null} */ (figure.querySelector("select"));
@@ -56,6 +56,8 @@ class Figure {
     addEventListener("theme", () => this.view.recolour());
     this.choose();
     if (!base) this.view.take({ body_pose: [], cable_points: [] }, 0);
+    // A drawing that stands in for the view is no longer needed on the screen.
+    if (figure.previousElementSibling?.matches(".still")) figure.closest("section")?.classList.add("live");
   }
 
   tools() {
@@ -155,13 +157,22 @@ function between(a, b, fraction) {
   return { body_pose: poses, cable_points: mix(a.cable_points, b.cable_points) };
 }
 
-// A page may hold more views than a browser draws at once: each begins where it comes into sight.
-const seen = new IntersectionObserver((entries) => {
-  for (const entry of entries) if (entry.isIntersecting) {
-    seen.unobserve(entry.target);
-    try { new Figure(/** @type {HTMLElement} */ (entry.target)); } catch (error) {
-      entry.target.querySelector(".canvas-box")?.replaceChildren(Object.assign(document.createElement("p"), { className: "notice", textContent: `The view cannot be drawn: ${error instanceof Error ? error.message : error}` }));
-    }
+/** Begins a view; null where it cannot be drawn. @param {Element} figure @returns {Figure|null} */
+function begin(figure) {
+  begun.add(figure);
+  seen.unobserve(figure);
+  try { return new Figure(/** @type {HTMLElement} */ (figure)); } catch (error) {
+    figure.querySelector(".canvas-box")?.replaceChildren(Object.assign(document.createElement("p"), { className: "notice", textContent: `The view cannot be drawn: ${error instanceof Error ? error.message : error}` }));
+    return null;
   }
+}
+
+// A page may hold more views than a browser draws at once: each begins where it comes into sight.
+/** @type {Set<Element>} */
+const begun = new Set();
+const seen = new IntersectionObserver((entries) => {
+  for (const entry of entries) if (entry.isIntersecting) begin(entry.target);
 }, { rootMargin: "200px" });
 document.querySelectorAll("figure.scene").forEach((figure) => seen.observe(figure));
+// Paper has no sight: what has not begun yet begins before it is printed.
+addEventListener("beforeprint", () => document.querySelectorAll("figure.scene").forEach((figure) => { if (!begun.has(figure)) begin(figure)?.view.stage.tick(performance.now()); }));

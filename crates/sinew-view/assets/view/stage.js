@@ -26,14 +26,14 @@ function drawnBySoftware(gl) {
 
 /** Draws a scene whenever something changed. */
 export class Stage {
-  /** @param {HTMLCanvasElement} canvas */
-  constructor(canvas) {
+  /** @param {HTMLCanvasElement} canvas @param {boolean} [printed] whether the canvas keeps its picture, so that it can be printed */
+  constructor(canvas, printed = false) {
     this.canvas = canvas;
     const probe = document.createElement("canvas").getContext("webgl2");
     if (!probe) throw new Error("This browser draws no WebGL 2.");
     this.software = drawnBySoftware(probe);
     probe.getExtension("WEBGL_lose_context")?.loseContext();
-    this.renderer = new WebGLRenderer({ canvas, antialias: !this.software, alpha: !this.software, powerPreference: "high-performance", preserveDrawingBuffer: false });
+    this.renderer = new WebGLRenderer({ canvas, antialias: !this.software, alpha: !this.software, powerPreference: "high-performance", preserveDrawingBuffer: printed });
     this.renderer.outputColorSpace = SRGBColorSpace;
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(32, 1, 0.005, 100);
@@ -68,6 +68,8 @@ export class Stage {
       this.tick(now);
     };
     requestAnimationFrame(loop);
+    // A frame that is due is drawn before it is printed.
+    if (printed) addEventListener("beforeprint", () => { if (this.running) this.tick(performance.now()); });
   }
 
   /** Asks for a frame. */

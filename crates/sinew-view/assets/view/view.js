@@ -18,10 +18,10 @@ export class View {
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {Machine} machine
-   * @param {{select?: (found: Selection) => void, reduced?: boolean, colours?: number[]}} [options] `colours`: of each cable, where no tension is known
+   * @param {{select?: (found: Selection) => void, reduced?: boolean, colours?: number[], printed?: boolean}} [options] `colours`: of each cable, where no tension is known; `printed`: whether the page may be printed
    */
   constructor(canvas, machine, options = {}) {
-    this.stage = new Stage(canvas);
+    this.stage = new Stage(canvas, options.printed);
     this.machine = machine;
     this.options = options;
     this.orbit = new Orbit(this.stage, machine.gravity);

@@ -1,5 +1,6 @@
 //! `sinew log`.
 
+mod command_kinds;
 mod export;
 mod info;
 mod layout;

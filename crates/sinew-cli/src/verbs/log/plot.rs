@@ -1,5 +1,6 @@
 //! `sinew log plot`.
 
+use super::command_kinds::CommandKinds;
 use super::info::intervals;
 use super::rows::{Rows, joint_column};
 use super::table;
@@ -12,6 +13,7 @@ use crate::verbs::recording::{RunSetup, is_recording, read_bytes, recording};
 use sinew::body::Poses;
 use sinew::machine::Machine;
 use sinew::muscle::MuscleDynamics;
+use sinew_lab::arm::WrittenFault;
 use sinew_record::Head;
 use sinew_report::signals::{Group, SignalPage, Signals, page};
 
@@ -50,9 +52,16 @@ pub(super) fn run(arguments: &LogPlotArguments, general: &General) -> Result<Ans
     let states = intervals(file, &recording)?.into_iter().map(|state| (state.from_s, plain(&state.status)));
     let mut states: Vec<(f64, String)> = states.collect();
     states.dedup_by(|later, first| later.1 == first.1);
+    let faults = faults(&states);
     let injected = match setup.faults.as_slice() {
         [] => String::new(),
-        faults => format!(" Injected faults: {}.", faults.join(", ")),
+        faults => {
+            let words = faults.iter().map(|text| match text.parse::<WrittenFault>() {
+                Ok(fault) => format!("{} from {} s on", fault.words(), fault.start_s()),
+                Err(_) => text.clone(),
+            });
+            format!(" Injected faults: {}.", words.collect::<Vec<_>>().join("; "))
+        }
     };
     let page = page(&SignalPage {
         title: format!("{} {}", head.machine, setup.motion()),
@@ -68,7 +77,8 @@ pub(super) fn run(arguments: &LogPlotArguments, general: &General) -> Result<Ans
         verdict: error.text(),
         simulated: head.simulated,
         groups,
-        states,
+        states: states.into_iter().map(|(from, words)| (from, once(&words))).collect(),
+        faults,
     })?;
     let written = write_all(&[(report.clone(), page.as_bytes())])?;
     let content = if general.json {
@@ -80,6 +90,40 @@ pub(super) fn run(arguments: &LogPlotArguments, general: &General) -> Result<Ans
         Content::Text(format!("{}\n", error.text()))
     };
     Ok(Answer::done(content, written))
+}
+
+/// Times at which a state with another fault begins, s.
+fn faults(states: &[(f64, String)]) -> Vec<f64> {
+    let fault = |words: &str| {
+        let place = words.find(['(', ':'])?;
+        Some(words[place + 1..].split([')', ',']).next().unwrap_or_default().trim().to_owned())
+    };
+    let mut last = None;
+    let mut times = Vec::new();
+    for (from, words) in states {
+        let now = fault(words);
+        if now.is_some() && now != last {
+            times.push(*from);
+        }
+        last = now;
+    }
+    times
+}
+
+/// A state without its fault in brackets where the words behind it name the same one.
+fn once(words: &str) -> String {
+    let twice = words.split_once(" (").and_then(|(mode, rest)| Some((mode, rest.split_once("), ")?)));
+    match twice {
+        Some((mode, (fault, status))) if status.ends_with(&format!(": {fault}")) => {
+            format!("{mode}, {status}")
+        }
+        _ => words.to_owned(),
+    }
+}
+
+/// A time of the cycle in words, with its unit.
+fn cycle_time(name: &str) -> String {
+    format!("{} (µs)", name.trim_end_matches("_us").replace('_', " "))
 }
 
 /// Columns by name.
@@ -170,14 +214,18 @@ fn groups(table: &Table, head: &Head, machine: &Machine) -> Result<(Vec<Group>, 
         };
         let moved = (0..time.len()).filter(|k| moving.get(*k).copied().unwrap_or(false));
         end_point = spread(moved.map(distance));
-        let mut plots: Vec<Signals> = ["x (m)", "y (m)", "z (m)"]
+        // A planar machine stays in its plane.
+        let moves = |a: &[f64], b: &[f64]| a.iter().chain(b).any(|x| x.abs() > 1e-9);
+        let plots: Vec<Signals> = ["x (m)", "y (m)", "z (m)"]
             .iter()
             .zip(requested.iter().zip(&found))
+            .filter(|(_, (a, b))| moves(a, b))
             .map(|(title, (a, b))| Signals { title: (*title).to_owned(), lines: [a.clone(), b.clone()] })
             .collect();
         let error = (0..time.len()).map(|k| 1e3 * distance(k)).collect();
-        plots.push(Signals { title: "error (mm)".to_owned(), lines: [Vec::new(), error] });
         groups.push(group("End point", "", ["reference", legend], plots));
+        let plots = vec![Signals { title: "error (mm)".to_owned(), lines: [Vec::new(), error] }];
+        groups.push(group("Error of the end point", "", ["", "distance from the reference"], plots));
     }
     let plots = head
         .joints
@@ -200,11 +248,16 @@ fn groups(table: &Table, head: &Head, machine: &Machine) -> Result<(Vec<Group>, 
     let plots = of_muscles(["tension_out_estimated_n", "tension_in_n"], "N");
     let legend = ["at the anchor, estimated", "at the drive, by the load cell"];
     groups.push(group("Tensions at both ends", "", legend, plots));
-    let plots = of_muscles(["command", ""], "m/s or N");
+    let mut plots = of_muscles(["command", ""], "1");
+    for (name, plot) in head.muscles.iter().zip(&mut plots) {
+        let mut kinds = CommandKinds::default();
+        table.get(&format!("command_kind:{name}")).into_iter().for_each(|kind| kinds.see(kind));
+        plot.title = format!("{name} ({})", kinds.unit());
+    }
     groups.push(group("Commands of the drives", "", ["command", ""], plots));
     if !head.virtual_time {
         let plots = ["wake_up_us", "read_us", "control_us", "write_us"]
-            .map(|name| Signals { title: name.to_owned(), lines: [table.get(name), Vec::new()] });
+            .map(|name| Signals { title: cycle_time(name), lines: [table.get(name), Vec::new()] });
         groups.push(group(
             "Times of the cycle",
             "Sampled: not every cycle is shown.",
@@ -232,4 +285,26 @@ fn points(machine: &Machine, site: usize, joints: &[Vec<f64>]) -> Result<[Vec<f6
         points.iter_mut().zip(origin).for_each(|(column, x)| column.push(x));
     }
     Ok(points)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_state_names_its_fault_once_and_a_fault_is_marked_where_it_begins() {
+        let degraded = "run (load cell of knee), degraded: load cell of knee";
+        assert_eq!(once(degraded), "run, degraded: load cell of knee");
+        assert_eq!(once("run, following"), "run, following");
+        assert_eq!(once("fault (slack of knee), stopped: load cell of knee").matches("knee").count(), 2);
+        let state = |from, words: &str| (from, words.to_owned());
+        let states = [
+            state(0.0, "run"),
+            state(2.0, degraded),
+            state(2.5, "hold (load cell of knee)"),
+            state(3.0, "run"),
+        ];
+        assert_eq!(faults(&states), [2.0]);
+        assert_eq!(cycle_time("wake_up_us"), "wake up (µs)");
+    }
 }

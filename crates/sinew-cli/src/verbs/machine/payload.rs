@@ -98,7 +98,7 @@ pub(super) fn text(payload: &Payload, has_end_point: bool) -> String {
     let row = |held: &HeldFor| {
         let Spread { min_kg, median_kg, max_kg } = held.spread;
         let mut cells = vec![held.words.to_owned(), held.poses.to_string()];
-        cells.extend([min_kg, median_kg, max_kg].map(|mass| number(Some(mass))));
+        cells.extend([min_kg, median_kg, max_kg].map(mass));
         let limit = held.limited_by.as_ref();
         let words =
             |one: &Limit| [format!("{}: {}", one_line(&one.muscle), one.limit), one.poses.to_string()];
@@ -110,11 +110,22 @@ pub(super) fn text(payload: &Payload, has_end_point: bool) -> String {
         "\nPayload held from room temperature on, kg; 0 where the machine itself is not held\n".to_owned();
     text += &table(&["for", "poses", "min", "median", "max", "limited by", "in poses"], &rows, 1);
     let row = |one: &Raised| {
-        let [short, ever] = [one.short_kg, one.continuous_kg].map(|mass| number(Some(mass)));
+        let [short, ever] = [one.short_kg, one.continuous_kg].map(mass);
         vec![one.change.to_owned(), one.amount.to_owned(), short, ever]
     };
     let rows: Vec<Vec<String>> = payload.raised.iter().map(row).collect();
+    if payload.raised.iter().all(|one| one.short_kg.max(one.continuous_kg) < NOTHING_KG) {
+        return text + "\nNo change of the design raises it: with all of them the machine holds no payload\n";
+    }
     text += "\nWhat would raise it: the median after one change, kg\n";
     text += &table(&["", "", "for 10 s", "continuous"], &rows, 2);
     text
+}
+
+/// Payload that is the rounding of none, kg.
+const NOTHING_KG: f64 = 1e-9;
+
+/// A mass, kg.
+fn mass(kg: f64) -> String {
+    number(Some(if kg < NOTHING_KG { 0.0 } else { kg }))
 }

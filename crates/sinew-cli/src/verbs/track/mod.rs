@@ -16,7 +16,7 @@ use setup::Setup;
 use sinew::body::Robot;
 use sinew_lab::CompensationVariant;
 use sinew_lab::arm::{ErrorRange, INITIAL_REST_S, TraceRow, TrackOutcome, TrackingNumbers};
-use sinew_report::tracking::{Gear, TrackView, page, response};
+use sinew_report::tracking::{Gear, Injected, TrackView, page, response};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -43,6 +43,7 @@ pub(crate) fn files(
         joints: joints.clone().map(|joint| parts.joints[joint].name.clone()).collect(),
         joint_units: joints.map(|joint| parts.joints[joint].kind.unit().to_owned()).collect(),
         gears: gears.to_vec(),
+        injected: injected(door.arguments),
         numbers: numbers.clone(),
     };
     let mut files = Vec::new();
@@ -79,6 +80,7 @@ pub(crate) fn report(
         joint_units: &head.joint_units,
         gears: &head.gears,
         robot,
+        injected: &head.injected,
         repeats: head.repeats,
         paper: false,
     };
@@ -97,13 +99,18 @@ fn conditions(arguments: &SessionArguments, setup: &Setup) -> String {
     }
     text += &format!(", compensation {}, seed {}.", setup.variant, setup.seed);
     if !arguments.motion.fault.is_empty() {
-        let faults: Vec<&str> = arguments.motion.fault.iter().map(|fault| fault.text()).collect();
-        text += &format!(
-            " Injected faults: {}; the run starts with {INITIAL_REST_S} s at rest.",
-            faults.join(", ")
-        );
+        text += &format!(" The run starts with {INITIAL_REST_S} s at rest.");
     }
     text + " All results are simulated."
+}
+
+/// The injected faults in words.
+fn injected(arguments: &SessionArguments) -> Vec<Injected> {
+    let each = arguments.motion.fault.iter();
+    let mut faults: Vec<Injected> =
+        each.map(|fault| Injected { start_s: fault.start_s(), what: fault.words() }).collect();
+    faults.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+    faults
 }
 
 /// Table, final rest and faults for the terminal.

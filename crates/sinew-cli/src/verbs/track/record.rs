@@ -15,7 +15,7 @@ use crate::table_error::TableError;
 use serde::{Deserialize, Serialize};
 use sinew_lab::arm::{TraceRow, TrackingNumbers};
 use sinew_lab::signals::{Axis, Frame, FrameLayout, Row, Signal};
-use sinew_report::tracking::Gear;
+use sinew_report::tracking::{Gear, Injected};
 use std::sync::Arc;
 
 /// Begins the comment with the numbers.
@@ -36,6 +36,8 @@ pub(crate) struct RunHead {
     pub(crate) joint_units: Vec<String>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) gears: Vec<Gear>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) injected: Vec<Injected>,
     pub(crate) numbers: TrackingNumbers,
 }
 

@@ -1,5 +1,6 @@
 //! Commands of a replay beside those of the recording and beside those of another controller.
 
+use super::super::command_kinds::CommandKinds;
 use super::controllers::Motion;
 use crate::error::Error;
 use sinew::control::supervisor::Supervisor;
@@ -21,6 +22,8 @@ pub(super) struct Compared {
     pub(super) blocks: u64,
     /// Of another controller against the recorded one.
     pub(super) other: Option<Vec<Deviation>>,
+    /// Of the commands of every muscle.
+    pub(super) kinds: Vec<CommandKinds>,
     /// Time, s, recorded controller, another one: commands of every muscle, decimated.
     pub(super) trace: Vec<(f64, Vec<f64>, Vec<f64>)>,
 }
@@ -94,6 +97,7 @@ pub(super) fn compare(
         moved_references: vec![0; joints],
         blocks: 0,
         other: beside.as_ref().map(|_| vec![Deviation::default(); muscles]),
+        kinds: vec![CommandKinds::default(); muscles],
         trace: Vec::new(),
     };
     let last = recording.blocks().last().transpose().map_err(&refuse)?;
@@ -138,6 +142,7 @@ pub(super) fn compare(
         if index.is_multiple_of(stride) {
             let time = index as f64 * recording.head.period_s();
             let beside = with.unwrap_or(&cycle.recorded[..2 * muscles]);
+            all.kinds.iter_mut().zip(mine).for_each(|(kinds, kind)| kinds.see(*kind));
             all.trace.push((time, mine[muscles..].to_vec(), beside[muscles..].to_vec()));
         }
     }

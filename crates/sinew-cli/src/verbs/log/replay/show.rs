@@ -109,11 +109,10 @@ pub(super) fn page(all: &Compared, head: &Head) -> Result<String, Error> {
         let commands = all.trace.iter().map(|(_, mine, other)| if second { other[k] } else { mine[k] });
         commands.collect()
     };
-    let plots = head
-        .muscles
-        .iter()
-        .enumerate()
-        .map(|(k, name)| Signals { title: format!("{name} (m/s or N)"), lines: [of(k, false), of(k, true)] });
+    let plots = head.muscles.iter().enumerate().map(|(k, name)| Signals {
+        title: format!("{name} ({})", all.kinds[k].unit()),
+        lines: [of(k, false), of(k, true)],
+    });
     let beside = if all.other.is_some() { "other controller" } else { "recorded" };
     let group = Group {
         heading: "Commands".to_owned(),
@@ -135,5 +134,6 @@ pub(super) fn page(all: &Compared, head: &Head) -> Result<String, Error> {
         simulated: head.simulated,
         groups: vec![group],
         states: Vec::new(),
+        faults: Vec::new(),
     })?)
 }
