@@ -300,6 +300,24 @@ fn a_reason_names_the_fault_first_and_then_what_it_led_to() {
 }
 
 #[test]
+fn a_bridged_loss_accuses_no_sensor_and_a_lack_of_commands_is_an_incident() {
+    let bench = Bench::new();
+    let incidents = |fault: &str| {
+        let run =
+            bench.run(&format!("track bench_joint --duration 6 --repeats 1 --seed 2 --fault {fault} --json"));
+        let value: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+        let list = value["tracking"]["observer"]["incidents"].as_array().unwrap().clone();
+        list.into_iter()
+            .map(|one| ["what", "answer"].map(|key| one[key].as_str().unwrap().to_owned()))
+            .collect()
+    };
+    let lost: Vec<[String; 2]> = incidents("cycles:lost@4+0.003");
+    assert_eq!(lost, [["no answer from the bus", "bridged"]]);
+    let stale: Vec<[String; 2]> = incidents("cycles:stale@4+1");
+    assert_eq!(stale, [["no new command", "held"]]);
+}
+
+#[test]
 fn a_fault_is_injected_by_name_and_reported_with_its_time() {
     let bench = Bench::new();
     let short = "track --duration 6 --repeats 1";

@@ -68,8 +68,8 @@ pub(super) fn long_enough(
 }
 
 /// Durations that are tried, the least ratio between two of them, and the longest, s.
-const ATTEMPTS: usize = 12;
-const LEAST_STEP: f64 = 1.05;
+const ATTEMPTS: usize = 10;
+const LEAST_STEP: f64 = 1.15;
 const LONGEST_S: f64 = 3600.0;
 
 /// The same without a look at what the muscles can do; tours take the duration.

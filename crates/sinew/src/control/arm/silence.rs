@@ -30,7 +30,8 @@ impl Silence {
 
     /// Whether a sensor that has been rejected for this time, s, is so because nothing came.
     pub(super) fn explains(&self, h: f64, rejected_for: f64) -> bool {
-        self.ended <= RETURN_TIME.max(RETURN_CYCLES * h) && rejected_for < self.begun + 0.5 * h
+        let half = 0.5 * h;
+        self.ended <= RETURN_TIME.max(RETURN_CYCLES * h) + half && rejected_for < self.begun + half
     }
 }
 
