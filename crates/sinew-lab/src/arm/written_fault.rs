@@ -71,8 +71,8 @@ impl WrittenFault {
         &self.text
     }
 
-    /// What failed, as a clause in the past tense: `the cable of brachialis broke`; amounts are in the unit of
-    /// the sensor.
+    /// What failed, as a clause in the past tense: `the cable of brachialis broke`; amounts are in the unit
+    /// of the sensor.
     #[must_use]
     pub fn words(&self) -> String {
         let name = &self.name;

@@ -46,7 +46,8 @@ pub(super) fn verdict(numbers: Option<&TrackingNumbers>) -> String {
     }
 }
 
-/// What failed, when and after which delay it was reported, and what the machine did, of every injected fault.
+/// What failed, when and after which delay it was reported, and what the machine did, of every injected
+/// fault.
 pub(super) fn answers(injected: &[Injected], numbers: Option<&TrackingNumbers>) -> Vec<String> {
     let reports = numbers.map_or(&[][..], |numbers| &numbers.incidents);
     let each = injected.iter().enumerate().map(|(k, fault)| {
