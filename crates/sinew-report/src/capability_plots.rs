@@ -57,7 +57,13 @@ pub(super) fn map(heading: &str, points: &[([f64; 3], Option<f64>)]) -> Vec<Plot
         }
         plot
     };
-    vec![view(0, 2), view(0, 1)]
+    // A planar machine is a line from the side.
+    let flat = |axis: usize| {
+        let (low, high) = range(points.iter().map(|point| point.0[axis]));
+        high - low < 1e-9
+    };
+    let drawn: Vec<Plot> = [2, 1].into_iter().filter(|y| !flat(*y)).map(|y| view(0, y)).collect();
+    if drawn.is_empty() { vec![view(0, 2)] } else { drawn }
 }
 
 /// A set in a plane, by its outlines.
@@ -78,6 +84,20 @@ pub(super) fn outlines(title: &str, of: &Outlines) -> Plot {
     plot
 }
 
+/// Ends with room.
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     padded(values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v))), 0.05)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_planar_workspace_is_seen_from_one_side_and_a_spatial_one_from_two() {
+        let points = |y: f64| [([0.1, 0.0, 0.2], Some(1.0)), ([0.3, y, 0.1], Some(2.0))];
+        assert_eq!(map("payload", &points(0.0)).len(), 1);
+        assert_eq!(map("payload", &points(0.2)).len(), 2);
+        assert_eq!(map("payload", &[([0.0; 3], Some(1.0))]).len(), 1);
+    }
 }

@@ -97,13 +97,31 @@ pub(super) fn invalid_value(
     error.insert(ContextKind::ValidValue, ContextValue::Strings(valid));
     error
 }
-/// A file of a picture, which is SVG; a name without an ending is left as it is.
+/// Endings of pictures of other forms than SVG.
+const OTHER_PICTURES: [&str; 12] =
+    ["pdf", "png", "jpg", "jpeg", "gif", "webp", "eps", "ps", "tif", "tiff", "bmp", "emf"];
+
+/// A file of a picture, which is SVG; a name that promises another form is refused.
 pub(crate) fn svg(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
-    match path.extension() {
-        Some(ending) if !ending.eq_ignore_ascii_case("svg") => {
-            Err("pictures are written as SVG only; expected a name that ends in .svg".to_owned())
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    match ending.filter(|ending| OTHER_PICTURES.contains(&ending.as_str())) {
+        Some(_) => Err("pictures are written as SVG only; expected a name that ends in .svg".to_owned()),
+        None => Ok(path),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_name_of_a_picture_does_not_promise_another_form() {
+        for name in ["x.svg", "x.SVG", "/dev/stdout"] {
+            assert_eq!(svg(name), Ok(PathBuf::from(name)));
         }
-        _ => Ok(path),
+        for name in ["x.pdf", "x.PNG", "a/b.eps"] {
+            assert!(svg(name).is_err_and(|error| error.contains(".svg")), "{name}");
+        }
     }
 }

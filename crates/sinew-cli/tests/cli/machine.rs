@@ -510,6 +510,8 @@ fn every_built_in_machine_is_drawn_with_its_cables() {
         assert!(svg.contains(&format!(">{name}</text>")) && ends == 1 && svg.ends_with("</svg>\n"), "{name}");
         assert!(!svg.contains("NaN") && !svg.contains("inf") && svg.len() < 20_000, "{name}");
     }
+    bench.write("leg.toml", "body = \"x.xml\"\n");
+    bench.refuses("machine show leg.toml --picture leg.toml", &["leg.toml", "it is read by this run"]);
     let refused = bench.run("machine show lm_arm --picture arm.pdf");
     assert_eq!(refused.code, Some(2));
     assert!(refused.stderr.contains("a name that ends in .svg"), "{}", refused.stderr);

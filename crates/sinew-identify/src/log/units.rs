@@ -190,6 +190,10 @@ pub fn unit_of(column: &str) -> String {
     if let Some((_, unit)) = bracketed(column) {
         return written(&word(unit));
     }
+    // A quotient of units is none of them.
+    if column.trim_end().ends_with([']', ')']) && column.contains('/') {
+        return String::new();
+    }
     let plain = plain(column);
     written(plain.split('_').skip(1).filter(|word| is_unit_in_name(word)).last().unwrap_or_default())
 }

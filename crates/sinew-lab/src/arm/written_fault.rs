@@ -89,8 +89,8 @@ impl WrittenFault {
         if self.start_s < end_s { Ok(()) } else { Err(LateFault { fault: self.text.clone(), end_s }) }
     }
 
-    /// What failed, as a clause in the past tense: `the cable of brachialis broke`; amounts are in the unit of
-    /// the sensor.
+    /// What failed, as a clause in the past tense: `the cable of brachialis broke`; amounts are in the unit
+    /// of the sensor.
     #[must_use]
     pub fn words(&self) -> String {
         let name = &self.name;

@@ -62,8 +62,8 @@ impl<'a> Plotter<'a> {
         joints.flat_map(|k| reversals(&self.rows, move |row| row.at(Signal::JointReference, k))).collect()
     }
 
-    /// One plot of signals, in the order of drawing; the range is that of the motion, and that of the whole run
-    /// where it is little larger.
+    /// One plot of signals, in the order of drawing; the range is that of the motion, and that of the whole
+    /// run where it is little larger.
     fn plot(&self, small: bool, title: &str, label: String, signals: &[Line<'_>], reversed: &[f64]) -> Plot {
         let moving = || self.rows.iter().filter(|row| row.repeat.is_some());
         let count = moving().count();

@@ -54,11 +54,11 @@ pub(super) fn rows(view: &TrackView<'_>, end_point: bool) -> Vec<Row> {
 fn cells(n: &TrackingNumbers, end_point: bool, slides: bool) -> Vec<String> {
     let e = &n.end_point_error_m;
     let errors = if end_point {
-        vec![fixed(1e3 * e.mean, 2), fixed(1e3 * e.std, 2), fixed(1e3 * e.max, 1)]
+        vec![fixed(1e3 * e.mean, 2), fixed(1e3 * e.std, 2), fixed(1e3 * e.max, 2)]
     } else {
         let pair = |range: Option<ErrorRange>| {
             let of = |value: Option<f64>, digits| fixed(1e3 * value.unwrap_or(f64::NAN), digits);
-            [of(range.map(|r| r.mean), 2), of(range.map(|r| r.max), 1)]
+            [of(range.map(|r| r.mean), 2), of(range.map(|r| r.max), 2)]
         };
         [n.joint_error_rad, n.joint_error_m]
             .into_iter()

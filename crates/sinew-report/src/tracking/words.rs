@@ -31,13 +31,13 @@ pub(super) fn verdict(numbers: Option<&TrackingNumbers>) -> String {
             format!(
                 "End point error: {} mm mean, {} mm max{limit}.",
                 fixed(1e3 * n.end_point_error_m.mean, 2),
-                fixed(1e3 * n.end_point_error_m.max, 1)
+                fixed(1e3 * n.end_point_error_m.max, 2)
             )
         }
         (None, None) => {
             let of = |range: &Option<sinew_lab::arm::ErrorRange>, unit: &str| {
                 range.map(|r| {
-                    format!("{} {unit} mean, {} {unit} max", fixed(1e3 * r.mean, 2), fixed(1e3 * r.max, 1))
+                    format!("{} {unit} mean, {} {unit} max", fixed(1e3 * r.mean, 2), fixed(1e3 * r.max, 2))
                 })
             };
             let parts = [of(&n.joint_error_rad, "mrad"), of(&n.joint_error_m, "mm")];
@@ -46,7 +46,8 @@ pub(super) fn verdict(numbers: Option<&TrackingNumbers>) -> String {
     }
 }
 
-/// What failed, when and after which delay it was reported, and what the machine did, of every injected fault.
+/// What failed, when and after which delay it was reported, and what the machine did, of every injected
+/// fault.
 pub(super) fn answers(injected: &[Injected], numbers: Option<&TrackingNumbers>) -> Vec<String> {
     let reports = numbers.map_or(&[][..], |numbers| &numbers.incidents);
     let each = injected.iter().enumerate().map(|(k, fault)| {
@@ -164,7 +165,7 @@ pub(super) fn remarks(view: &TrackView<'_>, end_point: bool) -> Vec<String> {
     let mut remarks = Vec::new();
     let unseen = numbers.unseen_error_m;
     if end_point {
-        let [mean, max] = [(unseen.mean, 2), (unseen.max, 1)].map(|(m, digits)| fixed(1e3 * m, digits));
+        let [mean, max] = [(unseen.mean, 2), (unseen.max, 2)].map(|(m, digits)| fixed(1e3 * m, digits));
         remarks.push(format!(
             "Mean error by the encoders’ zero offsets alone: {mean} mm (max {max}); it cannot be observed \
                 without a sensor at the end point."

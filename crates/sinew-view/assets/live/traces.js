@@ -127,8 +127,8 @@ export class Traces {
       cursor: { sync: { key: this.sync, setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { size: 5 } },
       scales: { x: { time: false, auto: false }, y: { range: (/** @type {any} */ _u, /** @type {number} */ low, /** @type {number} */ high) => spread(low, high) } },
       axes: [
-        { stroke: soft, grid, ticks, font, incrs: STEPS, size: 34, gap: 3, label: "time, s", labelSize: 14, labelGap: 0, labelFont: font, values: (/** @type {any} */ _u, /** @type {number[]} */ at) => at.map((v) => figure(v, 4)) },
-        { stroke: soft, grid, ticks, font, incrs: STEPS, size: 46, gap: 4, space: 26, values: (/** @type {any} */ _u, /** @type {number[]} */ at) => at.map((v) => figure(v, 4)) },
+        { stroke: soft, grid, ticks, font, incrs: STEPS, size: 32, gap: 3, label: "time, s", labelSize: 14, labelGap: 0, labelFont: font, values: (/** @type {any} */ _u, /** @type {number[]} */ at) => at.map((v) => figure(v, 4)) },
+        { stroke: soft, grid, ticks, font, size: 46, gap: 4, splits: (/** @type {any} */ _u, /** @type {number} */ _axis, /** @type {number} */ low, /** @type {number} */ high) => round(low, high), values: (/** @type {any} */ _u, /** @type {number[]} */ at) => at.map((v) => figure(v, 4)) },
       ],
       series: [{}, ...p.lines.map((line) => ({ label: line.name, stroke: ink(line.colour), width: line.width ?? 1.4, dash: line.dash, points: { show: false }, spanGaps: false }))],
       hooks: {
@@ -238,6 +238,18 @@ function onCanvas(software, make) {
     return getContext.call(this, kind, { ...options, willReadFrequently: true });
   });
   try { return make(); } finally { canvas.getContext = getContext; }
+}
+
+/** Round values within a range, two at least. @param {number} low @param {number} high @returns {number[]} */
+function round(low, high) {
+  /** @type {number[]} */
+  let found = [];
+  for (let count = 2; found.length < 2 && count <= 64; count *= 2) {
+    const raw = (high - low) / count, power = 10 ** Math.floor(Math.log10(raw)), step = power * (/** @type {number} */ ([1, 2, 5, 10].find((m) => m * power >= 0.7 * raw)) ?? 10);
+    const first = Math.ceil(low / step - 1e-9), last = Math.floor(high / step + 1e-9);
+    found = Array.from({ length: Math.max(0, last - first + 1) }, (_, k) => Number(((first + k) * step).toPrecision(12)));
+  }
+  return found;
 }
 
 /** A range with room above and below; around a constant, a fraction of it. @param {number} low @param {number} high @returns {[number, number]} */

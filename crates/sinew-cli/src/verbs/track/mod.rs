@@ -125,7 +125,9 @@ pub(crate) fn summary_text(tracking: &BTreeMap<CompensationVariant, TrackingNumb
                     {offsets} mm\n"
             );
         }
-        text += &format!("Tension ripple while holding: {} N rms\n", number(Some(hold.tension_ripple_n)));
+        // What is below a tenth of a millinewton is rounding.
+        let ripple = if hold.tension_ripple_n < 1e-4 { 0.0 } else { hold.tension_ripple_n };
+        text += &format!("Tension ripple while holding: {} N rms\n", number(Some(ripple)));
     }
     for incident in tracking.values().flat_map(|numbers| &numbers.incidents) {
         text += &format!(
