@@ -119,7 +119,7 @@ impl CellOutput {
     /// either direction; then it is known.
     #[inline]
     fn from_cable(estimate: &CableEstimate) -> Self {
-        let CableEstimate { far: state, known, .. } = *estimate;
+        let CableEstimate { far: state, determined: known, .. } = *estimate;
         let (low, high) = if known { (state, state) } else { (estimate.low, estimate.high) };
         Self { state, low: low.min(high), high: high.max(low), known, unknown: (high - low).abs() }
     }

@@ -327,7 +327,9 @@ static void @_follow(@_state *s, double interval, double motor, double anchor)
     for (k = 0; k < count; k++) {
         @_move(s, part, motor / n, anchor / n);
         if (!s->converged) {
-            s->sliding_time += @_slides(s) ? part : 0.0;
+            const int slides = @_slides(s);
+            s->slid_for += slides ? part : 0.0;
+            s->sliding_time = slides ? s->sliding_time + part : 0.0;
             s->converged = s->sliding_time > 0.1;
         }
     }
@@ -383,6 +385,7 @@ static void @_observe_once(@_state *s, double interval, double motor, double anc
         s->moved = 1;
         s->converged = 0;
         s->sliding_time = 0.0;
+        s->slid_for = 0.0;
 //%if warming
         @_warm(s, 0.0, interval);
 //%end
@@ -398,7 +401,7 @@ static void @_observe_once(@_state *s, double interval, double motor, double anc
     s->innovation = tension - s->tension_in;
     s->innovation = s->innovation - s->innovation == 0.0 ? s->innovation : 0.0;
     s->cell = @_far_gain * s->tension_out;
-    s->known = s->converged;
+    s->known = s->slid_for > 0.1;
     if (s->known) {
         s->low = s->cell;
         s->high = s->cell;

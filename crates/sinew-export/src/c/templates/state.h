@@ -29,7 +29,7 @@
     double half_angle[//%here cells - 1];
     double tanh_half[//%here cells - 1];
 //%end
-    double motor, anchor, near, innovation, sliding_time;
+    double motor, anchor, near, innovation, sliding_time, slid_for;
     int moved, converged;
 //%if drag_changes
     double motor_displacement, anchor_displacement, interval, converged_time, warmth, adapted, drag_factor;

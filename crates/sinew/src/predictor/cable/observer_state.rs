@@ -25,9 +25,12 @@ pub struct CableEstimate {
     pub correction: f64,
     /// Elongation of the cable from zero tension, m.
     pub stretch: f64,
-    /// Whether the whole cable has slid for 0.1 s in all since the last reset, all of it in one direction at
-    /// once, so that its profile no longer depends on the initial one.
+    /// Whether the whole cable has slid in one direction for 0.1 s since the last reset, so that its profile
+    /// no longer depends on the initial one.
     pub known: bool,
+    /// The same for 0.1 s in all, all of it at once: a prediction asks for no more. Noise of an encoder may turn
+    /// the motion at every sample, which brings no initial profile back.
+    pub determined: bool,
     /// Whether a position was missing or jumped and was held.
     pub held: bool,
     /// Drag, warmed and adapted, as a multiple of the model's.
@@ -41,8 +44,7 @@ const MAX_DISPLACEMENT: f64 = 0.05;
 /// Largest displacement in one step of the law, m; a larger one is divided.
 const MAX_STEP: f64 = 5e-4;
 /// Sliding of the whole cable after which the initial profile has no effect, s: longer than drag takes to
-/// settle. What lies between does not bring the profile back: noise of an encoder may turn the motion at
-/// every sample.
+/// settle.
 const CONVERGENCE_TIME: f64 = 0.1;
 /// Longest interval between samples, s; after a longer one the state is unknown.
 const MAX_INTERVAL: f64 = 1.0;
@@ -87,8 +89,10 @@ pub(super) struct ObserverState {
     tension_in: f64,
     /// Innovation of the last sample, N.
     innovation: f64,
-    /// Time for which the whole cable has slid, all of it in one direction at once, s.
+    /// Time for which the whole cable has slid in one direction, s.
     sliding_time: f64,
+    /// The same in all, s.
+    slid_for: f64,
     pub(super) converged: bool,
     held: bool,
     adaptation: f64,
@@ -118,6 +122,7 @@ impl ObserverState {
             tension_in: f64::NAN,
             innovation: 0.0,
             sliding_time: 0.0,
+            slid_for: 0.0,
             converged: false,
             held: false,
             adaptation: model.learning,
@@ -180,7 +185,7 @@ impl ObserverState {
     pub(super) fn initialize(&mut self, sample: &CableSample) -> InitialProfile {
         let measured = sample.motor.is_finite() && sample.anchor.is_finite();
         self.last = measured.then_some((sample.motor, sample.anchor));
-        (self.converged, self.sliding_time, self.held) = (false, 0.0, !measured);
+        (self.converged, self.sliding_time, self.slid_for, self.held) = (false, 0.0, 0.0, !measured);
         (self.motor_displacement, self.anchor_displacement, self.interval) = (0.0, 0.0, 0.0);
         self.converged_time = 0.0;
         let zero = self.zero_stretch.filter(|_| measured);
@@ -193,7 +198,8 @@ impl ObserverState {
 
     /// Records whether the whole cable slid in one direction for `interval` seconds.
     pub(super) fn record_sliding(&mut self, everywhere: bool, interval: f64) {
-        self.sliding_time += if everywhere { interval } else { 0.0 };
+        self.slid_for += if everywhere { interval } else { 0.0 };
+        self.sliding_time = if everywhere { self.sliding_time + interval } else { 0.0 };
         self.converged |= self.sliding_time > CONVERGENCE_TIME;
     }
 
@@ -214,6 +220,7 @@ impl ObserverState {
             correction: self.correction_speed(),
             stretch,
             known: self.converged,
+            determined: self.slid_for > CONVERGENCE_TIME,
             held: self.held,
             drag_factor: self.drag_factor(),
         }
@@ -472,12 +479,13 @@ mod tests {
     }
 
     #[test]
-    fn a_profile_is_known_after_a_tenth_of_a_second_of_sliding_in_all() {
+    fn a_profile_is_known_after_a_tenth_of_a_second_of_sliding_without_a_stop() {
         let mut state = state(|_| ());
-        for everywhere in [false, true, true, false, false, true, false] {
+        for everywhere in [true, true, true, false, true, true, true] {
             state.record_sliding(everywhere, 0.03);
             assert!(!state.converged);
         }
+        assert!(state.slid_for > CONVERGENCE_TIME, "in all");
         state.record_sliding(true, 0.03);
         assert!(state.converged);
         state.record_sliding(false, 0.03);

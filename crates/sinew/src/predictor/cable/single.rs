@@ -385,7 +385,7 @@ mod tests {
             let estimate = observer.step(0.01, &fast(k));
             for _ in 0..4 {
                 law.step(0.0025, EndMotion { motor: 4.75e-4, anchor: 0.95 * 4.75e-4 }).unwrap();
-                slid += if law.slides_everywhere() { 0.0025 } else { 0.0 };
+                slid = if law.slides_everywhere() { slid + 0.0025 } else { 0.0 };
             }
             assert!((estimate.tension_out - law.ends().tension_out).abs() < 8e-13, "{k}: {estimate:?}");
             assert!((estimate.stretch - law.stretch()).abs() < 6e-16);
