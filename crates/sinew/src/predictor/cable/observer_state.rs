@@ -28,8 +28,8 @@ pub struct CableEstimate {
     /// Whether the whole cable has slid in one direction for 0.1 s since the last reset, so that its profile
     /// no longer depends on the initial one.
     pub known: bool,
-    /// The same for 0.1 s in all, all of it at once: a prediction asks for no more. Noise of an encoder may turn
-    /// the motion at every sample, which brings no initial profile back.
+    /// The same for 0.1 s in all, all of it at once: a prediction asks for no more. Noise of an encoder may
+    /// turn the motion at every sample, which brings no initial profile back.
     pub determined: bool,
     /// Whether a position was missing or jumped and was held.
     pub held: bool,
