@@ -28,8 +28,9 @@ pub struct CableEstimate {
     /// Whether the whole cable has slid in one direction for 0.1 s since the last reset, so that its profile
     /// no longer depends on the initial one.
     pub known: bool,
-    /// The same for 0.1 s in all, all of it at once: a prediction asks for no more. Noise of an encoder may
-    /// turn the motion at every sample, which brings no initial profile back.
+    /// Whether the whole cable has slid for 0.1 s in total since the last reset, with interruptions: what a
+    /// prediction needs. Encoder noise can interrupt sliding at every sample; the initial profile does not
+    /// return by that.
     pub determined: bool,
     /// Whether a position was missing or jumped and was held.
     pub held: bool,
